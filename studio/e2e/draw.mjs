@@ -267,6 +267,23 @@ export function drawing(test, bench) {
     await closed(page);
   });
 
+  test("the sheet: filled shapes that become outlines are told of, and filled at a press", async () => {
+    const page = await opened("draw", "pen");
+    await give(page, "filled.svg", RECT.replace('fill="none" stroke="#b00020"', 'fill="#b00020"'));
+    await page.getByText("They will be outlines.").waitFor();
+    await page.getByRole("button", { name: "Fill them with lines" }).click();
+    await page.getByText("They will be outlines.").waitFor({ state: "detached" });
+    await shown(page);
+    await type(page, "width", 15);
+    await shown(page);
+    await runs(page);
+    const points = await marks();
+    const [[left, right], [bottom, top]] = boundsOf(points);
+    // Hatches end all along the edges, and not at the corners alone.
+    assert.ok(points.length > 20 && near(right - left, 7.5, 1) && near(top - bottom, 15, 1), `${points.length} points`);
+    await closed(page);
+  });
+
   test("presets: saved, chosen into the fields, and removed", async () => {
     const page = await opened("draw", "pen");
     await give(page, "rectangle.svg", RECT);

@@ -7,7 +7,7 @@ import { t } from "../i18n";
 import texts from "../panels/workshop.json";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { boundsOf, type Points, UPRIGHT } from "../view/flat";
+import { boundsOf, type Points } from "../view/flat";
 import { look, world } from "../view/seen";
 import { sentencesOf } from "../words";
 import { History } from "./history";
@@ -50,9 +50,6 @@ interface Found {
 
 /** What has no size of its own fills the sheet. */
 const FILLS = ["text", "image"];
-/** Room is looked for along the arm's axes: on a sheet that lies as askew as this the station places, degrees. */
-const ASKEW = 8;
-const isAskew = (): boolean => sheet.value !== null && Math.abs(sheet.value.rotation - UPRIGHT) > ASKEW;
 /** Nothing is placed larger than this by itself, mm: every square centimetre of an image takes its time, and what burns more. */
 const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
 /** A sheet on which something is smaller than this share of what it would be on a blank one is full. */
@@ -463,11 +460,13 @@ export class Bench extends Shop {
     const report = await this.ask(item.source, setup);
     this.placed = setup;
     this.isFull.value = false;
-    const { place, sides } = this.foundOf("", report);
+    const { place, sides, middle } = this.foundOf("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
-    if (place === null || first === undefined || isAskew()) return [report, null];
-    if (["page", "grid", "move"].some((name) => options[name] !== undefined)) return [report, null];
+    if (place === null || first === undefined) return [report, null];
+    // On a page it lies as the page says; repeated, it has the distances that were asked for.
+    if (["page", "move"].some((name) => options[name] !== undefined)) return [report, null];
+    const isRepeated = options.grid !== undefined;
     const room = await this.room(first.height, others);
     const longest = Math.max(...sides);
     const isWritten = item.format === "text" && (item.values.size ?? "") !== "";
@@ -481,19 +480,28 @@ export class Bench extends Shop {
           one.y < frame.y + frame.height &&
           frame.y < one.y + one.height,
       );
-    if (!fills && room.paper === null && !isTaken()) return [report, null];
+    // On a sheet that was measured the page of a file lies on the paper, corner on corner.
+    const isKept = room.paper === null || sheet.value !== null;
+    if (!fills && isKept && !isTaken() && report.ok) return [report, null];
     // Along the arm's x and y, as it lies upright; what the station had to turn stays so.
     const turn = fills ? 0 : place.turn;
-    const [along, across] = Math.abs(Math.round(turn / 90)) % 2 === 1 ? sides : [sides[1], sides[0]];
+    const [sin, cos] = [Math.sin, Math.cos].map((of) => Math.abs(of(((upright() + turn) * Math.PI) / 180))) as [
+      number,
+      number,
+    ];
+    const [along, across] = [sides[0] * cos + sides[1] * sin, sides[0] * sin + sides[1] * cos];
     const least = Math.min(1, LEAST / longest);
-    const largest = fills ? most : Math.min(1, most);
-    const within = (of: Room) => freeSpot(of, [along, across], Math.min(least, largest), largest);
+    const largest = fills && !isRepeated ? most : Math.min(1, most);
+    const within = (of: Room) =>
+      freeSpot(of, [along, across], isRepeated ? largest : Math.min(least, largest), largest);
     const blank = room.taken.length === 0 ? null : within({ ...room, taken: [] });
     let spot = within(room);
     this.isFull.value = blank !== null && (spot === null || spot.scale < CROWDED * blank.scale);
     spot ??= blank;
     if (spot === null) return [report, null];
-    return [report, tidy({ at: spot.at, scale: spot.scale * place.scale, turn })];
+    const [mx, my] = turned([middle[0] * spot.scale, middle[1] * spot.scale], upright() + turn);
+    const at: [number, number] = [spot.at[0] - mx, spot.at[1] - my];
+    return [report, tidy({ at, scale: spot.scale * place.scale, turn })];
   }
 
   protected override async asking(): Promise<Report | null> {

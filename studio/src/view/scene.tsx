@@ -53,11 +53,11 @@ export function open(place: HTMLElement) {
     say("tip", tip.map((value) => value.toFixed(2)).join(","));
     say("camera", camera.join(","));
   };
-  scene.covers = () => {
+  scene.eye.covers = () => {
     const bar = place.parentElement?.querySelector(".cameras")?.getBoundingClientRect();
-    return bar === undefined ? 0 : Math.max(0, place.getBoundingClientRect().bottom - bar.top);
+    return bar === undefined ? 0 : Math.max(0, (place.getBoundingClientRect().bottom - bar.top) / place.clientHeight);
   };
-  scene.onTaken = () => (view.value = null);
+  scene.eye.onTaken = () => (view.value = null);
   // Each reading has a tool: the arm is built anew when it is another.
   const tool = computed(() => mountedOf(store.state.value?.tool, world.value?.draws));
   const table = computed(() => world.value?.table?.height ?? null);
@@ -98,12 +98,12 @@ export function open(place: HTMLElement) {
   const look = (name: View) => {
     view.value = name;
     follows.value = false;
-    scene.setFollow(false);
-    scene.look(name);
+    scene.eye.setFollow(false);
+    scene.eye.look(name);
   };
   const follow = () => {
     follows.value = !follows.value;
-    scene.setFollow(follows.value);
+    scene.eye.setFollow(follows.value);
   };
   const Zoom = ({ name, press }: { name: keyof typeof ICONS; press: () => void }) => (
     <Do id={name === "fit" ? "view-fit" : `view-zoom-${name}`} label={w(name)} title={w(name)} press={press}>
@@ -113,13 +113,13 @@ export function open(place: HTMLElement) {
     </Do>
   );
   const Buttons = () => {
-    useEffect(() => scene.arrange(), []);
+    useEffect(() => scene.eye.arrange(true), []);
     return (
       <>
         <div class="zooms" role="group" aria-label={w("zoom")}>
-          <Zoom name="in" press={() => scene.zoom(ZOOM)} />
-          <Zoom name="out" press={() => scene.zoom(1 / ZOOM)} />
-          <Zoom name="fit" press={() => scene.fit()} />
+          <Zoom name="in" press={() => scene.eye.zoom(ZOOM)} />
+          <Zoom name="out" press={() => scene.eye.zoom(1 / ZOOM)} />
+          <Zoom name="fit" press={() => scene.eye.fit()} />
         </div>
         <div class="cameras" role="group" aria-label={t("view.cameras")}>
           {VIEWS.map((name) => (

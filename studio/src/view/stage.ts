@@ -8,9 +8,7 @@ import {
   LineBasicMaterial,
   LineLoop,
   type Mesh,
-  type MeshBasicMaterial,
   PCFShadowMap,
-  PerspectiveCamera,
   Plane,
   Raycaster,
   Scene,
@@ -18,27 +16,26 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
-import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { State } from "../api";
 import type { Model } from "../store";
 import { measuresOf, type ToolName } from "./body";
-import { directionOf, opacityOf, placeOf, type View } from "./camera";
+import { opacityOf } from "./camera";
+import { Contacts } from "./contacts";
+import { Eye } from "./eye";
 import { Figure, type Joints } from "./figure";
 import { boundsOf } from "./flat";
-import { Ground, LETTERS, softShadow } from "./ground";
+import { Ground, LETTERS } from "./ground";
 import type { Layer, Shapes, Target } from "./layers";
 import { drop } from "./mesh";
 import { type Css, dragging, shapesOf } from "./shapes";
 import type { Point } from "./solid";
-import { type Stand, type Support, standOn, supportOf } from "./stand";
+import { type Stand, standOn } from "./stand";
 
 const TRAIL = 400;
 /** For so long a piece of the path is seen, ms. */
 const FADES = 20_000;
 /** A new reading is reached within this time, ms: about as long as two lie apart. */
 const GLIDE = 60;
-/** The camera flies for so long, ms. */
-const FLIES = 350;
 /** Where so many frames one after the other take longer than this, ms, no graphics chip draws them. */
 const SLOW = 36;
 const SLOW_FRAMES = 20;
@@ -50,9 +47,6 @@ const TELLS = 250;
 const STILL = 6;
 /** Farther out the camera does not look for work, mm. */
 const WORK = 330;
-/** What a thing above the table casts fades out with its height, mm. */
-const SHADOW = { blur: 12, opacity: 0.5, fades: 90 };
-
 export interface Drawn {
   /** The tool's tip, css pixels from the upper left. */
   tip: [number, number];
@@ -67,29 +61,18 @@ function isDrawnByProcessor(gl: WebGLRenderingContext | WebGL2RenderingContext):
   return PROCESSORS.test(String(gl.getParameter(named)));
 }
 
-/** A thing that the tool carries: where it is from the tip, in the tool's own axes. */
-interface Held {
-  offset: Vector3;
-  turn: number;
-}
-
 export class ArmScene {
   /** Where tip and camera are, when the picture stands or has moved for a while. */
   onDrawn: (drawn: Drawn) => void = () => {};
   /** Where the letters of the axes are, whenever the camera has moved. */
   onTurned: (letters: Record<"x" | "y", [number, number]>) => void = () => {};
-  /** How much of the picture's lower part buttons cover, px. */
-  covers: () => number = () => 0;
-  /** The person has turned the picture by hand. */
-  onTaken: () => void = () => {};
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
-  private readonly camera = new PerspectiveCamera(30, 1, 20, 6000);
-  private readonly controls: OrbitControls;
+  readonly eye: Eye;
   private readonly figure = new Figure();
   private readonly ground = new Ground();
   private readonly reach = new Group();
-  private readonly contacts = new Group();
+  private readonly contacts = new Contacts();
   private ghost: Group | null = null;
   private model: Model | null = null;
   private tool: ToolName | null = null;
@@ -101,15 +84,9 @@ export class ArmScene {
   private moveAt = 0;
   private state: State | null = null;
   private target: Target | null = null;
-  private readonly held = new Map<string, Held>();
   private readonly trail: Array<{ at: Vector3; t: number }> = [];
   private readonly trailLine: Line;
   private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
-  private flight: { from: Vector3; to: Vector3; target: Vector3; aim: Vector3; since: number } | null = null;
-  private view: View = "corner";
-  /** The person has turned, moved or zoomed the picture: it stays as they have it. */
-  private isTurned = false;
-  private follows = false;
   private frame = 0;
   private faded: ReturnType<typeof setTimeout> | undefined;
   private due: ReturnType<typeof setTimeout> | undefined;
@@ -134,24 +111,8 @@ export class ArmScene {
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.domElement.setAttribute("aria-hidden", "true");
     place.prepend(this.renderer.domElement);
-    this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.enableDamping = !this.still.matches;
-    this.controls.dampingFactor = 0.15;
-    this.controls.minDistance = 150;
-    this.controls.maxDistance = 3000;
-    this.controls.addEventListener("change", () => this.wake());
-    let from = new Vector3();
-    this.controls.addEventListener("start", () => {
-      this.flight = null;
-      from = this.camera.position.clone();
-    });
-    // A press alone turns nothing.
-    this.controls.addEventListener("end", () => {
-      if (from.distanceTo(this.camera.position) < 1) return;
-      this.isTurned = true;
-      this.onTaken();
-    });
+    this.eye = new Eye(this.renderer.domElement, this.still, () => this.wake());
+    this.eye.sights = () => this.sights();
     if (isDrawnByProcessor(this.renderer.getContext())) this.spare();
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(TRAIL * 3), 3));
@@ -162,14 +123,14 @@ export class ArmScene {
     );
     this.trailLine.frustumCulled = false;
     const { ground } = this;
-    this.scene.add(this.figure.root, ground.group, ground.lights, this.reach, this.contacts, this.trailLine);
+    this.scene.add(this.figure.root, ground.group, ground.lights, this.reach, this.contacts.group, this.trailLine);
     this.sizes = new ResizeObserver(() => this.resize());
     this.sizes.observe(place);
     this.resize();
-    this.look("corner", true);
-    const turned = (is: boolean) => (this.controls.enabled = is);
+    this.eye.look("corner", true);
+    const turned = (is: boolean) => (this.eye.controls.enabled = is);
     const objects = () => this.layers.get("objects")?.group;
-    this.endDragging = dragging(place, this.camera, objects, turned, () => this.wake());
+    this.endDragging = dragging(place, this.eye.camera, objects, turned, () => this.wake());
     this.listen(press);
   }
 
@@ -187,7 +148,7 @@ export class ArmScene {
       down = null;
       if (from === null || Math.hypot(event.clientX - from.x, event.clientY - from.y) > STILL) return;
       const at = this.tableAt(event);
-      if (this.isAbove() && at !== null) press(at.x, at.y);
+      if (this.eye.isAbove() && at !== null) press(at.x, at.y);
     };
     canvas.addEventListener("pointerup", up, { signal });
   }
@@ -196,17 +157,8 @@ export class ArmScene {
     const { left, top, width, height } = this.place.getBoundingClientRect();
     const ray = new Raycaster();
     const at = new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
-    ray.setFromCamera(at, this.camera);
+    ray.setFromCamera(at, this.eye.camera);
     return ray.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -this.stand.surface), new Vector3());
-  }
-
-  private elevation(): number {
-    const { x, y, z } = this.camera.position.clone().sub(this.controls.target);
-    return (Math.atan2(z, Math.hypot(x, y)) * 180) / Math.PI;
-  }
-
-  private isAbove(): boolean {
-    return this.elevation() > 75;
   }
 
   /** The arm of a table, with this tool, on a table of this height. */
@@ -251,8 +203,12 @@ export class ArmScene {
     this.wake();
   }
 
+  private boxesOf(layer: Layer): Shapes["boxes"] {
+    return this.layers.get(layer)?.shapes.boxes ?? [];
+  }
+
   private grip(): void {
-    const things = this.layers.get("objects")?.shapes.boxes ?? [];
+    const things = this.boxesOf("objects");
     const width = things.find(({ held }) => held)?.size[1] ?? null;
     this.figure.setGripper(this.state?.tool.gripper ?? null, width);
   }
@@ -303,75 +259,10 @@ export class ArmScene {
       this.layers.set(name, { group, shapes });
       this.scene.add(group);
     }
-    this.touch();
+    const things = (this.layers.get("objects")?.group.children ?? []) as Mesh[];
+    this.contacts.take(things, this.boxesOf("belt"), this.state);
     this.grip();
     this.settle();
-  }
-
-  /** Soft shadows of things, and where those are held that the tool carries. */
-  private touch(): void {
-    for (const child of [...this.contacts.children]) drop(child);
-    const carried = new Set<string>();
-    for (const mesh of this.layers.get("objects")?.group.children ?? []) {
-      const { name, size, held, turn } = mesh.userData as { name: string; size: Point; held: boolean; turn?: number };
-      const shadow = softShadow(size[0], size[1], SHADOW.blur, SHADOW.opacity);
-      shadow.userData.of = mesh;
-      this.contacts.add(shadow);
-      if (!held || this.state === null) continue;
-      carried.add(name);
-      const { x, y, z, r, moving } = this.state;
-      const angle = (-r * Math.PI) / 180;
-      // While both move, the one was read before the other.
-      if (moving && this.held.has(name)) continue;
-      const offset = moving ? new Vector3(0, 0, -size[2]) : mesh.position.clone().sub(new Vector3(x, y, z));
-      this.held.set(name, {
-        offset: moving ? offset : offset.applyAxisAngle(new Vector3(0, 0, 1), angle),
-        turn: ((turn ?? 0) * Math.PI) / 180 + angle,
-      });
-    }
-    for (const name of [...this.held.keys()]) if (!carried.has(name)) this.held.delete(name);
-  }
-
-  /** Puts what is held to the tip, and every shadow below its thing. */
-  private carry(): void {
-    const { tip } = this.figure;
-    const at = new Vector3().setFromMatrixPosition(tip.matrixWorld);
-    const turn = Math.atan2(tip.matrixWorld.elements[1] ?? 0, tip.matrixWorld.elements[0] ?? 1);
-    const supports = this.supports();
-    for (const shadow of this.contacts.children as Mesh[]) {
-      const mesh = shadow.userData.of as Mesh;
-      const held = this.held.get(String(mesh.userData.name));
-      if (held !== undefined) {
-        mesh.position
-          .copy(held.offset)
-          .applyAxisAngle(new Vector3(0, 0, 1), turn)
-          .add(at);
-        mesh.rotation.z = held.turn + turn;
-      }
-      const { x, y, z } = mesh.position;
-      const below = supportOf(
-        [x, y, z],
-        supports.filter(({ of }) => of !== mesh),
-        this.stand.surface,
-      );
-      const share = Math.max(0, 1 - (z - below) / SHADOW.fades);
-      shadow.position.set(x, y, below + 0.4);
-      shadow.rotation.z = mesh.rotation.z;
-      (shadow.material as MeshBasicMaterial).opacity = SHADOW.opacity * share;
-    }
-  }
-
-  private supports(): Array<Support & { of: Mesh | null }> {
-    const belts = this.layers.get("belt")?.shapes.boxes ?? [];
-    const things = (this.layers.get("objects")?.group.children ?? []) as Mesh[];
-    return [
-      ...belts.map((belt) => ({ ...belt, top: (belt.at[2] ?? 0) + (belt.size[2] ?? 0), of: null })),
-      ...things.map((mesh) => {
-        const size = mesh.userData.size as Point;
-        const turn = (mesh.rotation.z * 180) / Math.PI;
-        return { at: mesh.position.toArray(), size, turn, top: mesh.position.z + size[2], of: mesh };
-      }),
-    ];
   }
 
   setColors(lines: string, strong: string, top: string): void {
@@ -379,54 +270,8 @@ export class ArmScene {
     this.wake();
   }
 
-  /** From this side, with all that is on the table in the picture. */
-  look(view: View, atOnce = false): void {
-    this.view = view;
-    this.isTurned = false;
-    this.fly(view, atOnce);
-  }
-
-  /** All that is on the table, from where the person looks. */
-  fit(): void {
-    this.fly(null, false);
-  }
-
-  /** Nearer by this factor; the middle of the picture stays. */
-  zoom(by: number): void {
-    const { target, minDistance, maxDistance } = this.controls;
-    this.isTurned = true;
-    const goal = this.flight?.to ?? this.camera.position;
-    const aim = this.flight?.aim ?? target;
-    const away = goal.clone().sub(aim);
-    away.setLength(Math.min(maxDistance, Math.max(minDistance, away.length() / by)));
-    this.go(aim.clone().add(away), aim.clone(), false);
-  }
-
-  private fly(view: View | null, atOnce: boolean): void {
-    const { x, y, z } = this.camera.position.clone().sub(this.controls.target).normalize();
-    const points = this.sights();
-    const work = points.slice(SIGHTS);
-    const middle = work.length === 0 ? 0 : work.reduce((sum, point) => sum + point[1], 0) / work.length;
-    const direction: Point = view === null ? [x, y, z] : directionOf(view, middle);
-    const covered = this.covers() / this.place.clientHeight;
-    const { position, target } = placeOf(points, direction, this.camera.fov, this.camera.aspect, covered);
-    this.go(new Vector3(...position), new Vector3(...target), atOnce);
-  }
-
-  private go(to: Vector3, aim: Vector3, atOnce: boolean): void {
-    if (atOnce || this.still.matches) {
-      this.camera.position.copy(to);
-      this.controls.target.copy(aim);
-      this.flight = null;
-    } else {
-      const { target } = this.controls;
-      this.flight = { from: this.camera.position.clone(), to, target: target.clone(), aim, since: performance.now() };
-    }
-    this.wake();
-  }
-
   /** What the picture has to show: the arm, and what lies before it. */
-  private sights(): Point[] {
+  private sights(): { points: Point[]; side: number } {
     const { floor, lift } = this.stand;
     const points: Point[] = [
       [-80, -79, floor],
@@ -441,7 +286,7 @@ export class ArmScene {
     const within = (value: number) => Math.min(WORK, Math.max(-WORK, value));
     const work: Point[] = [];
     for (const name of ["paper", "objects", "belt"] as const) {
-      for (const { at, size, turn = 0 } of this.layers.get(name)?.shapes.boxes ?? []) {
+      for (const { at, size, turn = 0 } of this.boxesOf(name)) {
         const [x = 0, y = 0, z = 0] = at;
         const [length = 0, width = 0, height = 0] = size;
         const [c, s] = [Math.cos((turn * Math.PI) / 180) / 2, Math.sin((turn * Math.PI) / 180) / 2];
@@ -464,25 +309,19 @@ export class ArmScene {
       work.push([left, low, floor], [left, high, floor], [right, low, floor], [right, high, floor]);
     }
     if (work.length === 0) work.push([300, -150, floor], [300, 150, floor]);
-    return [...points, ...work];
+    const side = work.reduce((sum, [, y]) => sum + y, 0) / work.length;
+    return { points: [...points, ...work], side };
   }
 
   /** Something else is on the table: the camera looks at it, unless the person has turned it. */
   private settle(): void {
-    const boxes = (name: Layer) => this.layers.get(name)?.shapes.boxes ?? [];
-    const fixed = (["paper", "belt"] as const).map((name) => boxes(name).map(({ at, size }) => [at, size]));
-    const seen = JSON.stringify([this.stand, fixed, boxes("objects").map(({ name }) => name)]);
+    const fixed = (["paper", "belt"] as const).map((name) => this.boxesOf(name).map(({ at, size }) => [at, size]));
+    const seen = JSON.stringify([this.stand, fixed, this.boxesOf("objects").map(({ name }) => name)]);
     if (seen !== this.seenFrom) {
       const isFirst = this.told === 0;
       this.seenFrom = seen;
-      if (!this.isTurned && !this.follows) this.fly(this.view, isFirst);
+      this.eye.arrange(isFirst);
     }
-    this.wake();
-  }
-
-  setFollow(follows: boolean): void {
-    this.follows = follows;
-    if (!follows) this.fly(this.isTurned ? null : this.view, false);
     this.wake();
   }
 
@@ -494,10 +333,10 @@ export class ArmScene {
     this.sizes.disconnect();
     this.endDragging();
     for (const { group } of this.layers.values()) drop(group);
-    for (const group of [this.reach, this.contacts, this.trailLine, this.ghost]) if (group !== null) drop(group);
+    for (const group of [this.reach, this.contacts.group, this.trailLine, this.ghost]) if (group !== null) drop(group);
     this.figure.clear();
     this.ground.end();
-    this.controls.dispose();
+    this.eye.controls.dispose();
     this.renderer.dispose();
     // A browser keeps few contexts, and forgets one that is not let go when it likes.
     this.renderer.forceContextLoss();
@@ -508,21 +347,9 @@ export class ArmScene {
     const { clientWidth: width, clientHeight: height } = this.place;
     if (width === 0 || height === 0) return;
     this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.arrange();
+    this.eye.setSize(width, height);
+    this.eye.arrange(true);
     this.wake();
-  }
-
-  /** Looks anew at once, as the place for it has changed. */
-  arrange(): void {
-    if (!this.isTurned && !this.follows) this.fly(this.view, true);
-  }
-
-  private moveTarget(to: Vector3, share: number): void {
-    const step = to.sub(this.controls.target).multiplyScalar(share);
-    this.controls.target.add(step);
-    this.camera.position.add(step);
   }
 
   private wake(): void {
@@ -547,43 +374,25 @@ export class ArmScene {
       this.figure.pose(this.shown);
       goesOn ||= share < 1;
     }
-    if (this.flight !== null) goesOn = this.flies(this.flight, now) || goesOn;
     this.figure.root.updateMatrixWorld(true);
     const tip = new Vector3().setFromMatrixPosition(this.figure.tip.matrixWorld);
-    if (this.follows) {
-      const away = tip.clone().sub(this.controls.target);
-      if (away.length() > 0.5) {
-        this.moveTarget(tip.clone(), this.still.matches ? 1 : 0.12);
-        goesOn = true;
-      }
-    }
+    goesOn = this.eye.step(tip, now) || goesOn;
     const goal = this.ghost?.position;
     // There the ghost would only lie in the tool.
     if (this.ghost !== null && goal) this.ghost.visible = goal.distanceTo(tip) > 2;
     const burns = this.tool === "laser" && this.state?.tool.laser === true;
     this.figure.burn(burns ? Math.max(0, tip.z - this.stand.surface) : null);
-    this.carry();
+    this.contacts.carry(this.figure.tip, this.stand.surface);
     const fades = this.drawTrail(tip, now);
-    this.controls.update();
-    this.figure.setOpacity(opacityOf(this.elevation()));
-    this.camera.updateMatrixWorld();
-    this.renderer.render(this.scene, this.camera);
+    const { camera, controls } = this.eye;
+    controls.update();
+    this.figure.setOpacity(opacityOf(this.eye.elevation()));
+    camera.updateMatrixWorld();
+    this.renderer.render(this.scene, camera);
     this.measure(now);
     this.tell(tip, now, goesOn);
     if (goesOn) this.wake();
     else if (fades) this.faded = setTimeout(() => this.wake(), 150);
-  }
-
-  /** Moves the camera on its way; whether that goes on. It goes round the arm and not through it. */
-  private flies({ from, to, target, aim, since }: NonNullable<ArmScene["flight"]>, now: number): boolean {
-    const share = Math.min(1, (now - since) / FLIES);
-    const eased = 1 - (1 - share) ** 3;
-    this.controls.target.lerpVectors(target, aim, eased);
-    const length = from.distanceTo(target) * (1 - eased) + to.distanceTo(aim) * eased;
-    const direction = from.clone().sub(target).normalize().lerp(to.clone().sub(aim).normalize(), eased);
-    this.camera.position.copy(direction.setLength(length)).add(this.controls.target);
-    if (share >= 1) this.flight = null;
-    return share < 1;
   }
 
   /** The way of the tip, older pieces fainter; whether any is still seen. */
@@ -623,17 +432,15 @@ export class ArmScene {
   private tell(tip: Vector3, now: number, goesOn: boolean): void {
     const { clientWidth: width, clientHeight: height } = this.place;
     const pixel = (at: Vector3): [number, number] => {
-      const { x, y } = at.clone().project(this.camera);
+      const { x, y } = at.clone().project(this.eye.camera);
       return [((x + 1) / 2) * width, ((1 - y) / 2) * height];
     };
     const letter = ([x, y]: readonly [number, number]) => pixel(new Vector3(x, y, this.stand.floor));
     this.onTurned({ x: letter(LETTERS.x), y: letter(LETTERS.y) });
     if (goesOn && now - this.told < TELLS) return;
     this.told = now;
-    const camera = this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
+    const { projectionMatrix, matrixWorldInverse } = this.eye.camera;
+    const camera = projectionMatrix.clone().multiply(matrixWorldInverse);
     this.onDrawn({ tip: pixel(tip), camera: camera.toArray() });
   }
 }
-
-/** So many of what the picture has to show are the arm. */
-const SIGHTS = 8;
