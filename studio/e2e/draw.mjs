@@ -205,7 +205,7 @@ export function drawing(test, bench) {
     const [, [from, to]] = boundsOf(await marks());
     assert.ok(near((from + to) / 2, -90, 0.5) && near(to - from, 60, 0.5), `${from} to ${to}`);
     await page.getByRole("button", { name: "Star", exact: true }).click();
-    await page.waitForFunction(() => document.querySelectorAll(".object").length === 2);
+    await page.waitForFunction(() => document.querySelectorAll(".item-row").length === 2);
     await shown(page);
     const star = { x: await value(page, "x"), y: await value(page, "y"), width: await value(page, "width") };
     assert.ok(star.y - star.width / 2 > to || star.y + star.width / 2 < from, JSON.stringify({ star, from, to }));
@@ -222,7 +222,7 @@ export function drawing(test, bench) {
 
   test("the sheet: objects are drawn together in true size, undone and done again", async () => {
     const page = await opened("draw", "pen");
-    const objects = () => page.locator(".object").count();
+    const objects = () => page.locator(".item-row").count();
     await page.getByRole("button", { name: "Rectangle" }).click();
     await shown(page);
     await type(page, "x", 220);

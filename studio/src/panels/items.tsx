@@ -89,7 +89,7 @@ function Row({ bench, item, isChosen }: { bench: Bench; item: Item; isChosen: bo
     <li>
       <button
         type="button"
-        class="object"
+        class="item-row"
         aria-pressed={isChosen}
         data-testid={`object-${item.id}`}
         onClick={() => bench.choose(item.id)}
@@ -109,14 +109,14 @@ export function Objects({ bench }: { bench: Bench }) {
   if (items.length === 0) return null;
   const at = items.indexOf(item as (typeof items)[number]);
   return (
-    <Card title={w("objects.title")} class="objects-card">
-      <ul class="object-list" aria-label={w("objects.list")}>
+    <Card title={w("objects.title")} class="items-card">
+      <ul class="item-list" aria-label={w("objects.list")}>
         {items.map((one) => (
           <Row key={one.id} bench={bench} item={one} isChosen={one === item} />
         ))}
       </ul>
       {item === null ? null : (
-        <div class="object-do" role="group" aria-label={`${w("objects.of")}: ${nameOf(item)}`}>
+        <div class="item-do" role="group" aria-label={`${w("objects.of")}: ${nameOf(item)}`}>
           <div class="buttons-row">
             <Do
               id="object-duplicate"
