@@ -3,7 +3,7 @@ import { effect } from "@preact/signals";
 import * as store from "./store";
 
 /** Of a first visit, ms: until then the line is for what the person opens, and the copy of all files waits. */
-const FIRST = 5000;
+const FIRST = 10_000;
 
 /** After the first seconds, and not while an arm is being connected. */
 async function quiet(): Promise<void> {
