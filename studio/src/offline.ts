@@ -1,6 +1,6 @@
 // The page without a network: its service worker, and a newer build, which is offered and never taken by itself.
-import { effect } from "@preact/signals";
 import * as store from "./store";
+import { until } from "./until";
 
 /** Of a first visit, ms: until then the line is for what the person opens, and the copy of all files waits. */
 const FIRST = 10_000;
@@ -8,13 +8,7 @@ const FIRST = 10_000;
 /** After the first seconds, and not while an arm is being connected. */
 async function quiet(): Promise<void> {
   await new Promise((done) => setTimeout(done, FIRST));
-  await new Promise<void>((done) => {
-    const end = effect(() => {
-      if (store.socket.value === "connecting") return;
-      queueMicrotask(() => end());
-      done();
-    });
-  });
+  await until(() => store.socket.value !== "connecting");
 }
 
 export async function keepOffline(): Promise<void> {

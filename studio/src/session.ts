@@ -1,5 +1,5 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
-import { batch, effect } from "@preact/signals";
+import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
 import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError, type Told } from "./client";
@@ -9,6 +9,7 @@ import { isPin } from "./pairing";
 import { choose } from "./serial";
 import { lastArm, ownName, remember, remembered, used } from "./settings";
 import * as store from "./store";
+import { until } from "./until";
 
 /** States a second. */
 const RATE = 20;
@@ -478,15 +479,9 @@ export function rename(): void {
 }
 
 /** As `rename`; done when the session goes on. */
-export function renamed(): Promise<void> {
+export async function renamed(): Promise<void> {
   rename();
-  return new Promise((done) => {
-    const end = effect(() => {
-      if (store.socket.value === "connecting" || store.socket.value === "lost") return;
-      queueMicrotask(() => end());
-      done();
-    });
-  });
+  await until(() => store.socket.value !== "connecting" && store.socket.value !== "lost");
 }
 
 setInterval(() => {

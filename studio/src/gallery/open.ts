@@ -10,6 +10,7 @@ import { connectSim } from "../session";
 import * as store from "../store";
 import * as teach from "../teach/actions";
 import { load } from "../ui/routes";
+import { until } from "../until";
 import { loadBuiltIn } from "../view/seen";
 import type { Example } from "./examples";
 
@@ -27,23 +28,11 @@ export const why = computed(() => {
 /** An arm, and control of it: the page's own where there is none. False if the person did not take control. */
 async function ready(): Promise<boolean> {
   if (store.backend.value === "none") connectSim();
-  if (!(await becomes(() => store.isUp.value && store.state.value !== null, PATIENCE))) throw new Error(t("why.lost"));
+  if (!(await until(() => store.isUp.value && store.state.value !== null, PATIENCE))) throw new Error(t("why.lost"));
   // The page takes control of its own arm by itself.
   if (store.backend.value !== "sim" && store.lease.value === "free") await take();
-  return (await becomes(() => store.lease.value === "mine", SOON)) && store.why.value === null;
+  return (await until(() => store.lease.value === "mine", SOON)) && store.why.value === null;
 }
-
-/** Whether it becomes so within a time, ms. */
-const becomes = (is: () => boolean, within: number) =>
-  new Promise<boolean>((done) => {
-    const ended = (found: boolean) => {
-      clearTimeout(late);
-      queueMicrotask(() => end());
-      done(found);
-    };
-    const late = setTimeout(() => ended(false), within);
-    const end = computed(is).subscribe((now) => now && ended(true));
-  });
 
 async function contentOf({ name, text, url }: NonNullable<Example["file"]>): Promise<File> {
   return new File([text ?? (await (await fetch(url ?? "")).blob())], name);

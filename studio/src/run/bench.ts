@@ -30,9 +30,9 @@ import {
   without,
 } from "./items";
 import { corners, rotateOf, taken, turnOf, upright } from "./paper";
-import { freeSpot, type Room } from "./room";
+import { freeSpot, overlaps, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
-import { entryOf, optionsOf, Shop, type Source, setupOf, type Values } from "./shop";
+import { counts, entryOf, optionsOf, Shop, type Source, setupOf, type Values } from "./shop";
 import { sheet } from "./surface";
 
 const w = sentencesOf(texts);
@@ -394,14 +394,8 @@ export class Bench extends Shop {
     const values = { ...this.common.value, ...item.values };
     const said = (name: string): string =>
       String(this.fixed[name] ?? (values[name] || (all.find((one) => one.name === name)?.default ?? "")));
-    const counts = ({ with: name, when }: Option): boolean => {
-      if (name === null) return true;
-      const other = all.find((one) => one.name === name);
-      if (other !== undefined && !counts(other)) return false;
-      return when.length === 0 ? said(name) === "true" : when.includes(said(name));
-    };
     const isAsked = (option: Option) =>
-      counts(option) &&
+      counts(option, all, said) &&
       (!this.isComposed.value || isOwn(option) || ["surface", "speed"].includes(option.name)) &&
       !(this.isComposed.value && ANEW.includes(option.name));
     const set = setupOf(all.filter(isAsked), values);
@@ -473,13 +467,7 @@ export class Bench extends Shop {
     const fills = FILLS.includes(item.format) && !isWritten;
     const most = (MOST[this.tool]?.[item.format] ?? Infinity) / longest;
     const isTaken = (frame = boundsOf(strokes.flatMap(({ points }) => points))) =>
-      room.taken.some(
-        (one) =>
-          one.x < frame.x + frame.width &&
-          frame.x < one.x + one.width &&
-          one.y < frame.y + frame.height &&
-          frame.y < one.y + one.height,
-      );
+      room.taken.some((one) => overlaps(one, frame));
     // On a sheet that was measured the page of a file lies on the paper, corner on corner.
     const isKept = room.paper === null || sheet.value !== null;
     if (!fills && isKept && !isTaken() && report.ok) return [report, null];

@@ -24,8 +24,18 @@ export const startedBy = (job: Job): string | null =>
 /** Why a job can be neither started nor steered now; one that runs is no reason. */
 export const why = computed(() => (store.why.value === "why.busy" ? null : store.why.value));
 
-/** Follows the jobs; what it gives back ends that. */
+let followers = 0;
+let unfollow = () => {};
+
+/** Follows the jobs, once for all who want it; what it gives back ends that. */
 export function follow(): () => void {
+  if (followers++ === 0) unfollow = begin();
+  return () => {
+    if (--followers === 0) unfollow();
+  };
+}
+
+function begin(): () => void {
   const hear = (...[method, params]: Told) => {
     if (method !== "job.changed" || params.job.arm !== store.armName.value) return;
     const changed = params.job;

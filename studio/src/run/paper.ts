@@ -1,9 +1,10 @@
 // What is known of the paper: where it lies, and what was drawn on it since it was laid there.
-import { effect, signal } from "@preact/signals";
+import { signal } from "@preact/signals";
 import { complain } from "../actions";
 import type { Report } from "../api";
 import { call, shown } from "../session";
 import * as store from "../store";
+import { until } from "../until";
 import { type Frame, type Points, UPRIGHT } from "../view/flat";
 import { drawn, look, world } from "../view/seen";
 import * as jobs from "./jobs";
@@ -58,12 +59,12 @@ export async function follows(
   const [report, name] = [bench.report.peek(), arm()];
   if (id === null || report === null || isVirtual()) return;
   const lines = (report.preview?.strokes ?? []).map(({ points }) => points);
-  const end = effect(() => {
-    const job = jobs.jobs.value.find((one) => one.job === id);
-    if (job === undefined || jobs.isUnderWay(job) || job.state === "queued") return;
-    queueMicrotask(() => end());
-    if (job.state !== "failed") leave(name, lines, bench.tool === "laser");
+  const job = () => jobs.jobs.value.find((one) => one.job === id);
+  await until(() => {
+    const now = job();
+    return now !== undefined && !jobs.isUnderWay(now) && now.state !== "queued";
   });
+  if (job()?.state !== "failed") leave(name, lines, bench.tool === "laser");
 }
 
 /** Lays a new sheet: of a virtual arm at once; of a real one it is taken at the person's word. False if it was refused. */

@@ -55,7 +55,8 @@ function grown({ x, y, width, height }: Frame): Frame {
   const by = Math.min(APART, Math.max(GAP / 2, TOGETHER * Math.max(width, height)));
   return { x: x - by, y: y - by, width: width + 2 * by, height: height + 2 * by };
 }
-const overlaps = (one: Frame, other: Frame): boolean =>
+/** Whether two boxes share room. */
+export const overlaps = (one: Frame, other: Frame): boolean =>
   one.x < other.x + other.width &&
   other.x < one.x + one.width &&
   one.y < other.y + other.height &&

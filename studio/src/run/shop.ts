@@ -52,6 +52,14 @@ export function setupOf(options: readonly Option[], values: Values): Record<stri
 export const entryOf = (name: string | null | undefined): Entry | null =>
   programs.value.find((program) => program.name === name) ?? null;
 
+/** Whether an option counts, with what `said` says of others: what it counts with has to count itself. */
+export function counts({ with: name, when }: Option, all: readonly Option[], said: (name: string) => string): boolean {
+  if (name === null) return true;
+  const other = all.find((one) => one.name === name);
+  if (other !== undefined && !counts(other, all, said)) return false;
+  return when.length === 0 ? said(name) === "true" : when.includes(said(name));
+}
+
 export abstract class Shop {
   abstract readonly chosen: ReadonlySignal<Source | null>;
   abstract readonly values: ReadonlySignal<Values>;
@@ -93,17 +101,9 @@ export abstract class Shop {
     return String(this.fixed[name] ?? (this.values.value[name] || (option?.default ?? "")));
   };
 
-  /** Whether an option counts, as the others are set: what it counts with has to count itself. */
-  private counts({ with: name, when }: Option): boolean {
-    if (name === null) return true;
-    const other = this.options.value.find((one) => one.name === name);
-    if (other !== undefined && !this.counts(other)) return false;
-    return when.length === 0 ? this.valueOf(name) === "true" : when.includes(this.valueOf(name));
-  }
-
   /** What a person is asked: what counts, and the workshop does not say itself. */
   readonly asked = computed(() =>
-    this.options.value.filter((option) => this.isOpen(option.name) && this.counts(option)),
+    this.options.value.filter((option) => this.isOpen(option.name) && counts(option, this.options.value, this.valueOf)),
   );
   /** What is set, as the station takes it; nothing where nothing is. */
   readonly setup = computed<Record<string, unknown> | undefined>(() => {
@@ -184,7 +184,8 @@ export abstract class Shop {
     await tried(async () => {
       const before = this.mark();
       // What is known to be impossible is looked at once more: the arm may stand elsewhere now.
-      if (!this.isSettled() || this.report.value?.ok !== true) if (!(await this.check())) return;
+      const isKnown = this.isSettled() && this.report.value?.ok === true;
+      if (!isKnown && !(await this.check())) return;
       // Nobody has pressed for what was chosen meanwhile.
       if (this.mark() !== before) return;
       const order = this.source();

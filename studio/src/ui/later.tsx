@@ -2,8 +2,12 @@
 import { signal } from "@preact/signals";
 import type { ComponentType } from "preact";
 
-/** A part that comes after what stands around it, and stays; `wants` says from when on. */
-export function later(load: () => Promise<ComponentType>, wants = () => true): ComponentType {
+/** A part that comes after what stands around it, and stays; `wants` says from when on, `failed` hears why it did not come. */
+export function later(
+  load: () => Promise<ComponentType>,
+  wants = () => true,
+  failed: (error: unknown) => void = () => {},
+): ComponentType {
   const part = signal<ComponentType | null>(null);
   let isAsked = false;
   return () => {
@@ -13,7 +17,10 @@ export function later(load: () => Promise<ComponentType>, wants = () => true): C
       isAsked = true;
       load().then(
         (loaded) => (part.value = loaded),
-        () => (isAsked = false),
+        (error: unknown) => {
+          isAsked = false;
+          failed(error);
+        },
       );
     }
     return null;

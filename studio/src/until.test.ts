@@ -1,0 +1,26 @@
+import { signal } from "@preact/signals";
+import { expect, test, vi } from "vitest";
+import { until } from "./until";
+
+test("what is so already is not waited for", async () => expect(await until(() => true)).toBe(true));
+
+test("it is waited for, and not looked at any more when it has come", async () => {
+  const value = signal(0);
+  const is = vi.fn(() => value.value === 2);
+  const found = until(is);
+  value.value = 1;
+  value.value = 2;
+  expect(await found).toBe(true);
+  const looks = is.mock.calls.length;
+  value.value = 3;
+  expect(is.mock.calls.length).toBe(looks);
+});
+
+test("what does not come in time is given up", async () => {
+  vi.useFakeTimers();
+  const value = signal(false);
+  const found = until(() => value.value, 100);
+  vi.advanceTimersByTime(100);
+  expect(await found).toBe(false);
+  vi.useRealTimers();
+});
