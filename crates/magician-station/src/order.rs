@@ -142,7 +142,7 @@ pub struct JobOrder {
     pub require_homed: bool,
     /// True if it runs on an arm that is not known to be homed, too.
     pub unhomed: bool,
-    /// Where it began, if it depends on that, mm.
+    /// Pose at which the plan began, if the plan depends on it, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[f64; 3]>,
 }
@@ -173,17 +173,17 @@ impl JobOrder {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct JobStart {
-    /// Its id.
+    /// Id of the job.
     pub job: JobId,
-    /// What it is to do.
+    /// Program and options.
     pub order: JobOrder,
-    /// Whether it goes on where an earlier one of the same ended.
+    /// True if the job goes on where an earlier one of the same program ended.
     pub resumes: bool,
-    /// How far before that place it begins, along the line of a burn, mm.
+    /// Distance before that place at which it begins, along the line of a burn, mm.
     pub overlap: f64,
     /// Refusal if it would burn and must not.
     pub laser: Result<(), Box<RpcError>>,
-    /// What is answered if it holds a command that is dangerous.
+    /// Refusal if it holds a dangerous command and must not.
     pub danger: Result<(), Box<RpcError>>,
 }
 
@@ -191,33 +191,33 @@ pub struct JobStart {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ArmRead {
-    /// Its identity.
+    /// Identity of the arm.
     Info,
-    /// Its links, limits and tool.
+    /// Links, limits and tool of the arm.
     Model,
     /// The world around a virtual arm.
     World {
         /// The mark of the drawing that is known.
         mark: Option<String>,
     },
-    /// What its pins, sensors and steppers are, and do.
+    /// Functions and levels of pins, sensors and steppers.
     Io,
-    /// Its alarms.
+    /// Alarms that stand.
     Alarms,
     /// Height of the work surface under it.
     Surface,
-    /// Its state.
+    /// State, as a reading has it.
     State,
-    /// Where it stands, once it stands.
+    /// State of the arm at rest: the answer waits until it stands.
     Stand,
-    /// Where it stands, once it stands, as a step of a program.
+    /// Pose of the arm at rest, as a step of a program.
     Capture {
-        /// How the step is reached.
+        /// Way to the step.
         by: Travel,
         /// True if an arm that is not known to be homed is taken, too.
         unhomed: bool,
     },
-    /// What answers a frame that the protocol's table does not have.
+    /// Answer to a frame that the protocol's table does not have.
     Raw {
         /// Id of the command.
         id: u8,
