@@ -2,6 +2,7 @@
 //! takes the height from where the tool is.
 
 use magician::commands::{EndEffectorParams, Pose};
+use magician::message;
 use magician::{Arm, Error, ErrorCode, Result, ToolBias};
 use magician_program::{Tool, rounded_height};
 
@@ -50,22 +51,28 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
     arm.laser().check_off().await?;
     // A hand or another program moves it, too: then two poses differ.
     if !arm.stands().await? {
-        let why = "the arm moves: its tool touches nothing yet";
+        let why = message!("the arm moves: its tool touches nothing yet");
         return Err(Error::new(ErrorCode::Busy, why));
     }
     let bias = arm.get::<EndEffectorParams>().await?;
     let pose = arm.get::<Pose>().await?;
     let mounted = Tool::from(&bias);
     check_tip(mounted.bias(), draws.bias()).map_err(|()| {
-        let why = format!(
+        let why = message!(
             "the arm's poses are for the tool {mounted}, but drawings use the tool {draws}: the \
-                measured height would be wrong"
+                measured height would be wrong",
+            mounted,
+            draws
         );
         Error::new(ErrorCode::InvalidValue, why)
     })?;
     let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
-    Touch::of([x, y, z])
-        .ok_or_else(|| Error::new(ErrorCode::BadAnswer, "the arm's pose is not finite"))
+    Touch::of([x, y, z]).ok_or_else(|| {
+        Error::new(
+            ErrorCode::BadAnswer,
+            message!("the arm's pose is not finite"),
+        )
+    })
 }
 
 /// The height alone counts: a level surface is the same wherever it is touched.
@@ -103,8 +110,10 @@ pub fn keep_surface(height: Option<f64>) -> Result<()> {
     };
     let edited = match height {
         Some(_) if has("sheet")? => {
-            let why = "the settings keep a calibrated sheet, whose height takes precedence over a \
-                touched surface";
+            let why = message!(
+                "the settings keep a calibrated sheet, whose height takes precedence over a \
+                touched surface"
+            );
             return Err(Error::new(ErrorCode::InvalidSettings, why));
         }
         Some(height) => file.with("surface", &rounded_height(height).to_string()),
