@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use magician::commands::{EndEffectorParams, Pose};
+use magician::message;
 use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
 use magician_job::report::{self, Note};
@@ -324,6 +325,7 @@ impl Work {
         if let Some(misfit) = &program.misfit {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
             let failed = RpcError::new(RpcError::CHECK_FAILED, problem.message);
+            let failed = failed.said(&misfit.sentence());
             let failed = failed.with("report", report.unwrap_or_default());
             let remedies = problem.data.get("remedies").cloned();
             return Err(match remedies {
@@ -356,7 +358,7 @@ impl Work {
     /// A request about a job that is over.
     fn over(&self, request: Option<RequestId>) {
         if let Some(request) = request {
-            let outcome = Err(refused("the job is over"));
+            let outcome = Err(refused(message!("the job is over")));
             (self.report)(ArmReport::Done { request, outcome });
         }
     }
@@ -509,7 +511,7 @@ fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-fn refused(why: &str) -> RpcError {
+fn refused(why: impl Into<magician::Message>) -> RpcError {
     RpcError::arm(ErrorKind::InvalidInput, why)
 }
 
@@ -526,7 +528,7 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
     if stands {
         return Ok(());
     }
-    let why = "the arm is not where the pause left it";
+    let why = message!("the arm is not where the pause left it");
     let error = RpcError::arm(ErrorKind::Unexpected, why);
     let expected = expected.map(|expected| reading::pose(&expected));
     Err(error
@@ -562,7 +564,7 @@ async fn read(
         while let ProgramReading::ToCome(to_come) = read {
             read = tokio::select! {
                 read = to_come => read?,
-                () = gives_up.notified() => return Err(refused("the job is over")),
+                () = gives_up.notified() => return Err(refused(message!("the job is over"))),
             };
         }
         match read {
@@ -579,7 +581,7 @@ async fn read(
                 here.stands = Some(arm.preflight_for(&[]).await?);
             }
             ProgramReading::NeedsStart => {
-                return Err(refused("it is not known where the arm stands"));
+                return Err(refused(message!("it is not known where the arm stands")));
             }
         }
     }
@@ -627,15 +629,16 @@ fn fault_of(error: &JobError, program: &PreparedProgram) -> RpcError {
         Fault::Arm(error) => RpcError::from(&**error),
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
-            let failed = RpcError::new(RpcError::CHECK_FAILED, message);
+            let failed = RpcError::new(RpcError::CHECK_FAILED, message).said(&error.sentence());
             match to_value(&job::check_report(program, rest, report)) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,
             }
         }
         Fault::Doubt { span, .. } => RpcError::arm(ErrorKind::Uncertain, message)
+            .said(&error.sentence())
             .with("from", span.least + 1)
             .with("to", span.most),
-        _ => RpcError::arm(ErrorKind::InvalidInput, message),
+        _ => RpcError::arm(ErrorKind::InvalidInput, message).said(&error.sentence()),
     }
 }
