@@ -40,6 +40,7 @@ export default defineConfig({
             { name: "three", test: /node_modules.three/ },
             { name: "shell", test: SHELL },
             { name: "jobs", test: /src.run.(?!place|laser)|src.panels.(job\.|setup|programs|run\.css)/ },
+            { name: "said-zh", test: /src.said.zh/ },
             { name: "qr", test: /node_modules.lean-qr/ },
             { name: "sheet", test: /src.run.place|src.panels.(sheet|workshop)/ },
           ],

@@ -2,9 +2,10 @@
 
 import type { Remedy } from "../actions";
 import type { Job } from "../api";
-import { t } from "../i18n";
+import { sentence, t } from "../i18n";
 import { clock } from "../log";
 import * as jobs from "../run/jobs";
+import { noteOf } from "../run/words";
 import * as store from "../store";
 import { Card, Do, Heads, Why } from "../ui/parts";
 import { Remedies } from "./remedies";
@@ -83,11 +84,13 @@ export function JobCard() {
       {job.reason === "part" || job.reason === "program" ? (
         <p class="hint">{job.text ?? t(`job.reason.${job.reason}`)}</p>
       ) : null}
-      {job.error !== null ? <p class="hint bad">{job.error.message}</p> : null}
+      {job.error !== null ? (
+        <p class="hint bad">{job.error.template ? sentence(job.error) : job.error.message}</p>
+      ) : null}
       {job.error !== null ? <Remedies of={(job.error as { remedies?: Remedy[] }).remedies ?? []} /> : null}
       {(job.notes ?? []).map((note) => (
         <p class="hint" key={note.text}>
-          {note.text}
+          {noteOf(note)}
         </p>
       ))}
       <Why id="job-why" text={off && (pauses || jobs.canResume(job)) ? t(why) : null} />

@@ -5,6 +5,10 @@ import { t } from "../i18n";
 import * as check from "../run/check";
 import { duration } from "../run/jobs";
 import { Card, Heads, Pick } from "../ui/parts";
+import { sentencesOf } from "../words";
+import texts from "./partslist.json";
+
+const w = sentencesOf(texts);
 
 /** Whether it is drawn: as a person has ticked it, else as the station says. */
 function isWanted({ n, skipped }: Part): boolean {
@@ -36,19 +40,19 @@ export function PartsCard() {
   if (option === undefined) return null;
   const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
   return (
-    <Card title={t("parts.title")} class="parts-card">
+    <Card title={w("parts.title")} class="parts-card">
       <Pick
-        title={t("parts.by")}
+        title={w("parts.by")}
         id="parts-by"
         value={check.valueOf("parts")}
-        options={[{ value: "", text: t("parts.auto") }, ...options]}
+        options={[{ value: "", text: w("parts.auto") }, ...options]}
         choose={(to) => check.setValue("parts", to)}
       />
       {parts.length === 0 ? null : (
         <table data-testid="parts">
           <Heads
-            names={[t("parts.drawn"), t("parts.name"), t("parts.length"), t("parts.time")]}
-            unseen={[t("parts.drawn")]}
+            names={[w("parts.drawn"), w("parts.name"), w("parts.length"), w("parts.time")]}
+            unseen={[w("parts.drawn")]}
           />
           <tbody>
             {parts.map((part) => (
@@ -56,7 +60,7 @@ export function PartsCard() {
                 <td>
                   <input
                     type="checkbox"
-                    aria-label={t("parts.draw", { name: part.name ?? part.color ?? part.n })}
+                    aria-label={w("parts.draw", { name: part.name ?? part.color ?? part.n })}
                     checked={isWanted(part)}
                     disabled={isWanted(part) && parts.filter(isWanted).length === 1}
                     data-testid={`part-only-${part.n}`}
@@ -81,7 +85,7 @@ export function PartsCard() {
           data-testid="parts-pause"
           onChange={(event) => check.setValue("no_pause", String(!event.currentTarget.checked))}
         />
-        <span>{t("parts.pause")}</span>
+        <span>{w("parts.pause")}</span>
       </label>
     </Card>
   );

@@ -9,6 +9,10 @@ import * as check from "../run/check";
 import { call } from "../session";
 import * as store from "../store";
 import { Card, Do, OpenFile, Pick, TextField } from "../ui/parts";
+import { sentencesOf } from "../words";
+import texts from "./presets.json";
+
+const w = sentencesOf(texts);
 
 const all = signal<Preset[]>([]);
 const chosen = signal("");
@@ -40,12 +44,12 @@ const keep = (to: string, content: { setup: Record<string, unknown> } | { text: 
     // As the library does: another page may have saved one since.
     await list();
     const replaces = all.value.some((one) => one.name === to);
-    if (replaces && !(await store.ask(t("replace.title", { name: to }), t("preset.replace.text"), t("replace"))))
+    if (replaces && !(await store.ask(t("replace.title", { name: to }), w("preset.replace.text"), t("replace"))))
       return;
     await call("preset.save", { name: to, ...content });
     await list();
     await choose(to);
-    store.say(t("preset.saved", { name: to }));
+    store.say(w("preset.saved", { name: to }));
   });
 
 export function Presets() {
@@ -69,15 +73,15 @@ export function Presets() {
     );
   return (
     <Card
-      title={t("preset.title")}
+      title={w("preset.title")}
       class="preset-card"
       more={<OpenFile id="preset-open" class="small" accept=".toml" off={off} text={t("programs.open")} open={open} />}
     >
       <Pick
-        title={t("preset.choose")}
+        title={w("preset.choose")}
         id="preset-choose"
         value={chosen.value}
-        options={[{ value: "", text: t("preset.none") }, ...all.value.map((one) => one.name)]}
+        options={[{ value: "", text: w("preset.none") }, ...all.value.map((one) => one.name)]}
         off={!store.isUp.value}
         choose={choose}
       />
@@ -88,7 +92,7 @@ export function Presets() {
       ) : null}
       <TextField
         id="preset-name"
-        label={t("preset.name")}
+        label={w("preset.name")}
         value={name.value}
         most={64}
         live
@@ -102,7 +106,7 @@ export function Presets() {
           text={t("preset.save")}
           press={() => keep(name.value, { setup: own() })}
         />
-        <Do id="preset-file" off={preset === undefined} text={t("preset.file")} press={download} />
+        <Do id="preset-file" off={preset === undefined} text={w("preset.file")} press={download} />
         <Do
           id="preset-remove"
           off={off || preset === undefined || preset.shipped}

@@ -17,6 +17,8 @@ const CHECK_FAILED = -32004;
 /** Larger files are checked when they are asked for: it takes a while. */
 const AT_ONCE = 1024 * 1024;
 const PAUSE = 400;
+/** A range as people write it. */
+const RANGE = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
 
 export const chosen = signal<Source | null>(null);
 export const selected = computed(() => chosen.value?.program ?? null);
@@ -68,7 +70,7 @@ export const setup = computed<Record<string, unknown> | undefined>(() => {
     else if (kind === "number" || kind === "integer") set[name] = numbers[0];
     else if (kind === "point" || kind === "place" || kind === "area") set[name] = numbers;
     else if (kind === "list") set[name] = text.split("\n");
-    else if (kind !== "pens") set[name] = text;
+    else if (kind !== "pens") set[name] = name === "power" ? text.replace(RANGE, "$1..$2") : text;
   }
   Object.assign(set, fixed.value);
   return Object.keys(set).length > 0 ? set : undefined;
