@@ -40,12 +40,12 @@ export default defineConfig({
             { name: "three", test: /node_modules.three/ },
             { name: "shell", test: SHELL },
             { name: "jobs", test: /src.run.(?!place|laser)|src.panels.(job\.|setup|programs|run\.css)/ },
-            { name: "said-zh", test: /src.said.zh/ },
             { name: "qr", test: /node_modules.lean-qr/ },
             { name: "sheet", test: /src.run.place|src.panels.(sheet|workshop)/ },
           ],
         },
-        chunkFileNames: "assets/[name].js",
+        chunkFileNames: ({ facadeModuleId }) =>
+          facadeModuleId?.includes("/said/") ? "assets/said-[name].js" : "assets/[name].js",
         // What the page begins with is `app`, what a panel brings has the panel's name.
         assetFileNames: ({ names }) => (names.includes("index.css") ? "assets/app.css" : "assets/[name][extname]"),
       },
