@@ -10,11 +10,7 @@ const ENGLISH = /[a-z]{4,} [a-z]{2,}/;
 const FAR = "G90\nG1 X900 Y0 Z0 F1000\nG1 X950 Y0 Z0\n";
 
 export function said(test, { browser, url, closed, shots }) {
-  const far = { name: "far.gcode", mimeType: "text/plain", buffer: Buffer.from(FAR) };
-  const open = async (page, file) => {
-    const [chooser] = await Promise.all([page.waitForEvent("filechooser"), page.getByTestId("program-open").click()]);
-    await chooser.setFiles(file);
-  };
+  const far = (language) => ({ name: `far-${language}.gcode`, mimeType: "text/plain", buffer: Buffer.from(FAR) });
   for (const [language, wrong, refused] of [
     ["en", /“Capital height” is a number above 0/, /is out of reach; the nearest place in reach is/],
     ["zh", /“大写字母高度”应为大于 0/, /超出可达范围；最近的可达位置是/],
@@ -38,7 +34,7 @@ export function said(test, { browser, url, closed, shots }) {
 
       await page.goto(`${url()}#/run`);
       await is(page, "route", "run");
-      await open(page, far);
+      await page.getByTestId("program-open").setInputFiles(far(language));
       const complaint = page.getByTestId("run-complaint-1");
       await complaint.getByText(refused).waitFor();
       const text = await page.locator(".complaints").textContent();
