@@ -1,9 +1,11 @@
 // The bundle is committed and rebuilt byte for byte: fixed names, no source maps, no hashes.
 import { defineConfig, type Plugin } from "vite";
+import { help } from "./help";
+import { leanThree } from "./three.lean";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
 const SHELL =
-  /src.(?!main|worker|reader|files|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
+  /src.(?!main|worker|reader|files|site|gallery.|help.|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|reach|layers|seen|fence|tint)).*\.tsx?$/;
 
 /** The style of the frame is in the page itself: it is painted as soon as the page is there, without a second request. */
 const inlineStyle: Plugin = {
@@ -21,7 +23,7 @@ const inlineStyle: Plugin = {
 
 export default defineConfig({
   base: "./",
-  plugins: [inlineStyle],
+  plugins: [leanThree, inlineStyle, help()],
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
   build: {
     outDir: "../target/studio",
@@ -39,9 +41,16 @@ export default defineConfig({
             { name: "preact", test: /node_modules.@?preact/ },
             { name: "three", test: /node_modules.three/ },
             { name: "shell", test: SHELL },
-            { name: "jobs", test: /src.run.(?!place|laser)|src.panels.(job\.|setup|programs|run\.css)/ },
+            { name: "body", test: /src.view.(body|solid|mesh|stand|camera)\.ts/ },
+            {
+              name: "jobs",
+              test: /src.run.(?!bench|paper|items|room|history|shapes|fills|laser)|src.panels.(job\.|remedies|touch|paper|setup|programs|run\.css)/,
+            },
             { name: "qr", test: /node_modules.lean-qr/ },
-            { name: "sheet", test: /src.run.place|src.panels.(sheet|workshop)/ },
+            {
+              name: "sheet",
+              test: /src.run.(bench|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|items|photo|presets|swatch|partslist)/,
+            },
           ],
         },
         chunkFileNames: ({ facadeModuleId }) =>

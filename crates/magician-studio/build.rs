@@ -136,10 +136,12 @@ fn kind(name: &str) -> Result<&'static str, String> {
         "html" => "text/html; charset=utf-8",
         "js" => "text/javascript; charset=utf-8",
         "json" => "application/json",
+        "png" => "image/png",
         "svg" => "image/svg+xml",
         "txt" => "text/plain; charset=utf-8",
         "wasm" => "application/wasm",
         "webmanifest" => "application/manifest+json",
+        "webp" => "image/webp",
         _ => {
             return Err(format!(
                 "{name}: the media type of such a file is not listed"

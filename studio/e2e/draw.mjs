@@ -79,8 +79,9 @@ export function drawing(test, bench) {
     await drag(page, "draw-hold", 40, -60);
     await shown(page);
     const moved = { x: await value(page, "x"), y: await value(page, "y") };
-    assert.ok(moved.x > before.x + 2 && moved.y > before.y + 2, JSON.stringify([before, moved]));
-    assert.ok(near((moved.y - before.y) / (moved.x - before.x), 60 / 40, 0.1), "as the hand went");
+    // The reader stands in front of the arm: to the right is +y, and up is towards the arm.
+    assert.ok(moved.x < before.x - 2 && moved.y > before.y + 2, JSON.stringify([before, moved]));
+    assert.ok(near((before.x - moved.x) / (moved.y - before.y), 60 / 40, 0.1), "as the hand went");
     await drag(page, "draw-corner-2", 30, 15);
     await shown(page);
     assert.ok((await value(page, "width")) > 33);
@@ -93,8 +94,8 @@ export function drawing(test, bench) {
     await runs(page);
     const [[left, right], [bottom, top]] = boundsOf(await marks());
     const half = ([cos, sin] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)].map(Math.abs)) => [
-      (wanted.width * cos + (wanted.width / 2) * sin) / 2,
       (wanted.width * sin + (wanted.width / 2) * cos) / 2,
+      (wanted.width * cos + (wanted.width / 2) * sin) / 2,
     ];
     const [dx, dy] = half();
     for (const [is, should] of [
@@ -130,7 +131,7 @@ export function drawing(test, bench) {
     await page.keyboard.press("+");
     await page.keyboard.press("[");
     await shown(page);
-    assert.ok(near(await value(page, "x"), before.x + 2, 0.11) && near(await value(page, "y"), before.y + 10, 0.11));
+    assert.ok(near(await value(page, "x"), before.x - 10, 0.11) && near(await value(page, "y"), before.y + 2, 0.11));
     assert.ok(near(await value(page, "width"), before.width * 1.05, 0.11));
     assert.equal(await value(page, "rotate"), 15);
     await tabTo("draw-place-rotate");
@@ -141,10 +142,10 @@ export function drawing(test, bench) {
     await runs(page, () => page.keyboard.press("Enter"));
     const [[left, right], [bottom, top]] = boundsOf(await marks());
     assert.ok(
-      near((left + right) / 2, before.x + 2, 0.4) && near((bottom + top) / 2, before.y + 10, 0.4),
+      near((left + right) / 2, before.x - 10, 0.4) && near((bottom + top) / 2, before.y + 2, 0.4),
       `${[left, right, bottom, top]}`,
     );
-    assert.ok(near(right - left, before.width * 1.05, 0.4));
+    assert.ok(near(top - bottom, before.width * 1.05, 0.4), "it is as wide along the arm's y");
     await closed(page);
   });
 
@@ -174,7 +175,7 @@ export function drawing(test, bench) {
       timeout: 15_000,
     });
     await page.getByTestId("part-2").waitFor();
-    assert.equal(await page.getByTestId("parts-pause").isChecked(), false);
+    assert.ok(await page.getByRole("radio", { name: "One pen for all" }).isChecked());
     await shown(page);
     const colors = () =>
       page.locator(".plane .drawn").evaluateAll((paths) => paths.map((path) => path.getAttribute("stroke")).sort());
@@ -186,7 +187,100 @@ export function drawing(test, bench) {
     assert.ok(await page.getByTestId("part-2").isVisible(), "what is left out can be chosen again");
     await runs(page);
     const [[left, right], [bottom, top]] = boundsOf(await marks());
-    assert.ok(near(right - left, 20, 0.5) && near(top - bottom, 10, 0.5), `${[left, right, bottom, top]}`);
+    assert.ok(near(top - bottom, 20, 0.5) && near(right - left, 10, 0.5), `${[left, right, bottom, top]}`);
+    await closed(page);
+  });
+
+  test("the sheet: a name fills it, the next thing has room of its own, and a new sheet is blank", async () => {
+    const page = await opened("draw", "pen");
+    await page.getByRole("textbox", { name: "Text" }).fill("Mia");
+    await shown(page);
+    assert.ok((await value(page, "width")) > 180, `${await value(page, "width")} mm of a sheet of 400`);
+    assert.equal(await value(page, "rotate"), 0);
+    await type(page, "width", 60);
+    await type(page, "x", 200);
+    await type(page, "y", -90);
+    await shown(page);
+    await runs(page);
+    const [, [from, to]] = boundsOf(await marks());
+    assert.ok(near((from + to) / 2, -90, 0.5) && near(to - from, 60, 0.5), `${from} to ${to}`);
+    await page.getByRole("button", { name: "Star", exact: true }).click();
+    await page.waitForFunction(() => document.querySelectorAll(".item-row").length === 2);
+    await shown(page);
+    const star = { x: await value(page, "x"), y: await value(page, "y"), width: await value(page, "width") };
+    assert.ok(star.y - star.width / 2 > to || star.y + star.width / 2 < from, JSON.stringify({ star, from, to }));
+    await runs(page);
+    const tip = (await marks()).filter(([x, y]) => Math.hypot(x - star.x, y - star.y) < star.width * 0.6);
+    const [, [left, right]] = boundsOf(tip);
+    assert.ok(near(right - left, star.width, 0.5), `${left} to ${right} of ${star.width} mm`);
+    await page.getByRole("button", { name: "New sheet" }).first().click();
+    await page.getByText("A new sheet lies there.").waitFor();
+    assert.deepEqual((await bench.station.call("world.look")).strokes, []);
+    assert.ok(await page.getByRole("button", { name: "New sheet" }).first().isDisabled());
+    await closed(page);
+  });
+
+  test("the sheet: objects are drawn together in true size, undone and done again", async () => {
+    const page = await opened("draw", "pen");
+    const objects = () => page.locator(".item-row").count();
+    await page.getByRole("button", { name: "Rectangle" }).click();
+    await shown(page);
+    await type(page, "x", 220);
+    await type(page, "y", -50);
+    await type(page, "width", 40);
+    await shown(page);
+    await page.getByRole("button", { name: "Circle" }).click();
+    await page.getByTestId("draw-item-1").waitFor({ state: "attached" });
+    await shown(page);
+    await type(page, "x", 220);
+    await type(page, "y", 60);
+    await type(page, "width", 30);
+    await shown(page);
+    await page.getByRole("radio", { name: "red" }).check({ force: true });
+    await shown(page);
+    await page.getByTestId("draw-preview").focus();
+    await page.keyboard.press("Delete");
+    assert.equal(await objects(), 1);
+    await page.keyboard.press("Control+z");
+    assert.equal(await objects(), 2);
+    await page.keyboard.press("Control+y");
+    assert.equal(await objects(), 1);
+    await page.getByTestId("draw-undo").click();
+    await shown(page);
+    // Two pens: the job waits for the second one.
+    await page.getByRole("radio", { name: "Change the pen between them" }).check({ force: true });
+    await shown(page);
+    await page.getByTestId("draw-start").click();
+    await is(page, "job", "paused", 60_000);
+    const first = await marks();
+    await page.getByTestId("run-resume").or(page.getByTestId("job-strip-pause")).first().click();
+    await is(page, "job", "done", 60_000);
+    const all = await marks();
+    const side = (points, axis) => boundsOf(points)[axis];
+    const [left, right] = [all.filter(([, y]) => y < 0), all.filter(([, y]) => y > 0)];
+    assert.ok(first.length > 0 && first.length < all.length, "one pen before the pause, one after it");
+    const [[lx0, lx1], [ly0, ly1]] = [side(left, 0), side(left, 1)];
+    assert.ok(near(ly1 - ly0, 40, 0.4) && near(lx1 - lx0, 27.2, 0.4), `${[lx0, lx1, ly0, ly1]}`);
+    const [[rx0, rx1], [ry0, ry1]] = [side(right, 0), side(right, 1)];
+    assert.ok(near(ry1 - ry0, 30, 0.4) && near(rx1 - rx0, 30, 0.4), `${[rx0, rx1, ry0, ry1]}`);
+    assert.ok(near((ry0 + ry1) / 2, 60, 0.4) && near((rx0 + rx1) / 2, 220, 0.4));
+    await closed(page);
+  });
+
+  test("the sheet: filled shapes that become outlines are told of, and filled at a press", async () => {
+    const page = await opened("draw", "pen");
+    await give(page, "filled.svg", RECT.replace('fill="none" stroke="#b00020"', 'fill="#b00020"'));
+    await page.getByText("They will be outlines.").waitFor();
+    await page.getByRole("button", { name: "Fill them with lines" }).click();
+    await page.getByText("They will be outlines.").waitFor({ state: "detached" });
+    await shown(page);
+    await type(page, "width", 15);
+    await shown(page);
+    await runs(page);
+    const points = await marks();
+    const [[left, right], [bottom, top]] = boundsOf(points);
+    // Hatches end all along the edges, and not at the corners alone.
+    assert.ok(points.length > 20 && near(right - left, 7.5, 1) && near(top - bottom, 15, 1), `${points.length} points`);
     await closed(page);
   });
 
@@ -195,6 +289,7 @@ export function drawing(test, bench) {
     await give(page, "rectangle.svg", RECT);
     await page.getByTestId("setup-speed").fill("37");
     await page.getByTestId("setup-speed").press("Tab");
+    await page.getByTestId("preset-more").locator("summary").click();
     await page.getByTestId("preset-name").fill("suite-pen");
     await page.getByTestId("preset-save").click();
     await page.getByText("suite-pen is saved.").waitFor();
@@ -206,20 +301,15 @@ export function drawing(test, bench) {
     assert.deepEqual((await bench.station.call("preset.show", { name: "suite-pen" })).options.speed, 37);
     await page.getByTestId("setup-speed").fill("11");
     await page.getByTestId("setup-speed").press("Tab");
-    await page.getByTestId("preset-choose").selectOption("marker");
+    await page.getByTestId("preset-tile-marker").click();
     await page.getByTestId("preset-note").getByText("not tried").waitFor();
     assert.ok(await page.getByTestId("preset-remove").isDisabled(), "one that comes with the program stays");
-    await page.getByTestId("preset-choose").selectOption("suite-pen");
+    await page.getByTestId("preset-tile-suite-pen").click();
     await page.waitForFunction(() => document.querySelector("[data-testid=setup-speed]").value === "37");
     const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("preset-file").click()]);
     assert.equal(file.suggestedFilename(), "suite-pen.toml");
     await page.getByTestId("preset-remove").click();
-    await page.waitForFunction(
-      () =>
-        ![...document.querySelectorAll("[data-testid=preset-choose] option")].some(
-          (option) => option.value === "suite-pen",
-        ),
-    );
+    await page.getByTestId("preset-tile-suite-pen").waitFor({ state: "detached" });
     await closed(page);
   });
 
@@ -258,7 +348,7 @@ export function drawing(test, bench) {
     await runs(page);
     await page.locator("[data-testid=laser-arm][aria-checked=false]").waitFor({ timeout: 3000 });
     assert.ok(await page.getByTestId("draw-start").isDisabled());
-    const [[left, right]] = boundsOf(await marks(true));
+    const [, [left, right]] = boundsOf(await marks(true));
     assert.ok(near(right - left, 30, 0.5), `${left} to ${right}`);
     assert.equal((await bench.station.pose()).tool.laser, false);
     await closed(page);

@@ -1,12 +1,15 @@
 // Figures of the page, one a line: node e2e/figures.mjs [--json] [WORD of the figures' names]. MAGICIAN is the program, a release build.
 import { spawnSync } from "node:child_process";
-import { createWriteStream, existsSync, mkdirSync, readFileSync, statSync } from "node:fs";
-import { loadavg } from "node:os";
-import { dirname, join } from "node:path";
+import { createWriteStream, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
+import { createServer } from "node:http";
+import { loadavg, tmpdir } from "node:os";
+import { dirname, extname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
 import { Browser, is, Station } from "./bench.mjs";
 import { now, Way, Wired } from "./line.mjs";
+import { TYPES } from "./sim.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const program = process.env.MAGICIAN ?? join(root, "target/release/magician");
@@ -86,6 +89,38 @@ function lighthouse() {
   };
 }
 
+/** A file server behind a line that carries so many bytes a second, for all requests together, and 20 ms each way. */
+async function slowly(folder, rate) {
+  let [free, bytes] = [0, 0];
+  const packed = new Map();
+  const server = createServer(async (request, response) => {
+    const path = join(folder, new URL(request.url, "http://page").pathname.replace(/\/$/, "/index.html"));
+    if (!existsSync(path)) return response.writeHead(404).end();
+    if (!packed.has(path)) packed.set(path, gzipSync(readFileSync(path), { level: 9 }));
+    const body = packed.get(path);
+    await sleep(40);
+    response.writeHead(200, { "content-type": TYPES[extname(path)] ?? "text/plain", "content-encoding": "gzip" });
+    for (let at = 0; at < body.length && request.method !== "HEAD"; at += PIECE) {
+      const piece = body.subarray(at, at + PIECE);
+      free = Math.max(free, now()) + (1000 * piece.length) / rate;
+      bytes += piece.length;
+      await sleep(free - now());
+      response.write(piece);
+    }
+    response.end();
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  return {
+    url: `http://127.0.0.1:${server.address().port}/`,
+    taken: () => [bytes, (bytes = 0)][0],
+    end: () => {
+      server.closeAllConnections();
+      server.close();
+    },
+  };
+}
+const PIECE = 16 * 1024;
+
 const figures = {
   async paint() {
     await within(virtual, async (browser, station) => {
@@ -118,6 +153,39 @@ const figures = {
       say("W2", "files of the picture that were asked for and held back", held, "", null, 1);
       await context.close();
     });
+  },
+
+  /** What a visitor waits for who comes to the page of files for the first time, over a line of 10 Mbit/s. */
+  async visit() {
+    const folder = mkdtempSync(join(tmpdir(), "studio-visit-"));
+    spawnSync(program, ["studio", "--export", folder], { stdio: "inherit" });
+    const files = await slowly(folder, 10e6 / 8);
+    const browser = new Browser();
+    await browser.start();
+    try {
+      const waits = [];
+      for (let nth = 0; nth < 3; nth++) {
+        const context = await browser.browser.newContext({ viewport: { width: 1280, height: 860 } });
+        const page = await context.newPage();
+        const began = now();
+        await page.goto(files.url);
+        await page.getByTestId("connect-sim").click();
+        await is(page, "lease", "mine", 60_000);
+        const pressed = now();
+        await page.getByTestId("first-wave").click();
+        await is(page, "moving", "true", 60_000);
+        waits.push({ all: now() - began, motion: now() - pressed, bytes: files.taken() });
+        await context.close();
+      }
+      const of = (name) => middle(waits.map((wait) => wait[name]));
+      say("W1", "first visit at 10 Mbit/s until the arm moves, middle of 3", of("all"), "ms", 5000);
+      say("W1", "of that from the press of Wave", of("motion"), "ms");
+      say("W1", "bytes that were fetched", of("bytes"), "B");
+    } finally {
+      await browser.end();
+      files.end();
+      rmSync(folder, { recursive: true, force: true });
+    }
   },
 
   async lighthouse() {

@@ -173,7 +173,8 @@ export function firsts(test, { browser, program, shots }) {
         }
       }
       await shot(page, "first-3-at-the-paper");
-      await page.getByTestId("touch-off").click();
+      // The button beside the message does what the one of the card does.
+      await page.getByTestId("height-here").click();
       await page.waitForFunction(() =>
         /z -\d/.test(document.querySelector("[data-testid=touch-off-height]")?.textContent ?? ""),
       );
@@ -195,6 +196,35 @@ export function firsts(test, { browser, program, shots }) {
       const { z } = await station.stands();
       assert.ok(z > height + 5, `the pen is at ${z}`);
       await shot(page, "first-6-done");
+      // A table that is tilted: two more touches, far apart.
+      const hop = async (button, by) => {
+        await page.getByTestId("jog-step-size").selectOption("10");
+        for (let pressed = 0; pressed < Math.abs(by) / 10; pressed++) {
+          const before = await station.stands();
+          await page.getByTestId(`jog-${button}`).click();
+          await station.until("a step", (state) => {
+            const gone = Math.hypot(state.x - before.x, state.y - before.y, state.z - before.z);
+            return gone > 9.9 && !state.moving;
+          });
+        }
+      };
+      await page.goto(`${station.url}#/move`);
+      await is(page, "route", "move");
+      for (const [n, button, by] of [
+        [2, "y-plus", 40],
+        [3, "x-minus", 40],
+      ]) {
+        await hop(button, by);
+        await page.getByTestId("touch-off-add").click();
+        for (let tries = 0; (await station.call("surface.get")).touches !== n; tries++) {
+          assert.ok(tries < 50, `touch ${n} is not taken`);
+          await page.waitForTimeout(100);
+        }
+      }
+      await page.getByTestId("touch-off-tilt").getByText("3 touches").waitFor();
+      await page.goto(`${station.url}#/draw`);
+      await is(page, "route", "draw");
+      await page.getByTestId("draw-text").fill("Mia");
       // The height is forgotten at a press: the next drawing asks again.
       await page.getByTestId("touch-off-forget").click();
       await page.getByRole("alert").getByText("work surface height unknown").waitFor();
@@ -211,5 +241,95 @@ export function firsts(test, { browser, program, shots }) {
     await sheet.locator("svg").screenshot({ path: join(shots, "first-7-paper.png") });
     await sheet.close();
     rmSync(folder, { recursive: true, force: true });
+  });
+
+  test("three corners of the paper are touched, and a drawing lies on it upright for its reader", async () => {
+    const folder = mkdtempSync(join(tmpdir(), "studio-paper-"));
+    const path = join(folder, "arm");
+    const sim = spawn(program, ["sim", "--pty", path, "--speed", "8"], { stdio: ["ignore", "pipe", "ignore"] });
+    await new Promise((ready) => sim.stdout.once("data", ready));
+    const station = new Station(program, ["--port", path]);
+    await station.start();
+    try {
+      const page = await browser.inControl(`${station.url}#/move`, { viewport: { width: 390, height: 844 } });
+      await page.getByTestId("alarm-home").click();
+      await page.getByTestId("confirm-yes").click();
+      await is(page, "moving", "true");
+      await is(page, "moving", "false", 60_000);
+      await page.getByRole("button", { name: "Measure the paper" }).click();
+      const at = async (wanted) => {
+        // By the pad that stands there: the wizard itself moves nothing.
+        await page.getByTestId("jog-mode-step").check({ force: true });
+        for (const [axis, to] of Object.entries(wanted)) {
+          for (const size of [10, 5, 1]) {
+            await page.getByTestId("jog-step-size").selectOption(String(size));
+            for (let presses = 0; presses < 60; presses++) {
+              const before = await station.stands();
+              const by = to - before[axis];
+              if (Math.abs(by) < size * 0.99) break;
+              await page.getByTestId(`jog-${axis}-${by > 0 ? "plus" : "minus"}`).click();
+              await station.until(
+                "a step",
+                (state) => Math.abs(state[axis] - before[axis]) > size * 0.9 && !state.moving,
+              );
+            }
+          }
+        }
+      };
+      const stood = await station.stands();
+      await page.getByText("Corner 1 of 3: lower left").waitFor();
+      const now = await station.stands();
+      assert.deepEqual([now.x, now.y, now.z], [stood.x, stood.y, stood.z], "nothing moves by itself");
+      await at({ z: -50, x: 270, y: -40 });
+      await page.getByRole("button", { name: "Take corner" }).click();
+      await page.getByText("Corner 2 of 3: lower right").waitFor();
+      // The same corner twice is none: it says so, and the first one stays.
+      await page.getByRole("button", { name: "Take corner" }).click();
+      await page.getByRole("alert").filter({ hasText: "at least 30 mm" }).waitFor();
+      assert.deepEqual((await station.call("surface.get")).corners, ["lower-left"]);
+      await page.getByRole("button", { name: "Lift the pen 10 mm" }).click();
+      await station.until("is lifted", (state) => near(state.z, -40, 1.1) && !state.moving);
+      await at({ y: 40, z: -50 });
+      await page.getByRole("button", { name: "Take corner" }).click();
+      await page.getByText("Corner 3 of 3: upper left").waitFor();
+      await shot(page, "paper-3");
+      await at({ x: 220, y: -40 });
+      await page.getByRole("button", { name: "Take corner" }).click();
+      await page.getByText(/Paper \d+ × \d+ mm/).waitFor();
+      const { sheet, plane } = await station.call("surface.get");
+      assert.ok(
+        near(sheet.rotation, 90, 2) && near(sheet.size[0], 80, 2) && near(sheet.size[1], 50, 2),
+        JSON.stringify(sheet),
+      );
+      assert.ok(near(plane.z, -50, 1.1));
+      // Where `magician calibrate sheet` keeps it.
+      assert.match(readFileSync(join(station.state, "magician", "config.toml"), "utf8"), /^\[sheet\]/m);
+      const check = { text: "Mia", format: "text", setup: { work: "draw", fit: true }, preview: true };
+      const { preview } = await station.call("job.check", check);
+      const points = preview.strokes.flatMap((stroke) => stroke.points);
+      const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
+      // What is right in the file is right for the reader, who has +y there.
+      assert.ok(Math.max(...ys) - Math.min(...ys) > Math.max(...xs) - Math.min(...xs), "the text runs along y");
+      // The page draws on it, as large as the paper lets it.
+      await page.goto(`${station.url}#/draw`);
+      await is(page, "route", "draw");
+      await page.getByTestId("draw-text").fill("Mia");
+      await page.getByText("The arm can do it").waitFor();
+      await shot(page, "paper-4");
+      await page.getByTestId("draw-start").click();
+      await page.getByTestId("confirm-yes").click();
+      await is(page, "job", "running");
+      await done(station);
+      const { drawn_mm } = (await station.call("job.list")).jobs.at(-1);
+      assert.ok(drawn_mm > 120, `${drawn_mm} mm fill the paper`);
+      await page.getByTestId("touch-off-forget").click();
+      await page.getByText("The work surface is forgotten").waitFor();
+      assert.equal((await station.call("surface.get")).sheet, null);
+      await page.context().close();
+    } finally {
+      await station.end();
+      sim.kill("SIGTERM");
+      rmSync(folder, { recursive: true, force: true });
+    }
   });
 }

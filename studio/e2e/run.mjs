@@ -169,7 +169,7 @@ export function running(test, { browser, station, closed, shots }) {
     await other.getByTestId("run-start").click();
     await is(page, "job", "running");
     await page.getByText("started by Grace").waitFor();
-    assert.ok(await page.getByTestId("run-pause").isDisabled());
+    assert.ok(await page.getByTestId("job-strip-pause").isDisabled());
     await page.getByTestId("run-stop").click();
     await is(other, "job", "stopped");
     await closed(other);

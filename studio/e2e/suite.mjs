@@ -18,8 +18,10 @@ import { running } from "./run.mjs";
 import { said } from "./said.mjs";
 import { onSerial } from "./serial.mjs";
 import { onSim } from "./sim.mjs";
+import { strips } from "./strip.mjs";
 import { tasks } from "./tasks.mjs";
 import { teaching } from "./teach.mjs";
+import { views } from "./view.mjs";
 import { worlds } from "./world.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -445,9 +447,11 @@ test("everything is reached by Tab, and nothing traps it", async () => {
 
 app(test, { browser, program });
 worlds(test, { browser, station, shots, closed });
+views(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
 lesson(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });
+strips(test, { browser, station, closed });
 teaching(test, { browser, station, closed, shots });
 said(test, { browser, url, closed, shots });
 drawing(test, { station, browser, url, closed, shots, outlives: true });

@@ -142,7 +142,7 @@ export function tasks(test, { browser, station, closed }) {
     await hand.press("button", "Start");
     await is(page, "job", "running");
     await page.getByRole("progressbar", { name: "Job progress" }).waitFor();
-    await hand.press("button", "Stop the job");
+    await hand.press("button", "Stop job");
     await is(page, "job", "stopped");
     assert.equal((await job()).title, "task");
 

@@ -47,20 +47,21 @@ export function teaching(test, { browser, station, closed, shots }) {
     );
     await page.getByRole("combobox", { name: "Motion to point 2" }).selectOption("line");
     await page.getByRole("combobox", { name: "Tool at point 2" }).selectOption("suction");
-    await page.getByLabel("Wait at point 2, seconds").fill("0,5");
+    assert.equal((await kept(page))[1].wait, 0.5, "suction needs a moment");
+    await page.getByLabel("Wait at point 2, seconds").fill("0,7");
     await page.getByLabel("Wait at point 2, seconds").press("Tab");
     await cell(page, "z", 1).fill("nonsense");
     await cell(page, "z", 1).press("Tab");
     assert.ok(near(Number(await cell(page, "z", 1).inputValue()), one.z));
     const [, second] = await kept(page);
-    assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.5]);
+    assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.7]);
     // By keyboard to another place, and by hand back.
     await page.getByTestId("teach-pick-2").focus();
     await page.keyboard.press("Alt+ArrowUp");
     assert.equal((await kept(page))[0].name, "P2");
     assert.equal(await page.evaluate(() => document.activeElement.dataset.testid), "teach-pick-1");
-    const handle = await page.locator("[data-testid=teach-row-1] .handle").boundingBox();
-    const under = await page.locator("[data-testid=teach-row-2] .handle").boundingBox();
+    const handle = await page.locator("[data-testid=teach-row-1] .row-grip").boundingBox();
+    const under = await page.locator("[data-testid=teach-row-2] .row-grip").boundingBox();
     await page.mouse.move(handle.x + 10, handle.y + 10);
     await page.mouse.down();
     await page.mouse.move(under.x + 10, under.y + 12, { steps: 4 });
@@ -203,7 +204,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     const plan = JSON.parse(readFileSync(path, "utf8"));
     assert.deepEqual(
       plan.steps.map((step) => Object.keys(step)[0]),
-      ["move", "move", "suction", "command"],
+      ["move", "move", "suction", "wait", "command"],
     );
     assert.equal((await station.call("job.check", { program: name })).ok, true);
     await page.getByTestId("teach-save-format").selectOption("playback");
@@ -223,6 +224,59 @@ export function teaching(test, { browser, station, closed, shots }) {
     assert.ok(again.length >= 2 && near(again[0].motion.move[1], taught[0].motion.move[1], 0.1), JSON.stringify(again));
     await page.getByTestId("teach-undo").click();
     assert.deepEqual(await kept(page), taught.slice(0, 2));
+    await closed(page);
+  });
+
+  test("a cube is put on another by names alone, and a pick of nothing says so", async () => {
+    const page = await opened();
+    await page.goto(`${station.url}#/world`);
+    await is(page, "route", "world");
+    await page.getByTestId("world-scenario").selectOption({ label: "Three cubes" });
+    await page.getByText("Objects: 3").waitFor();
+    let presses = 0;
+    const press = (name) => {
+      presses++;
+      return page.getByRole("button", { name, exact: true }).click();
+    };
+    await page.goto(`${station.url}#/teach`);
+    await is(page, "route", "teach");
+    const picked = page.getByRole("button", { name: "Put on the blue cube", exact: true });
+    await picked.waitFor();
+    assert.ok(await picked.isDisabled(), "nothing is held");
+    await press("Pick up the red cube");
+    await press("Put on the blue cube");
+    await press("Play all");
+    assert.equal(presses, 3);
+    await is(page, "job", "running");
+    await is(page, "job", "done", 60_000);
+    const objects = Object.fromEntries((await station.call("world.look")).objects.map((one) => [one.name, one]));
+    const [red, blue] = [objects["red cube"], objects["blue cube"]];
+    assert.ok(near(red.at[0], blue.at[0]) && near(red.at[1], blue.at[1]), JSON.stringify(red));
+    assert.ok(near(red.at[2], blue.at[2] + blue.size[2]), "it stands on it");
+    // The wait is part of the plan that is saved.
+    assert.deepEqual(
+      (await kept(page)).map(({ wait }) => wait),
+      [null, 0.5, null, null, 0.5, null],
+    );
+    assert.equal((await station.call("job.list")).jobs.at(-1).notes, null, "it was picked");
+    // Where it was there is nothing now, and the job says so.
+    await press("Undo");
+    await press("Play all");
+    await is(page, "job", "running");
+    await is(page, "job", "done", 60_000);
+    await page.getByTestId("job-note-nothing-picked").waitFor();
+    const { notes } = (await station.call("job.list")).jobs.at(-1);
+    assert.deepEqual(notes.map(({ code }) => code).toSorted(), ["left-on", "nothing-picked"]);
+    await page.getByRole("button", { name: "Switch the suction cup off" }).click();
+    await station.until("is off", ({ tool }) => tool.suction === false);
+    await page.getByTestId("job-strip-close").click();
+    // By hand: above it, and onto it.
+    await press("Go onto the green cube");
+    const green = objects["green cube"];
+    await station.until(
+      "is on it",
+      (state) => near(state.x, green.at[0]) && near(state.z, green.at[2] + green.size[2]) && !state.moving,
+    );
     await closed(page);
   });
 }

@@ -35,6 +35,7 @@ export interface Remedy {
   option?: string;
   value?: unknown;
   without?: string;
+  system?: string;
   effect?: string;
 }
 /** What keeps something from being done, and what to do about it. */

@@ -317,6 +317,28 @@ export type Surface = {
   slope?: [number, number];
 };
 
+export type MeasuredSurface = {
+  touches: number;
+  plane: Plane | null;
+  residual: number | null;
+  corners: Array<"lower-left" | "lower-right" | "upper-left">;
+  sheet: MeasuredSheet | null;
+};
+
+export type Plane = {
+  at: [number, number];
+  z: number;
+  slope_x: number;
+  slope_y: number;
+};
+
+export type MeasuredSheet = {
+  corner: [number, number];
+  rotation: number;
+  size: [number, number] | null;
+  outline: Array<[number, number]>;
+};
+
 export type Row = {
   name: string;
   motion: PlanStep | null;
@@ -1415,39 +1437,31 @@ export interface Methods {
     };
     result: null;
   };
-  /** Takes the height of the level work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off. */
+  /** Takes the height of the work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off. Three touches within 30 mm or nearly in line are refused. */
   "surface.touch": {
     params: {
       arm?: string;
+      add?: boolean;
       forget?: boolean;
       unhomed?: boolean;
     };
-    result: {
-      touches: number;
-      plane: {
-        at: number[];
-        z: number;
-        slope_x: number;
-        slope_y: number;
-      } | null;
-      residual: number | null;
+    result: MeasuredSurface;
+  };
+  /** Takes a corner of a sheet of paper from where the tool touches it. With the third one the sheet is kept, with its height and tilt: drawings lie on it then, upright for its reader. Corners within 30 mm, nearly in line or without a right angle are refused, and what was taken before stays. The arm has to stand, with the laser off. */
+  "surface.corner": {
+    params: {
+      arm?: string;
+      corner: "lower-left" | "lower-right" | "upper-left";
+      unhomed?: boolean;
     };
+    result: MeasuredSurface;
   };
   /** The height of the work surface that was touched. */
   "surface.get": {
     params: {
       arm?: string;
     };
-    result: {
-      touches: number;
-      plane: {
-        at: number[];
-        z: number;
-        slope_x: number;
-        slope_y: number;
-      } | null;
-      residual: number | null;
-    };
+    result: MeasuredSurface;
   };
   /** A step of a program that leads to where the arm stands. */
   "teach.capture": {
@@ -1606,6 +1620,13 @@ export interface Methods {
       arm?: string;
       name: string;
       at: number[];
+    };
+    result: null;
+  };
+  /** Lays a new sheet of paper: what pen and laser have left so far is gone. Refused while a job is under way. */
+  "world.paper": {
+    params: {
+      arm?: string;
     };
     result: null;
   };

@@ -43,7 +43,9 @@ export type FromWorker =
   | { kind: "opened" }
   | { kind: "heard"; message: Wire }
   | { kind: "closed"; code: number }
-  | { kind: "traced"; file: Uint8Array<ArrayBuffer> };
+  | { kind: "traced"; file: Uint8Array<ArrayBuffer> }
+  /** From this time on, Unix s, the clock of the virtual arm is so far ahead of the wall clock, s. */
+  | { kind: "jumped"; from: number; ahead: number };
 
 /** The code of `closed` where the worker itself could not be started. */
 export const NO_WORKER = 0;

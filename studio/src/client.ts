@@ -1,6 +1,7 @@
 // The one client of a station's methods: over a worker, which has a WebSocket or the station itself.
 import type { Methods, Notifications } from "./api";
 import { type FromWorker, NO_WORKER, type ToWorker, type Wire } from "./carrier";
+import { jumped } from "./clock";
 
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M]["params"];
@@ -110,6 +111,7 @@ export class Client {
       return this.onClosed(event.code);
     }
     if (event.kind === "traced") return this.onTraced(event.file);
+    if (event.kind === "jumped") return jumped(event.from, event.ahead);
     const { id, method, params, result, error } = event.message;
     if (method !== undefined) return this.onNotification(method, params ?? {});
     const waiting = this.waiting.get(id ?? -1);

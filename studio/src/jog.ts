@@ -5,6 +5,7 @@ import type { Params } from "./client";
 import { t } from "./i18n";
 import { call, line, notified, shown } from "./session";
 import * as store from "./store";
+import { type Target, target } from "./view/layers";
 
 /** A jog that is not kept up ends after so long, ms: with the grace and the way to the arm it is less than 300. */
 const KEEP = 230;
@@ -12,6 +13,9 @@ const KEEP = 230;
 const GRACE = 50;
 /** How often the page shows the worker that it is alive, ms. */
 const ALIVE = 50;
+
+/** The end of a step of this length or more is shown in the picture, mm: a shorter one is over before it is seen. */
+const SEEN = 10;
 
 export type Axis = Params<"jog.step">["axis"];
 export const FRAMES = ["base", "joint", "tool"] as const;
@@ -101,9 +105,16 @@ async function step(axis: Axis, sign: 1 | -1): Promise<void> {
   if (stepping) return;
   stepping = true;
   current.value = `${axis}${sign > 0 ? "+" : "-"}`;
+  let aim: Target | undefined;
   try {
     const ofTool = frame.value === "tool" && ["x", "y", "z", "r"].includes(axis);
     const by = sign * stepSize.value;
+    const state = store.state.value;
+    if (state !== null && Math.abs(by) >= SEEN && (axis === "x" || axis === "y" || axis === "z") && !ofTool) {
+      const { x, y, z, r } = state;
+      aim = { x, y, z, r, [axis]: state[axis] + by };
+      target.value ??= aim;
+    }
     await call("jog.step", {
       ...shown(),
       axis,
@@ -117,6 +128,7 @@ async function step(axis: Axis, sign: 1 | -1): Promise<void> {
   } finally {
     stepping = false;
     current.value = null;
+    if (target.value === aim) target.value = null;
   }
 }
 

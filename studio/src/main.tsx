@@ -13,6 +13,7 @@ import { used } from "./settings";
 import * as store from "./store";
 import { App } from "./ui/app";
 import { load } from "./ui/routes";
+import { keepPlaces, painted } from "./ui/scroll";
 import "./unseen";
 
 function follow(): void {
@@ -20,7 +21,7 @@ function follow(): void {
   if (query !== undefined) {
     slip(new URLSearchParams(query));
     // A code is nothing for the history of a tablet that others use.
-    history.replaceState(null, "", `#/${wanted}`);
+    history.replaceState(history.state, "", `#/${wanted}`);
   }
   store.wanted.value = wanted;
 }
@@ -46,7 +47,13 @@ function carryState(): void {
     const route = store.route.value;
     // A panel that comes later is painted later.
     void load(route).then(() => {
-      requestAnimationFrame(() => requestAnimationFrame(() => store.route.peek() === route && (data.route = route)));
+      requestAnimationFrame(() =>
+        requestAnimationFrame(() => {
+          if (store.route.peek() !== route) return;
+          data.route = route;
+          painted();
+        }),
+      );
     });
   });
 }
@@ -72,6 +79,7 @@ effect(() => {
   document.documentElement.lang = t("language.tag");
 });
 follow();
+keepPlaces();
 addEventListener("hashchange", follow);
 // Closing the page stops what it has set going: the browser asks first.
 addEventListener("beforeunload", (event) => {

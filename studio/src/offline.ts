@@ -1,9 +1,26 @@
 // The page without a network: its service worker, and a newer build, which is offered and never taken by itself.
+import { effect } from "@preact/signals";
 import * as store from "./store";
+
+/** Of a first visit, ms: until then the line is for what the person opens, and the copy of all files waits. */
+const FIRST = 5000;
+
+/** After the first seconds, and not while an arm is being connected. */
+async function quiet(): Promise<void> {
+  await new Promise((done) => setTimeout(done, FIRST));
+  await new Promise<void>((done) => {
+    const end = effect(() => {
+      if (store.socket.value === "connecting") return;
+      queueMicrotask(() => end());
+      done();
+    });
+  });
+}
 
 export async function keepOffline(): Promise<void> {
   // Only where the browser trusts where the page came from: https, or this computer.
   if (!("serviceWorker" in navigator) || import.meta.env.DEV) return;
+  if (navigator.serviceWorker.controller === null) await quiet();
   try {
     const found = await navigator.serviceWorker.register("./sw.js", { scope: "./", updateViaCache: "none" });
     const look = () => {

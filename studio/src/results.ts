@@ -1,6 +1,7 @@
 // What arms have drawn for the teacher's view, kept in the browser: a page that is loaded again has it.
 import { log } from "./log";
 import type { Picture } from "./site";
+import { toReader } from "./view/flat";
 
 const STORE = "pictures";
 /** The newest of so many, and of so many signs in all, are kept. */
@@ -63,7 +64,7 @@ const escaped = (text: string) => text.replace(/[&<>"]/g, (sign) => `&#${sign.ch
 export function page(title: string, pictures: readonly Picture[]): string {
   const figures = pictures.map(
     ({ name, at, svg }) =>
-      `<figure>${svg}<figcaption>${escaped(name)}<br>${escaped(at.toLocaleString())}</figcaption></figure>`,
+      `<figure>${toReader(svg)}<figcaption>${escaped(name)}<br>${escaped(at.toLocaleString())}</figcaption></figure>`,
   );
   const style =
     "body{font:14px sans-serif;display:flex;flex-wrap:wrap;gap:16px}figure{margin:0;break-inside:avoid;width:280px}svg{width:100%;height:220px;border:1px solid #ccc}";

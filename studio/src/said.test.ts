@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import { names, sentence } from "./i18n";
+import { noteOf, plainNoteOf } from "./run/words";
 import said from "./said/zh.json";
 import { language } from "./settings";
 
@@ -35,4 +36,20 @@ test("another language has its own sentence, and English where it has none", asy
   await expect.poll(() => sentence({ template: "nothing to draw" })).toBe(said["nothing to draw"]);
   expect(sentence({ template: "nobody says {this}", values: [{ name: "this", text: "so" }] })).toBe("Nobody says so");
   language.value = "en";
+});
+
+const leftOn = {
+  code: "left-on",
+  text: "the suction cup is still on (switches it off)",
+  template: "the suction cup is still on",
+  help: { template: "set the point lower, or let it wait longer" },
+  remedies: [{ option: "scale", value: 2, effect: "switches it off" }],
+};
+
+test("a note beside buttons keeps its advice, and leaves to them what they do", () => {
+  const advice = "set the point lower, or let it wait longer";
+  expect(plainNoteOf(leftOn)).toBe(`The suction cup is still on (${advice})`);
+  expect(noteOf(leftOn)).toBe(
+    `The suction cup is still on (${advice}; “${names.option("scale")}” set to “2”: switches it off)`,
+  );
 });

@@ -21,8 +21,13 @@ const HOMED = -1;
 const READY = 120_000;
 /** A real arm has answered by then, ms: the driver asks for three seconds. */
 const ANSWERS = 15_000;
+/** A turn that is so late, ms, comes after a sleep: of the browser, or of the computer. */
+const SLEPT = 500;
 /** When a page goes, its arm has so long to answer the stop, ms. */
 const LEAVES = 250;
+
+/** Unix seconds when the worker's clock was 0. */
+const unixZero = () => (Date.now() - performance.now()) / 1000;
 
 export class WorkerStation {
   private readonly hearers = new Map<number, Hearer>();
@@ -38,10 +43,15 @@ export class WorkerStation {
   /** The request that loads a scenario, by its session. */
   private loads: { session: number; id: Wire["id"] } | null = null;
 
+  /** When the next turn is due, by the worker's clock; null while nothing is. */
+  private due: number | null = null;
+
   private constructor(
     private readonly station: Station,
     /** How far the clock of a virtual arm runs ahead, ms. */
     private readonly clock: { ahead: number },
+    /** Hears how far ahead it is, s, from which time on, Unix s by that clock. */
+    private readonly jumped: (from: number, ahead: number) => void,
     private readonly kept: Kept,
     private readonly line: SerialLine | null,
     readers: URL,
@@ -58,10 +68,10 @@ export class WorkerStation {
   }
 
   /** Loads the module and homes its arm: what takes seconds of the arm's clock takes none of the person's. */
-  static async simulated(module: URL, speed: number): Promise<WorkerStation> {
+  static async simulated(module: URL, speed: number, jumped: WorkerStation["jumped"]): Promise<WorkerStation> {
     const first = await fetched(new URL("first.json", module));
     const { scenario } = (await first.json()) as { scenario: string };
-    const made = await WorkerStation.load(module, { name: "arm", sim: { speed, scenario } }, null);
+    const made = await WorkerStation.load(module, { name: "arm", sim: { speed, scenario } }, null, jumped);
     await made.ready();
     await made.readies();
     return made.opened();
@@ -91,15 +101,21 @@ export class WorkerStation {
     return made.opened();
   }
 
-  private static async load(module: URL, arm: object, line: SerialLine | null): Promise<WorkerStation> {
+  private static async load(
+    module: URL,
+    arm: object,
+    line: SerialLine | null,
+    jumped: WorkerStation["jumped"] = () => {},
+  ): Promise<WorkerStation> {
     const [code, kept] = await Promise.all([fetched(module), Kept.open()]);
     const clock = { ahead: 0 };
     const { open } = await load(await code.arrayBuffer(), () => performance.now() + clock.ahead);
     const epoch = crypto.randomUUID().slice(0, 8);
-    const unix_zero = (Date.now() - performance.now()) / 1000;
+    const unix_zero = unixZero();
     const made = new WorkerStation(
       open({ arms: [arm], epoch, unix_zero }),
       clock,
+      jumped,
       kept,
       line,
       new URL("files.wasm", module),
@@ -186,9 +202,23 @@ export class WorkerStation {
 
   private turns(): void {
     clearTimeout(this.timer);
+    this.wakes();
     const next = this.turn();
-    if (next >= 0)
-      this.timer = setTimeout(() => this.turns(), Math.max(0, next - performance.now() - this.clock.ahead));
+    this.due = next < 0 ? null : Math.max(next - this.clock.ahead, performance.now());
+    if (this.due !== null) this.timer = setTimeout(() => this.turns(), this.due - performance.now());
+  }
+
+  /** While the worker slept a virtual arm stood still: it makes up for nothing, and what was held goes no further. */
+  private wakes(): void {
+    const late = this.due === null ? 0 : performance.now() - this.due;
+    if (this.line !== null || late < SLEPT) return;
+    this.clock.ahead -= late;
+    this.tellsAhead();
+  }
+
+  private tellsAhead(): void {
+    const { ahead } = this.clock;
+    this.jumped(unixZero() + (performance.now() + ahead) / 1000, ahead / 1000);
   }
 
   private turn(): number {
@@ -219,15 +249,20 @@ export class WorkerStation {
   /** Waits for this: the clock of a virtual arm runs ahead until it is so, that of a real one cannot. */
   private async until<T>(found: () => T | undefined, within = this.line === null ? READY : ANSWERS): Promise<T> {
     const now = () => performance.now() + this.clock.ahead;
-    for (const ends = now() + within; now() < ends; ) {
-      const next = this.turn();
-      const what = found();
-      if (what !== undefined) return what;
-      const left = Math.max(0, next - now());
-      if (this.line === null) this.clock.ahead += left;
-      else await new Promise((done) => setTimeout(done, left));
+    const before = this.clock.ahead;
+    try {
+      for (const ends = now() + within; now() < ends; ) {
+        const next = this.turn();
+        const what = found();
+        if (what !== undefined) return what;
+        const left = Math.max(0, next - now());
+        if (this.line === null) this.clock.ahead += left;
+        else await new Promise((done) => setTimeout(done, left));
+      }
+      throw new Error("the arm does not become ready");
+    } finally {
+      if (this.clock.ahead !== before) this.tellsAhead();
     }
-    throw new Error("the arm does not become ready");
   }
 
   /** The arm was switched on in the world of a scenario: its session has it homed, as at the start. */

@@ -10,6 +10,7 @@ export type Fence = Methods["arm.fence"]["result"]["fence"];
 
 export type Route =
   | "move"
+  | "gallery"
   | "teach"
   | "draw"
   | "engrave"
@@ -20,8 +21,9 @@ export type Route =
   | "class"
   | "arms"
   | "settings";
-const ROUTES: readonly Route[] = [
+export const ROUTES: readonly Route[] = [
   "move",
+  "gallery",
   "teach",
   "draw",
   "engrave",
@@ -159,3 +161,6 @@ export function ask(title: string, text: string, yes: string): Promise<boolean> 
 /** Asks for the person's own name, once a tab; answered with null if none is given. */
 export const naming = signal<((name: string | null) => void) | null>(null);
 export const showsKeys = signal(false);
+/** What is open beside the panel, on every route. */
+export type Beside = "help" | "tour";
+export const beside = signal<Beside | null>(null);

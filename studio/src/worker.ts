@@ -42,7 +42,9 @@ function hearer(isOn: () => boolean) {
 function open(url: string): void {
   close();
   if (url.startsWith(SIM)) {
-    sim ??= WorkerStation.simulated(MODULE(), Number(url.slice(SIM.length)));
+    sim ??= WorkerStation.simulated(MODULE(), Number(url.slice(SIM.length)), (from, ahead) =>
+      tell({ kind: "jumped", from, ahead }),
+    );
     return void openHere(sim, () => (sim = null));
   }
   if (url.startsWith(SERIAL)) {

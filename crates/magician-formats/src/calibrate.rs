@@ -1,12 +1,15 @@
 //! The true position of the paper and of the tool's tip, from points that were touched with it.
 
-use magician_host::ToolBias;
+use magician_host::{ToolBias, message};
 
 use crate::artwork::Sheet;
 use crate::{Diagnostic, Surface};
 
-/// Points that are nearer to one another than this tell little of an angle, mm.
-const APART: f64 = 20.0;
+/// Points that are nearer to one another than this tell little of an angle or a slope, mm.
+const APART: f64 = 30.0;
+/// Points of a plane whose triangle is lower than this are nearly in line: an error of a touch
+/// would become a slope, mm.
+const LEAST_TRIANGLE: f64 = 15.0;
 /// A corner that is farther from a right angle was not one of a sheet, deg.
 const SKEW: f64 = 5.0;
 /// A sheet that is steeper was not touched where it lies, deg.
@@ -16,49 +19,244 @@ const TURN: f64 = 30.0;
 /// No tip is farther from where another tool's is: two points were touched, mm.
 const FAR: f64 = 200.0;
 
+/// Plane through the places where a tool touched a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FittedSurface {
+    /// The plane; level for fewer than three touches.
+    pub surface: Surface,
+    /// Largest distance of a touch from it, straight up or down, mm.
+    pub residual: f64,
+}
+
+impl FittedSurface {
+    /// The plane nearest to the touches, each as x, y, z of the tip, mm: level at their mean height
+    /// for one or two, fitted by least squares from three on.
+    ///
+    /// # Errors
+    /// A [`Diagnostic`] if there is none, one is not finite, three or more lie within 30 mm or nearly
+    /// in line, or the plane is steeper than 15 deg.
+    pub fn touched(touches: &[[f64; 3]]) -> Result<Self, Diagnostic> {
+        if touches.is_empty() || touches.iter().flatten().any(|number| !number.is_finite()) {
+            return Err(not_finite());
+        }
+        let share = 1.0 / touches.len() as f64;
+        let mean = [0, 1, 2].map(|axis| touches.iter().map(|at| at[axis]).sum::<f64>() * share);
+        let slope = if touches.len() < 3 {
+            [0.0, 0.0]
+        } else {
+            check_spread(touches)?;
+            slope_about(mean, touches)
+        };
+        let surface = Surface {
+            height: mean[2] - slope[0] * mean[0] - slope[1] * mean[1],
+            slope,
+        };
+        check_tilt(surface)?;
+        let off = touches
+            .iter()
+            .map(|&[x, y, z]| (z - surface.at([x, y])).abs());
+        Ok(Self {
+            surface,
+            residual: off.fold(0.0, f64::max),
+        })
+    }
+}
+
+/// The slope of the plane of least squares, which passes through the mean of the points.
+fn slope_about(mean: [f64; 3], points: &[[f64; 3]]) -> [f64; 2] {
+    let sum = |one: usize, other: usize| -> f64 {
+        let product = |at: &[f64; 3]| (at[one] - mean[one]) * (at[other] - mean[other]);
+        points.iter().map(product).sum()
+    };
+    let [xx, xy, yy, xz, yz] = [sum(0, 0), sum(0, 1), sum(1, 1), sum(0, 2), sum(1, 2)];
+    let det = xx * yy - xy * xy;
+    [(xz * yy - yz * xy) / det, (yz * xx - xz * xy) / det]
+}
+
+/// Refuses points that say little of a slope: their longest side is short, or the point farthest
+/// from that side is near to it.
+fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
+    let (mut ends, mut longest) = ([[0.0; 3]; 2], 0.0);
+    for (nth, &one) in points.iter().enumerate() {
+        for &other in &points[nth + 1..] {
+            let length = libm::hypot(other[0] - one[0], other[1] - one[1]);
+            if length > longest {
+                (ends, longest) = ([one, other], length);
+            }
+        }
+    }
+    let help = message!("touch three places far apart, as at the corners of a triangle");
+    if longest < APART {
+        let message = message!(
+            "the touched points lie within {longest:.1} mm, at least {least} mm are needed to find \
+                a slope",
+            longest,
+            least = APART
+        );
+        return Err(Diagnostic::of_file(message).help(help));
+    }
+    let along = minus(ends[1], ends[0]);
+    let beside = |&at: &[f64; 3]| {
+        let to = minus(at, ends[0]);
+        (along[0] * to[1] - along[1] * to[0]).abs() / longest
+    };
+    let widest = points.iter().map(beside).fold(0.0, f64::max);
+    if widest < LEAST_TRIANGLE {
+        let message = message!(
+            "the touched points are nearly in line, {widest:.1} mm beside it at most: at least \
+                {least} mm are needed",
+            widest,
+            least = LEAST_TRIANGLE
+        );
+        return Err(Diagnostic::of_file(message).help(help));
+    }
+    Ok(())
+}
+
+fn check_tilt(surface: Surface) -> Result<(), Diagnostic> {
+    let tilt = libm::atan(libm::hypot(surface.slope[0], surface.slope[1])).to_degrees();
+    if tilt > TILT {
+        let message = message!(
+            "the surface is tilted by {tilt:.1} deg, limit {limit} deg",
+            tilt,
+            limit = TILT
+        );
+        return Err(Diagnostic::of_file(message)
+            .help(message!("touch the paper each time, not the air above it")));
+    }
+    Ok(())
+}
+
+fn not_finite() -> Diagnostic {
+    Diagnostic::of_file(message!("the touched points are not finite numbers"))
+}
+
+/// A corner of a sheet, as its reader has it before them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SheetCorner {
+    /// Where the corner of the drawing's page lies.
+    LowerLeft,
+    /// The other end of the lower edge.
+    LowerRight,
+    /// The other end of the left edge.
+    UpperLeft,
+}
+
+impl SheetCorner {
+    /// All of them, in the order of [`Sheet::touched`].
+    pub const ALL: [Self; 3] = [Self::LowerLeft, Self::LowerRight, Self::UpperLeft];
+
+    /// The name, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LowerLeft => "lower-left",
+            Self::LowerRight => "lower-right",
+            Self::UpperLeft => "upper-left",
+        }
+    }
+}
+
+/// Corners of a sheet that is being measured, in any order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TouchedCorners([Option<[f64; 3]>; 3]);
+
+impl TouchedCorners {
+    /// Where a corner was touched, x, y, z of the tip, mm.
+    #[must_use]
+    pub fn at(&self, corner: SheetCorner) -> Option<[f64; 3]> {
+        self.0[corner as usize]
+    }
+
+    /// The same with this corner touched at x, y, z of the tip, mm.
+    ///
+    /// # Errors
+    /// A [`Diagnostic`] if a number is not finite, another corner was touched within 30 mm.
+    pub fn with(self, corner: SheetCorner, at: [f64; 3]) -> Result<Self, Diagnostic> {
+        if at.iter().any(|number| !number.is_finite()) {
+            return Err(not_finite());
+        }
+        for other in SheetCorner::ALL {
+            let Some(to) = self.at(other).filter(|_| other != corner) else {
+                continue;
+            };
+            let length = libm::hypot(to[0] - at[0], to[1] - at[1]);
+            if length < APART {
+                let message = message!(
+                    "this corner is {length:.1} mm from the one that was touched before, at least \
+                        {least} mm are needed",
+                    length,
+                    least = APART
+                );
+                return Err(Diagnostic::of_file(message).help(message!(
+                    "bring the tip to the corner that the sketch shows, then take it"
+                )));
+            }
+        }
+        let mut next = self;
+        next.0[corner as usize] = Some(at);
+        Ok(next)
+    }
+
+    /// The sheet; `None` while a corner is missing.
+    ///
+    /// # Errors
+    /// As [`Sheet::touched`].
+    pub fn sheet(&self) -> Result<Option<Sheet>, Diagnostic> {
+        match self.0 {
+            [Some(origin), Some(right), Some(up)] => Sheet::touched([origin, right, up]).map(Some),
+            _ => Ok(None),
+        }
+    }
+}
+
 impl Sheet {
     /// The sheet whose corners were touched: lower left, lower right, upper left, each as x, y, z of the tip, mm. Height and
     /// tilt of its surface, how it is turned, and its size follow.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if the points are no numbers, too near to one another, make no right angle (more than 5 deg off), or
+    /// A [`Diagnostic`] if the points are no numbers, within 30 mm of one another, make no right angle (more than 5 deg off), or
     /// make a surface steeper than 15 deg; it says what to touch again.
     pub fn touched(corners: [[f64; 3]; 3]) -> Result<Self, Diagnostic> {
         if corners.iter().flatten().any(|number| !number.is_finite()) {
-            return Err(Diagnostic::of_file(
-                "the touched points are not finite numbers",
-            ));
+            return Err(not_finite());
         }
         let [origin, right, up] = corners;
         let along = [right[0] - origin[0], right[1] - origin[1]];
         let across = [up[0] - origin[0], up[1] - origin[1]];
-        for (side, name) in [(along, "lower edge"), (across, "left edge")] {
+        let sides = [
+            (along, message!("lower edge")),
+            (across, message!("left edge")),
+        ];
+        for (side, name) in sides {
             let length = libm::hypot(side[0], side[1]);
             if length < APART {
-                let message = format!(
-                    "the {name} is {length:.1} mm long by the touched points, at least {APART} mm \
-                        are needed to find its direction"
+                let message = message!(
+                    "the {name} is {length:.1} mm long by the touched points, at least {least} mm \
+                        are needed to find its direction",
+                    name,
+                    length,
+                    least = APART
                 );
-                return Err(
-                    Diagnostic::of_file(message).help("touch corners that are farther apart")
-                );
+                return Err(Diagnostic::of_file(message)
+                    .help(message!("touch corners that are farther apart")));
             }
         }
         let rotation = libm::atan2(along[1], along[0]).to_degrees();
         let angle = turn(libm::atan2(across[1], across[0]).to_degrees() - rotation);
         if (angle - 90.0).abs() > SKEW {
-            let message =
-                format!("the corner at the first point has {angle:.1} deg, that of a sheet has 90");
-            let help = "touch lower left, lower right and upper left, in this order, as seen with the arm's X to the right";
+            let message = message!(
+                "the corner at the first point has {angle:.1} deg, that of a sheet has 90",
+                angle
+            );
+            let help = message!(
+                "touch lower left, lower right and upper left, in this order, as seen with the arm's X to the right"
+            );
             return Err(Diagnostic::of_file(message).help(help));
         }
         let surface = plane(corners);
-        let tilt = libm::atan(libm::hypot(surface.slope[0], surface.slope[1])).to_degrees();
-        if tilt > TILT {
-            let message = format!("the surface is tilted by {tilt:.1} deg, limit {TILT} deg");
-            return Err(Diagnostic::of_file(message)
-                .help("touch the paper each time, not the air above it"));
-        }
+        check_tilt(surface)?;
         let height = libm::hypot(across[0], across[1]) * libm::sin(angle.to_radians());
         Ok(Self {
             corner: [origin[0], origin[1]],
@@ -74,10 +272,7 @@ impl Sheet {
         Self {
             corner: self.corner.map(|part| round(part, 1e3)),
             rotation: round(self.rotation, 1e4),
-            surface: Surface {
-                height: round(self.surface.height, 1e4),
-                slope: self.surface.slope.map(|part| round(part, 1e7)),
-            },
+            surface: rounded_surface(self.surface),
             size: self.size.map(|size| size.map(|side| round(side, 1e2))),
         }
     }
@@ -87,6 +282,15 @@ impl Sheet {
 #[must_use]
 pub fn rounded_height(height: f64) -> f64 {
     round(height, 1e3)
+}
+
+/// A surface as exactly as an arm touches, for a file that people read.
+#[must_use]
+pub fn rounded_surface(surface: Surface) -> Surface {
+    Surface {
+        height: round(surface.height, 1e4),
+        slope: surface.slope.map(|part| round(part, 1e7)),
+    }
 }
 
 /// To so many parts of one. 0 has no sign.
@@ -140,19 +344,20 @@ impl Tip {
     /// A [`Diagnostic`] if a number is not finite, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
     pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Diagnostic> {
         if touches.iter().flatten().any(|number| !number.is_finite()) {
-            return Err(Diagnostic::of_file(
-                "the touched points are not finite numbers",
-            ));
+            return Err(not_finite());
         }
         let [[x1, y1, r1], [x2, y2, r2]] = touches;
         let turned = turn(r2 - r1).abs();
         if turned < TURN {
-            let message = format!(
-                "the tool was turned by {turned:.1} deg between the touches, at least {TURN} deg \
-                    are needed"
+            let message = message!(
+                "the tool was turned by {turned:.1} deg between the touches, at least {least} deg \
+                    are needed",
+                turned,
+                least = TURN
             );
-            return Err(Diagnostic::of_file(message)
-                .help("turn it by half a turn and touch the same point again"));
+            return Err(Diagnostic::of_file(message).help(message!(
+                "turn it by half a turn and touch the same point again"
+            )));
         }
         // Each pose plus the offset, turned by r, is the same point: (R(r1) - R(r2)) offset = p2 - p1.
         let [(sin1, cos1), (sin2, cos2)] = [r1, r2].map(|r: f64| libm::sincos(r.to_radians()));
@@ -162,12 +367,13 @@ impl Tip {
         let offset = [(c * dx + s * dy) / det, (c * dy - s * dx) / det];
         let off = libm::hypot(offset[0], offset[1]);
         if off > FAR {
-            let message = format!(
-                "the tip would be {off:.0} mm from that of the current tool, limit {FAR} mm"
+            let message = message!(
+                "the tip would be {off:.0} mm from that of the current tool, limit {limit} mm",
+                off,
+                limit = FAR
             );
-            return Err(
-                Diagnostic::of_file(message).help("touch the same point with the tip both times")
-            );
+            return Err(Diagnostic::of_file(message)
+                .help(message!("touch the same point with the tip both times")));
         }
         Ok(Self {
             offset,
@@ -212,8 +418,8 @@ mod tests {
     #[test]
     fn what_cannot_be_a_sheet_is_refused() {
         let flat = |x: f64, y: f64| [x, y, -60.0];
-        let near = Sheet::touched([flat(200.0, 0.0), flat(210.0, 0.0), flat(200.0, 80.0)]);
-        assert!(near.unwrap_err().message.contains("10.0 mm"));
+        let near = Sheet::touched([flat(200.0, 0.0), flat(229.0, 0.0), flat(200.0, 80.0)]);
+        assert!(near.unwrap_err().message.contains("29.0 mm"));
         let skew = Sheet::touched([flat(200.0, 0.0), flat(280.0, 0.0), flat(240.0, 80.0)]);
         assert!(skew.unwrap_err().message.contains("63.4 deg"));
         let swapped = Sheet::touched([flat(200.0, 0.0), flat(200.0, 80.0), flat(280.0, 0.0)]);
@@ -223,6 +429,65 @@ mod tests {
         let line = Sheet::touched([flat(200.0, 0.0), flat(280.0, 0.0), flat(300.0, 0.0)]);
         assert!(line.is_err());
         assert!(Sheet::touched([[f64::NAN; 3]; 3]).is_err());
+    }
+
+    #[test]
+    fn reader_before_the_arm_has_the_sheet_upright() {
+        // The reader stands at +x and has +y to the right: the lower edge is the far one from the base.
+        let [left, right, top] = [
+            [290.0, -100.0, -60.0],
+            [290.0, 100.0, -60.0],
+            [150.0, -100.0, -60.0],
+        ];
+        let corners = TouchedCorners::default();
+        let corners = corners.with(SheetCorner::UpperLeft, top).unwrap();
+        let corners = corners.with(SheetCorner::LowerLeft, left).unwrap();
+        assert_eq!(corners.sheet().unwrap(), None);
+        assert!(corners.with(SheetCorner::LowerRight, left).is_err());
+        let corners = corners.with(SheetCorner::LowerRight, right).unwrap();
+        let sheet = corners.sheet().unwrap().expect("three corners");
+        assert!((sheet.rotation - 90.0).abs() < 1e-9);
+        assert_eq!(sheet.corner, [290.0, -100.0]);
+        let size = sheet.size.unwrap();
+        assert!((size[0] - 200.0).abs() < 1e-9 && (size[1] - 140.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn touches_give_a_level_plane_then_a_tilted_one_with_its_residual() {
+        let level = FittedSurface::touched(&[[220.0, 10.0, -61.0]]).unwrap();
+        assert_eq!(level.surface, Surface::level(-61.0));
+        let two = FittedSurface::touched(&[[220.0, 10.0, -61.0], [260.0, 10.0, -60.0]]).unwrap();
+        assert_eq!(two.surface, Surface::level(-60.5));
+        assert!((two.residual - 0.5).abs() < 1e-12);
+        let tilted = Surface {
+            height: -63.0,
+            slope: [0.01, -0.02],
+        };
+        let at = |x: f64, y: f64| [x, y, tilted.at([x, y])];
+        let three = [at(200.0, -80.0), at(200.0, 80.0), at(280.0, 0.0)];
+        let plane = FittedSurface::touched(&three).unwrap();
+        assert!(
+            (plane.surface.height - tilted.height).abs() < 1e-9,
+            "{plane:?}"
+        );
+        assert!(plane.residual < 1e-9);
+        let [x, y, z] = at(240.0, 0.0);
+        let four = [three[0], three[1], three[2], [x, y, z + 0.4]];
+        let plane = FittedSurface::touched(&four).unwrap();
+        assert!(plane.residual > 0.1 && plane.residual < 0.4, "{plane:?}");
+    }
+
+    #[test]
+    fn touches_that_say_nothing_of_a_slope_are_refused() {
+        let flat = |x: f64, y: f64| [x, y, -60.0];
+        let refused = |points: &[[f64; 3]]| FittedSurface::touched(points).unwrap_err().message;
+        let near = refused(&[flat(200.0, 0.0), flat(220.0, 0.0), flat(200.0, 20.0)]);
+        assert!(near.contains("within 28.3 mm"), "{near}");
+        let line = refused(&[flat(200.0, 0.0), flat(240.0, 5.0), flat(280.0, 0.0)]);
+        assert!(line.contains("nearly in line"), "{line}");
+        let steep = refused(&[flat(200.0, 0.0), flat(200.0, 80.0), [280.0, 0.0, -20.0]]);
+        assert!(steep.contains("26.6 deg"), "{steep}");
+        assert!(FittedSurface::touched(&[]).is_err());
     }
 
     #[test]

@@ -48,13 +48,15 @@ pub enum DiagnosticCode {
     Long,
     /// An output of the arm stays switched on.
     LeftOn,
+    /// The tool gripped and took nothing.
+    NothingPicked,
     /// It leads where not every arm can go.
     Doubtful,
 }
 
 impl DiagnosticCode {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Problem,
         Self::LeftOut,
         Self::Assumed,
@@ -64,6 +66,7 @@ impl DiagnosticCode {
         Self::Speed,
         Self::Long,
         Self::LeftOn,
+        Self::NothingPicked,
         Self::Doubtful,
     ];
 
@@ -84,6 +87,7 @@ impl DiagnosticCode {
             Self::Speed => "speed",
             Self::Long => "long",
             Self::LeftOn => "left-on",
+            Self::NothingPicked => "nothing-picked",
             Self::Doubtful => "doubtful",
         }
     }

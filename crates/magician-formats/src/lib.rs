@@ -62,7 +62,9 @@ mod testgrid;
 pub mod words;
 
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
-pub use calibrate::{Tip, rounded_height};
+pub use calibrate::{
+    FittedSurface, SheetCorner, Tip, TouchedCorners, rounded_height, rounded_surface,
+};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use encoding::source_text;
 #[cfg(feature = "drawings")]

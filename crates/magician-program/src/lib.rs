@@ -59,11 +59,12 @@ pub use ending::Ending;
 pub use frame::{FrameShape, Framing};
 pub use magician_formats::{
     Action, Align, Artwork, BundledFont, CaptureMode, Color, Content, Curves, Diagnostic,
-    DiagnosticCode, FilledArea, Fills, Fit, FontChoice, FontKind, Format, Grip, Lines, Missing,
-    Origin, PLAN_SCHEMA, Pallet, Parsed, Part, Pause, PauseCause, Plan, PoseReading, Power, Raster,
-    Reach, ReadOptions, Recording, Series, SheetTransform, Step, Stroke, Surface, SystemFonts,
-    TestCell, TestGrid, TestGridOptions, TextLines, TextOptions, Tip, Tool, Travel, White,
-    WouldFit, artwork, fill, foreign, formats, lettering, read, rounded_height, source_text,
+    DiagnosticCode, FilledArea, Fills, Fit, FittedSurface, FontChoice, FontKind, Format, Grip,
+    Lines, Missing, Origin, PLAN_SCHEMA, Pallet, Parsed, Part, Pause, PauseCause, Plan,
+    PoseReading, Power, Raster, Reach, ReadOptions, Recording, Series, SheetCorner, SheetTransform,
+    Step, Stroke, Surface, SystemFonts, TestCell, TestGrid, TestGridOptions, TextLines,
+    TextOptions, Tip, Tool, TouchedCorners, Travel, White, WouldFit, artwork, fill, foreign,
+    formats, lettering, read, rounded_height, rounded_surface, source_text,
 };
 pub use options::{
     DefaultValue, Grid, ModeOption, Need, OptionError, OptionGroup, OptionKind, OptionSpec,

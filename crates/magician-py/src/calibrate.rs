@@ -2,6 +2,7 @@
 
 use magician::{Error, ToolBias};
 use magician_job::settings::{SettingsError, SettingsFile, quoted};
+use magician_job::surface_of;
 use magician_program::artwork::Sheet;
 use magician_program::{Tip, Tool, rounded_height};
 use pyo3::prelude::*;
@@ -92,19 +93,20 @@ pub(crate) fn keep_tip(
     kept(py, |file| file.with("tool", &tool))
 }
 
-/// What the file of settings says: the sheet, the height of the surface, the tool; and what of it `MAGICIAN_TOOL` says instead.
+/// What the file of settings says: the sheet, height and slope of the surface, the tool; and what of it `MAGICIAN_TOOL` says instead.
 #[pyfunction]
 pub(crate) fn kept_settings(
     py: Python<'_>,
-) -> PyResult<(Option<SheetParts>, Option<f64>, Option<String>)> {
+) -> PyResult<(Option<SheetParts>, Option<(f64, Pair)>, Option<String>)> {
     let read = || -> Result<_, SettingsError> {
         let file = SettingsFile::load()?;
         let sheet = file.value::<Sheet>("sheet")?;
         let tool = file.value::<String>("tool")?;
-        Ok((sheet, file.value::<f64>("surface")?, tool))
+        Ok((sheet, surface_of(&file)?, tool))
     };
     let (sheet, surface, tool) = py.detach(read).map_err(|error| unkept(py, &error))?;
     let tool = tool_of(py, tool)?.map(|tool| tool.to_string());
+    let surface = surface.map(|surface| (surface.height, surface.slope.into()));
     Ok((sheet.map(|sheet| parts(&sheet)), surface, tool))
 }
 

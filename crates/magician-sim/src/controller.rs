@@ -412,6 +412,19 @@ impl Controller {
         placed
     }
 
+    /// Lays a new sheet of paper: what pen and laser have left so far is gone.
+    ///
+    /// ```
+    /// use magician_sim::Controller;
+    ///
+    /// let mut arm = Controller::default();
+    /// arm.clear_drawing();
+    /// assert!(arm.drawing().is_empty());
+    /// ```
+    pub fn clear_drawing(&mut self) {
+        self.device.clear_drawing();
+    }
+
     /// The arm after its power was switched off and on again, in another world: what its flash keeps is all it knows.
     #[must_use]
     pub fn switched_on_in(&self, world: World) -> Self {

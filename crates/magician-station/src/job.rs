@@ -305,6 +305,8 @@ impl FormatReader {
         request.tool = arm.tool;
         if !source.bytes.name().is_empty() {
             request.title = Format::title(source.bytes.name()).to_owned();
+        } else if format == Format::Text {
+            request.title = title_of_text(&bytes);
         }
         if let Some(stands) = &arm.stands {
             let tool = request.options.tool.or(request.defaults.tool);
@@ -329,6 +331,17 @@ impl FormatReader {
     }
 }
 
+/// The title of a text that no file has named: its own words, as many as a list of jobs has room for.
+fn title_of_text(bytes: &[u8]) -> String {
+    const MOST_LETTERS: usize = 40;
+    let text = String::from_utf8_lossy(bytes);
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    match words.char_indices().nth(MOST_LETTERS) {
+        Some((end, _)) => format!("{}…", words[..end].trim_end()),
+        None => words,
+    }
+}
+
 /// Translates the outcome of preparing a program.
 fn reading(answer: FileAnswer) -> Result<ProgramReading, RpcError> {
     match answer {
@@ -348,7 +361,7 @@ fn refusal(problem: Diagnostic) -> RpcError {
 impl Reader for FormatReader {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let mut defaults = self.defaults.clone();
-        defaults.surface = arm.surface.or(defaults.surface);
+        arm.surface.apply_to(&mut defaults, arm.is_virtual);
         if arm.is_virtual {
             defaults = defaults.on_virtual_arm();
         }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::build::{Axis, JogDirection};
 use magician::{ErrorCode, Fence, Pin, Set, ToolBias};
 use magician_job::{JobProgress, JobState, PauseReason};
-use magician_program::Travel;
+use magician_program::{SheetCorner, Travel};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -233,6 +233,18 @@ pub enum ArmRead {
     },
 }
 
+/// What a touch of the work surface is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// A height; `adds` keeps the touches before it.
+    Height {
+        /// True if the touches before count as well.
+        adds: bool,
+    },
+    /// A corner of a sheet.
+    Corner(SheetCorner),
+}
+
 /// Something to do.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -273,12 +285,14 @@ pub enum ArmAct {
     Home,
     /// The alarms are cleared.
     ClearAlarms,
-    /// The height of the work surface is taken from where the tool touches it.
+    /// Something of the work surface is taken from where the tool touches it.
     Touch {
+        /// What is taken.
+        takes: Taken,
         /// True if an arm that is not known to be homed is taken, too.
         unhomed: bool,
     },
-    /// The height of the work surface is forgotten.
+    /// What was measured of the work surface is forgotten.
     ForgetSurface,
     /// The tool whose tip is so far from the flange, mm.
     Tip(ToolBias),
@@ -318,6 +332,8 @@ pub enum WorldAct {
         /// The middle of its underside.
         at: [f64; 3],
     },
+    /// A new sheet of paper is laid there.
+    Paper,
     /// An input reads something else from now on.
     Input {
         /// EIO address.

@@ -1,7 +1,8 @@
 // Drawing with the pen: on the sheet first, then on the paper.
 import { t } from "../i18n";
+import { benches } from "../run/bench";
 import { Workshop } from "./workshop";
 
 export const Draw = () => (
-  <Workshop tool="pen" name={t("nav.draw")} hint={t("draw.empty")} first={["passes", "speed"]} />
+  <Workshop bench={benches.pen} name={t("nav.draw")} hint={t("draw.empty")} first={["passes", "speed"]} />
 );

@@ -2,20 +2,21 @@
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
-import * as check from "../run/check";
+import { benches } from "../run/bench";
 import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
 import { Card, Do, Switch, TextField } from "../ui/parts";
 import { sentencesOf } from "../words";
 import texts from "./engrave.json";
-import { title, Workshop, why } from "./workshop";
+import { Workshop, why } from "./workshop";
 
 const w = sentencesOf(texts);
 
 /** What is typed of a test grid; the rest is the station's. */
 const grid = signal<Record<string, string>>({});
 const GRID = ["power", "speed", "cell"] as const;
-const isGrid = () => check.chosen.value?.format === "testgrid";
+const bench = benches.laser;
+const isGrid = () => bench.item.value?.format === "testgrid";
 
 function lay(fields: Record<string, string>, isWanted = true): void {
   grid.value = fields;
@@ -23,10 +24,8 @@ function lay(fields: Record<string, string>, isWanted = true): void {
   const typed = Object.entries(fields).flatMap(([name, text]) =>
     text.trim() === "" ? [] : [[name, name === "cell" ? Number(text) : text.trim()]],
   );
-  void check.choose({
-    text: JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) }),
-    format: "testgrid",
-  });
+  const text = JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) });
+  bench.replace({ source: { text, format: "testgrid" }, format: "testgrid", name: t("laser.grid") });
 }
 
 function TestGrid() {
@@ -62,12 +61,14 @@ export function Engrave() {
   useEffect(watchArmed, []);
   const off = why() !== null;
   const frame = () =>
-    check.start(w("laser.frame.of", { title: title() }), w("laser.frame.text"), { setup: { frame: "box" } });
+    bench.start(w("laser.frame.of", { title: bench.title.value }), () => w("laser.frame.text"), {
+      setup: { frame: "box" },
+    });
   const before = (
     <div class="laser-do">
       <Do
         id="laser-frame"
-        off={off || check.chosen.value === null}
+        off={off || bench.chosen.value === null}
         why="draw-why"
         text={w("laser.frame")}
         press={frame}
@@ -87,7 +88,7 @@ export function Engrave() {
   const because = isArmed.value ? null : "laser.unarmed";
   return (
     <Workshop
-      tool="laser"
+      bench={bench}
       name={t("nav.engrave")}
       hint={w("engrave.empty")}
       first={["power", "speed", "passes"]}

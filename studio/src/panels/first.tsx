@@ -45,6 +45,9 @@ export function FirstSteps() {
         <li>
           <Do id="first-draw" text={t("first.draw")} press={() => (location.hash = "#/draw")} />
         </li>
+        <li>
+          <Do id="first-more" class="quiet" text={t("first.more")} press={() => (location.hash = "#/gallery")} />
+        </li>
       </ul>
       <p id="first-why" class="hint" role="status">
         {why === "why.busy" && isMine.value ? t("first.runs") : why !== null ? t(why) : t("first.text")}

@@ -129,6 +129,7 @@ export function JogPad() {
             <JogButton key={place} axis={axis} sign={sign} hint={joints ? undefined : key} place={place} />
           ))}
         </div>
+        {jog.frame.value === "base" ? <p class="hint">{t("jog.sides")}</p> : null}
         <div class="pad-joints">
           {JOINTS.map(([axis, plus, minus]) => (
             <div class="pair" key={axis}>

@@ -1,12 +1,14 @@
 import { t } from "../i18n";
 import * as store from "../store";
+import { later } from "../ui/later";
 import { ArmView } from "../view/view";
 import { Connect } from "./connect";
 import { FirstSteps } from "./first";
 import { JogPad } from "./jogpad";
-import { Pose } from "./pose";
+import { GoToPose, Pose } from "./pose";
 import { ArmCard } from "./tools";
-import { Surface } from "./touch";
+
+const Surface = later(() => import("./surface").then(({ Surface }) => Surface));
 
 export function Move() {
   const isEmpty = store.backend.value === "none" || store.refused.value !== null;
@@ -17,11 +19,12 @@ export function Move() {
         <FirstSteps />
         <ArmView />
         <Pose />
+        <GoToPose />
       </div>
       <div class="move-do" aria-label={t("nav.move")} role="group">
         <JogPad />
-        <Surface />
         <ArmCard />
+        <Surface />
       </div>
     </div>
   );

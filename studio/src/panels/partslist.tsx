@@ -2,9 +2,10 @@
 import { useEffect } from "preact/hooks";
 import type { Part } from "../api";
 import { t } from "../i18n";
+import type { Bench } from "../run/bench";
 import * as check from "../run/check";
 import { duration } from "../run/jobs";
-import { Card, Heads, Pick } from "../ui/parts";
+import { Card, Choice, Heads, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
 import texts from "./partslist.json";
 
@@ -22,33 +23,61 @@ function tick(part: Part, is: boolean): void {
   if (only.length > 0) check.setValue("only", only.length === parts.length ? "" : only.map(({ n }) => n).join("\n"));
 }
 
-export function PartsCard() {
-  const option = check.asked.value.find(({ name }) => name === "parts");
-  const parts = check.report.value?.parts ?? [];
+const labelOf = (part: Part): string => part.name ?? part.color ?? String(part.n);
+const Swatch = ({ of }: { of: Part }) => <span class="swatch" style={{ background: of.color ?? "var(--planned)" }} />;
+
+export function PartsCard({ bench }: { bench: Bench }) {
+  const option = bench.asked.value.find(({ name }) => name === "parts");
+  const parts = bench.report.value?.parts ?? [];
   // A file whose layers say nothing is seen in its colours, and drawn without a pause.
   useEffect(() => {
-    const strokes = check.report.value?.preview?.strokes ?? [];
+    const strokes = bench.report.value?.preview?.strokes ?? [];
     if (
       option === undefined ||
-      check.values.value.parts !== undefined ||
+      bench.isComposed.value ||
+      bench.values.value.parts !== undefined ||
       strokes.length === 0 ||
       strokes.some(({ part }) => part !== null)
     )
       return;
-    check.values.value = { ...check.values.value, parts: "color", no_pause: "true" };
-  }, [check.report.value, option]);
-  if (option === undefined) return null;
+    bench.setValue("parts", "color");
+    bench.setValue("no_pause", "true");
+  }, [bench.report.value, option]);
+  const item = bench.item.value;
+  const isPlain = bench.isComposed.value || item?.shape !== undefined || item?.format === "text";
+  if (option === undefined || bench.report.value === null || (isPlain && parts.length < 2)) return null;
   const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
+  const wanted = parts.filter(isWanted);
+  const asked = bench.values.value.no_pause;
+  const pauses = bench.isComposed.value ? asked === "false" : bench.valueOf("no_pause") !== "true";
   return (
     <Card title={w("parts.title")} class="parts-card">
-      <Pick
-        title={w("parts.by")}
-        id="parts-by"
-        value={check.valueOf("parts")}
-        options={[{ value: "", text: w("parts.auto") }, ...options]}
-        choose={(to) => check.setValue("parts", to)}
-      />
-      {parts.length === 0 ? null : (
+      {parts.length < 2 ? null : (
+        <>
+          <Choice
+            name="parts-pens"
+            label={w("pens.how")}
+            value={pauses ? "change" : "one"}
+            options={[
+              { value: "one", text: w("pens.one") },
+              { value: "change", text: w("pens.change") },
+            ]}
+            choose={(to) => bench.setValue("no_pause", String(to === "one"))}
+          />
+          <p class="pen-order" data-testid="parts-order">
+            {wanted.map((part, nth) => (
+              <span key={part.n}>
+                {nth === 0 ? null : pauses ? <i aria-hidden="true"> ⏸ </i> : " "}
+                <Swatch of={part} />
+              </span>
+            ))}{" "}
+            <span class="hint">
+              {pauses ? w("pens.once", { n: Math.max(0, wanted.length - 1) }) : w("pens.never", { n: wanted.length })}
+            </span>
+          </p>
+        </>
+      )}
+      {parts.length < 2 ? null : (
         <table data-testid="parts">
           <Heads
             names={[w("parts.drawn"), w("parts.name"), w("parts.length"), w("parts.time")]}
@@ -60,16 +89,15 @@ export function PartsCard() {
                 <td>
                   <input
                     type="checkbox"
-                    aria-label={w("parts.draw", { name: part.name ?? part.color ?? part.n })}
+                    aria-label={w("parts.draw", { name: labelOf(part) })}
                     checked={isWanted(part)}
-                    disabled={isWanted(part) && parts.filter(isWanted).length === 1}
+                    disabled={isWanted(part) && wanted.length === 1}
                     data-testid={`part-only-${part.n}`}
                     onChange={(event) => tick(part, event.currentTarget.checked)}
                   />
                 </td>
                 <th scope="row">
-                  <span class="swatch" style={{ background: part.color ?? "var(--planned)" }} />{" "}
-                  {part.name ?? part.color ?? part.n}
+                  <Swatch of={part} /> {labelOf(part)}
                 </th>
                 <td class="number">{`${Math.round(part.drawn_mm)} mm`}</td>
                 <td class="number">{part.seconds === null ? "–" : duration(part.seconds)}</td>
@@ -78,15 +106,18 @@ export function PartsCard() {
           </tbody>
         </table>
       )}
-      <label class="tick">
-        <input
-          type="checkbox"
-          checked={check.valueOf("no_pause") !== "true"}
-          data-testid="parts-pause"
-          onChange={(event) => check.setValue("no_pause", String(!event.currentTarget.checked))}
-        />
-        <span>{w("parts.pause")}</span>
-      </label>
+      {bench.isComposed.value ? null : (
+        <details class="more">
+          <summary>{w("pens.more")}</summary>
+          <Pick
+            title={w("parts.by")}
+            id="parts-by"
+            value={bench.valueOf("parts")}
+            options={[{ value: "", text: w("parts.auto") }, ...options]}
+            choose={(to) => bench.setValue("parts", to)}
+          />
+        </details>
+      )}
     </Card>
   );
 }

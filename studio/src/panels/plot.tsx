@@ -3,6 +3,7 @@ import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { wallTime } from "../clock";
 import { t } from "../i18n";
 import { save } from "../log";
 import { io, levels, watchOf, watchPins } from "../pins";
@@ -100,7 +101,7 @@ function csv(from: Readings): string {
     const t = from.value(row, at.t);
     rows.push(
       [
-        new Date(1000 * t).toISOString(),
+        wallTime(t).toISOString(),
         (t - first).toFixed(3),
         ...pose,
         from.value(row, at.index),

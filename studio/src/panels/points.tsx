@@ -1,6 +1,6 @@
 // The table of points: a row a move, edited where it stands.
 import { useSignal } from "@preact/signals";
-import { underWay } from "../teach/actions";
+import { toolWait, underWay } from "../teach/actions";
 import * as program from "../teach/rows";
 import { type Word, w } from "../teach/words";
 import { Heads, NumberInput, Pick } from "../ui/parts";
@@ -15,6 +15,12 @@ const TOOLS: Record<string, Partial<program.Row>> = {
   close: { gripper: "close", suction: null },
   open: { gripper: "open", suction: null },
   off: { gripper: "off", suction: null },
+};
+
+/** A tool needs a moment to hold or let go: the row waits, unless a person has said how long. */
+const waitOf = ({ wait }: program.Row, tool: string): number | null => {
+  if (tool === "none") return wait === toolWait.value ? null : wait;
+  return wait ?? (toolWait.value > 0 ? toolWait.value : null);
 };
 
 const toolOf = ({ gripper, suction }: program.Row) => {
@@ -114,7 +120,7 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
       </td>
       <th
         scope="row"
-        class="handle"
+        class="row-grip"
         title={w("teach.drag")}
         onPointerDown={(event) => {
           event.currentTarget.setPointerCapture(event.pointerId);
@@ -148,7 +154,7 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
             value,
             text: w(`teach.tool.${value}` as Word),
           }))}
-          choose={(name) => program.edit(nth, TOOLS[name] ?? {})}
+          choose={(name) => program.edit(nth, { ...TOOLS[name], wait: waitOf(row, name) })}
         />
       </td>
       <td class="number wait-cell" data-label={w("teach.wait")}>

@@ -1,4 +1,7 @@
-// The eight numbers of a pose.
+// The eight numbers of a pose, and the place for going to one.
+import { useSignal } from "@preact/signals";
+import type { ComponentType } from "preact";
+import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
 import * as store from "../store";
 
@@ -53,4 +56,16 @@ export function Pose() {
       </div>
     </section>
   );
+}
+
+/** Comes when the page's frame is there: it keeps its place. */
+export function GoToPose() {
+  const Panel = useSignal<ComponentType | null>(null);
+  useEffect(() => {
+    import("./goto").then(
+      ({ GoTo }) => (Panel.value = GoTo),
+      () => {},
+    );
+  }, []);
+  return <section class="card goto">{Panel.value ? <Panel.value /> : null}</section>;
 }

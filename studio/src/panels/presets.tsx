@@ -5,12 +5,14 @@ import { tried } from "../actions";
 import type { Preset } from "../api";
 import { t } from "../i18n";
 import { save } from "../log";
-import * as check from "../run/check";
+import type { Bench } from "../run/bench";
 import { call } from "../session";
 import * as store from "../store";
-import { Card, Do, OpenFile, Pick, TextField } from "../ui/parts";
+import { Card, Do, OpenFile, TextField } from "../ui/parts";
 import { sentencesOf } from "../words";
+import "./presets.css";
 import texts from "./presets.json";
+import { Swatch } from "./swatch";
 
 const w = sentencesOf(texts);
 
@@ -19,27 +21,37 @@ const chosen = signal("");
 const name = signal("");
 
 async function list(): Promise<void> {
-  all.value = (await call("preset.list", {})).presets;
+  const { presets } = await call("preset.list", {});
+  // What one says stands on its tile.
+  all.value = await Promise.all(
+    presets.map((one) =>
+      call("preset.show", { name: one.name }).then(
+        (told) => ({ ...one, ...told }),
+        () => one,
+      ),
+    ),
+  );
 }
 
-const choose = (wanted: string) =>
+const choose = (bench: Bench, wanted: string) =>
   tried(async () => {
     chosen.value = name.value = wanted;
     if (wanted === "") return;
     const { options = {} } = await call("preset.show", { name: wanted });
-    check.values.value = Object.fromEntries(
-      Object.entries(options).map(([key, value]) => [key, Array.isArray(value) ? value.join(" ") : String(value)]),
+    bench.setValues(
+      Object.fromEntries(
+        Object.entries(options).map(([key, value]) => [key, Array.isArray(value) ? value.join(" ") : String(value)]),
+      ),
     );
   });
 
 /** What a person has set, without what the route and the sheet say. */
-function own(): Record<string, unknown> {
-  return Object.fromEntries(
-    Object.entries(check.setup.value ?? {}).filter(([key]) => !(key in check.fixed.value) && key !== "only"),
+const own = (bench: Bench): Record<string, unknown> =>
+  Object.fromEntries(
+    Object.entries(bench.setup.value ?? {}).filter(([key]) => !(key in bench.fixed) && !["only", "crop"].includes(key)),
   );
-}
 
-const keep = (to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
+const keep = (bench: Bench, to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
   tried(async () => {
     // As the library does: another page may have saved one since.
     await list();
@@ -48,20 +60,35 @@ const keep = (to: string, content: { setup: Record<string, unknown> } | { text: 
       return;
     await call("preset.save", { name: to, ...content });
     await list();
-    await choose(to);
+    await choose(bench, to);
     store.say(w("preset.saved", { name: to }));
   });
 
-export function Presets() {
+/** What stands on the tile of one. */
+function factsOf({ options = {} }: Preset): string {
+  const { speed, power } = options as { speed?: number; power?: number | string };
+  const facts = [
+    speed === undefined ? null : w("preset.speed", { n: speed }),
+    power === undefined ? null : w("preset.power", { n: power }),
+  ];
+  return facts.filter((fact) => fact !== null).join(" · ");
+}
+/** One that comes with the program is called by what it is for. */
+const titleOf = ({ name, shipped }: Preset): string =>
+  shipped && `preset.${name}` in texts.en ? w(`preset.${name}` as "preset.pen") : name;
+
+export function Presets({ bench }: { bench: Bench }) {
   useEffect(() => {
     if (store.isUp.value) void tried(list);
   }, [store.isUp.value]);
   const off = !store.isUp.value || store.role.value === "viewer";
-  const preset = all.value.find((one) => one.name === chosen.value);
+  const toolOf = ({ options }: Preset) => (options as { tool?: unknown } | undefined)?.tool;
+  const fitting = all.value.filter((one) => (toolOf(one) ?? bench.tool) === bench.tool);
+  const preset = fitting.find((one) => one.name === chosen.value);
   const remove = () =>
     tried(async () => {
       await call("preset.remove", { name: chosen.value });
-      await choose("");
+      await choose(bench, "");
       await list();
     });
   const download = () =>
@@ -69,51 +96,62 @@ export function Presets() {
   const open = ([file]: File[]) =>
     tried(
       async () =>
-        file && keep(file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), { text: await file.text() }),
+        file &&
+        keep(bench, file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), { text: await file.text() }),
     );
   return (
-    <Card
-      title={w("preset.title")}
-      class="preset-card"
-      more={<OpenFile id="preset-open" class="small" accept=".toml" off={off} text={t("programs.open")} open={open} />}
-    >
-      <Pick
-        title={w("preset.choose")}
-        id="preset-choose"
-        value={chosen.value}
-        options={[{ value: "", text: w("preset.none") }, ...all.value.map((one) => one.name)]}
-        off={!store.isUp.value}
-        choose={choose}
-      />
+    <Card title={w("preset.title")} class="preset-card">
+      <div class="presets" role="group" aria-label={w("preset.choose")}>
+        {fitting.map((one) => (
+          <Do
+            key={one.name}
+            id={`preset-tile-${one.name}`}
+            class="preset"
+            aria-pressed={one === preset}
+            off={!store.isUp.value}
+            press={() => choose(bench, one === preset ? "" : one.name)}
+          >
+            <Swatch name={one.name} tool={bench.tool} options={one.options ?? {}} />
+            <b>{titleOf(one)}</b>
+            <small class="number">{factsOf(one)}</small>
+          </Do>
+        ))}
+      </div>
       {preset?.note ? (
         <p class="hint" data-testid="preset-note">
-          {preset.note}
+          {preset.shipped ? w("preset.untried") : preset.note}
         </p>
       ) : null}
-      <TextField
-        id="preset-name"
-        label={w("preset.name")}
-        value={name.value}
-        most={64}
-        live
-        off={off}
-        set={(text) => (name.value = text.trim())}
-      />
-      <div class="buttons-row">
-        <Do
-          id="preset-save"
-          off={off || name.value === ""}
-          text={t("preset.save")}
-          press={() => keep(name.value, { setup: own() })}
-        />
-        <Do id="preset-file" off={preset === undefined} text={w("preset.file")} press={download} />
-        <Do
-          id="preset-remove"
-          off={off || preset === undefined || preset.shipped}
-          text={t("preset.remove")}
-          press={remove}
-        />
-      </div>
+      <details class="more" data-testid="preset-more">
+        <summary>{w("preset.more")}</summary>
+        <div class="preset-keep">
+          <TextField
+            id="preset-name"
+            label={w("preset.name")}
+            value={name.value}
+            most={64}
+            live
+            off={off}
+            set={(text) => (name.value = text.trim())}
+          />
+          <div class="buttons-row">
+            <Do
+              id="preset-save"
+              off={off || name.value === ""}
+              text={t("preset.save")}
+              press={() => keep(bench, name.value, { setup: own(bench) })}
+            />
+            <OpenFile id="preset-open" accept=".toml" off={off} text={t("programs.open")} open={open} />
+            <Do id="preset-file" off={preset === undefined} text={w("preset.file")} press={download} />
+            <Do
+              id="preset-remove"
+              off={off || preset === undefined || preset.shipped}
+              text={t("preset.remove")}
+              press={remove}
+            />
+          </div>
+        </div>
+      </details>
     </Card>
   );
 }

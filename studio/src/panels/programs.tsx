@@ -64,11 +64,11 @@ export function Programs() {
 function Program({ program }: { program: library.Entry }) {
   const { name, bytes, format } = program;
   const isSelected = check.selected.value === name;
-  const pick = () => void check.select(name);
+  const pick = () => void check.run.select(name);
   const remove = () =>
     tried(async () => {
       await library.remove(name);
-      if (isSelected && check.entry.value === null) await check.select(null);
+      if (isSelected && check.entry.value === null) await check.run.select(null);
     });
   return (
     <tr data-testid={`program-${name}`} aria-selected={isSelected}>

@@ -2,19 +2,59 @@
 import * as actions from "../actions";
 import { t } from "../i18n";
 import * as check from "../run/check";
+import * as surface from "../run/surface";
+import { w } from "../run/surface.words";
 import { labelOf } from "../run/words";
 import * as store from "../store";
 import { Do } from "../ui/parts";
+import { sentencesOf } from "../words";
+import texts from "./remedies.json";
 
-/** What a remedy does, and what its button is called. Those without one are done elsewhere. */
-const DONE: Record<string, { text: () => string; press: () => Promise<unknown> }> = {
+const r = sentencesOf(texts);
+
+interface Deed {
+  id?: string;
+  text: () => string;
+  press: () => unknown;
+  /** Whether it may be pressed without control of the arm. */
+  free?: boolean;
+}
+const to = (route: store.Route) => () => void (location.hash = `#/${route}`);
+
+/** Opens the three corners of the paper where they stand on this page, else where they always do. */
+async function measure(): Promise<void> {
+  surface.measure();
+  await new Promise(requestAnimationFrame);
+  const card = document.querySelector(".touch-card");
+  if (card === null) to("move")();
+  else card.scrollIntoView({ block: "center" });
+}
+
+/** What a remedy of the core does here, and what its button is called. What only other programs can do has none: `list-commands`
+ * is the command line's. */
+const DONE: Record<string, Deed> = {
   home: { text: () => t("alarms.home"), press: actions.home },
   "clear-alarms": { text: () => t("alarms.these"), press: actions.clearAlarms },
   "laser-off": { text: () => t("remedy.laser-off"), press: () => actions.laser(false) },
   "suction-off": { text: () => t("remedy.suction-off"), press: () => actions.tool({ suction: false }) },
   "gripper-off": { text: () => t("remedy.gripper-off"), press: () => actions.tool({ gripper: "off" }) },
-  stop: { text: () => t("remedy.stop"), press: () => actions.stop(false) },
+  stop: { text: () => t("remedy.stop"), press: () => actions.stop(false), free: true },
+  "stop-jog": { text: () => t("remedy.stop"), press: () => actions.stop(false), free: true },
+  "start-queue": { text: () => t("remedy.stop"), press: () => actions.stop(false), free: true },
+  jog: { text: () => r("remedy.jog"), press: to("move"), free: true },
+  "list-alarms": { text: () => r("remedy.alarms"), press: () => scrollTo(0, 0), free: true },
+  "list-ports": { text: () => r("remedy.arms"), press: to("arms"), free: true },
+  engrave: { text: () => r("remedy.engrave"), press: to("engrave"), free: true },
+  "touch-off": {
+    id: "height-here",
+    text: () => w(`touch.use.${laser() ? "laser" : "pen"}`),
+    press: () => surface.touch(),
+  },
+  "calibrate-surface": { text: () => w("paper.measure"), press: measure },
 };
+const laser = () => check.valueOf("tool") === "laser";
+/** Options that the sheet of a workshop sets by hand. */
+const ON_SHEET = ["at", "fit", "scale", "rotate", "width", "place", "turn"];
 
 /** What is done by itself, or by an option that this page asks. */
 function Remedy({ of }: { of: actions.Remedy }) {
@@ -24,10 +64,17 @@ function Remedy({ of }: { of: actions.Remedy }) {
       await known.press();
       if (check.problem.value !== null) await check.check();
     };
-    return <Do id={`remedy-${of.action}`} off={store.why.value !== null} text={known.text()} press={press} />;
+    const off = known.free !== true && store.why.value !== null;
+    const id = known.id ?? `remedy-${of.action}`;
+    return <Do id={id} off={off} text={known.text()} press={press} />;
   }
+  if (of.system !== undefined) return <span class="hint">{r("remedy.system", { line: of.system })}</span>;
+  if (of.action === "use-rail") return <span class="hint">{r("remedy.rail", { line: "magician rail on" })}</span>;
   const name = of.option ?? of.without;
   const option = check.asked.value.find((option) => option.name === name);
+  if (name !== undefined && !check.shop.value.isOpen(name) && ON_SHEET.includes(name))
+    return <span class="hint">{r("remedy.sheet")}</span>;
+  if (name === "unhomed") return <span class="hint">{r("remedy.unhomed")}</span>;
   if (name === undefined || option === undefined) return null;
   const label = labelOf(option);
   if (of.without !== undefined)
@@ -40,13 +87,33 @@ function Remedy({ of }: { of: actions.Remedy }) {
   return <Do id={`remedy-${name}`} text={text} press={() => check.setValue(name, value)} />;
 }
 
+/** What two remedies do alike is offered once: all that is set on the sheet, and stopping what runs. */
+const keyOf = ({ action, option, without, value }: actions.Remedy): string => {
+  const name = option ?? without ?? "";
+  if (name !== "" && !check.shop.value.isOpen(name) && ON_SHEET.includes(name)) return "sheet";
+  return action === undefined ? `${name} ${JSON.stringify(value)}` : (DONE[action]?.text() ?? action);
+};
+const isFirst = (one: actions.Remedy, nth: number, all: readonly actions.Remedy[]): boolean =>
+  all.findIndex((other) => keyOf(other) === keyOf(one)) === nth;
+
+/** What is done at one press, what takes a while, what is to be typed. */
+const rank = ({ action, value, without }: actions.Remedy): number =>
+  action === undefined
+    ? value === undefined && without === undefined
+      ? 2
+      : 0
+    : Number(action === "calibrate-surface");
+const inOrder = (of: readonly actions.Remedy[]) => of.toSorted((one, other) => rank(one) - rank(other));
+
 export function Remedies({ of }: { of: readonly actions.Remedy[] }) {
   if (of.length === 0) return null;
   return (
     <div class="buttons-row remedies" role="group" aria-label={t("alarms.cure")}>
-      {of.map((remedy, nth) => (
-        <Remedy key={nth} of={remedy} />
-      ))}
+      {inOrder(of)
+        .filter(isFirst)
+        .map((remedy) => (
+          <Remedy key={keyOf(remedy)} of={remedy} />
+        ))}
     </div>
   );
 }

@@ -6,7 +6,7 @@ import * as jobs from "../run/jobs";
 import * as store from "../store";
 import { Card, Do, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
-import { JobCard, PastJobs } from "./job";
+import { PastJobs } from "./job";
 import { Pose } from "./pose";
 import { formatOf, Programs, size } from "./programs";
 import { about, Found, Options, Picture, Unseen, usePrograms } from "./setup";
@@ -19,11 +19,11 @@ function Selected() {
   if (program === null) return null;
   const why = jobs.why.value;
   const reason = why ?? (jobs.busy.value ? "why.busy.job" : null);
-  const start = () => check.start(program.name, about(check.report.value), { loops: loops.value });
+  const start = () => check.run.start(program.name, () => about(check.report.value), { loops: loops.value });
   const isShown = check.isShown.value;
   const look = () => {
-    if (isShown) check.draw(null);
-    else if (check.report.value?.preview) check.draw(check.report.value);
+    if (isShown) check.run.draw(null);
+    else if (check.report.value?.preview) check.run.draw(check.report.value);
     else void check.check();
   };
   return (
@@ -76,7 +76,6 @@ export function Run() {
       <div class="move-look">
         <ArmView />
         <Pose />
-        <JobCard />
       </div>
       <div class="move-do" aria-label={t("nav.run")} role="group">
         <Programs />

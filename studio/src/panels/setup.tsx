@@ -14,7 +14,7 @@ import { loadBuiltIn, world } from "../view/seen";
 import { Problem } from "./remedies";
 import "./run.css";
 
-function Asked({ option }: { option: Option }) {
+export function Asked({ option }: { option: Option }) {
   const { name, kind, unit, choices, usual, about } = option;
   const label = labelOf(option);
   const value = check.values.value[name] ?? "";
@@ -57,8 +57,8 @@ const ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
 const GROUPS = ["fill", "text", "image", "laser", "pen", "place", "parts", "more"] as const;
 
 /** What a person is asked of a program: what is seldom left out, and the rest by what it belongs to. */
-export function Options({ first = [] }: { first?: readonly string[] }) {
-  const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name));
+export function Options({ first = [], not = [] }: { first?: readonly string[]; not?: readonly string[] }) {
+  const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name) && !not.includes(name));
   const isFirst = ({ name, usual }: Option) => usual || first.includes(name);
   const fields = (options: Option[]) => (
     <div class="setup">
@@ -172,9 +172,12 @@ export function about(report: Report | null): string {
   if (report.drawn_mm > 0) facts.push(t("run.draws", { mm: Math.round(report.drawn_mm) }));
   const { bounds } = report;
   if (bounds)
-    facts.push(t("run.size", { x: Math.round(bounds.x[1] - bounds.x[0]), y: Math.round(bounds.y[1] - bounds.y[0]) }));
+    facts.push(t("run.size", { x: Math.round(bounds.y[1] - bounds.y[0]), y: Math.round(bounds.x[1] - bounds.x[0]) }));
   return facts.filter((fact) => fact !== null).join(" · ");
 }
+
+/** That lines are drawn in another order than the file has them is no news where nobody looks into the file. */
+const QUIET = "reordered";
 
 /** What the check has found. */
 export function Found() {
@@ -197,11 +200,13 @@ export function Found() {
         <span class="number">{about(report)}</span>
       </p>
       {report.complaints.length > 0 ? <Complaints report={report} program={program} /> : null}
-      {(report.notes ?? []).map((note, nth) => (
-        <p key={nth} class="hint">
-          {noteOf(note)}
-        </p>
-      ))}
+      {(report.notes ?? [])
+        .filter(({ code }) => code !== QUIET)
+        .map((note, nth) => (
+          <p key={nth} class="hint">
+            {noteOf(note)}
+          </p>
+        ))}
     </>
   );
 }
@@ -237,7 +242,7 @@ export function usePrograms(most?: number): void {
   useEffect(() => {
     const ends = [
       jobs.follow(),
-      check.checkAlong(most),
+      check.shop.value.checkAlong(most),
       effect(() => {
         if (store.socket.value === "up") library.list().catch(() => {});
       }),

@@ -1,14 +1,16 @@
-// The sheet from above: what the arm reaches of it, and the drawing, which a hand drags, scales and turns. X is to the right, Y up.
+// The sheet as the reader in front of the arm sees it: what the arm reaches of it, and the objects on it, which a hand drags, scales and turns.
 import { computed, effect, signal, useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
-import { t } from "../i18n";
-import * as check from "../run/check";
-import { change, found, isFound, type Place, type Point, place, setWidth, size, turned, wanted } from "../run/place";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import type { Report } from "../api";
+import type { Bench } from "../run/bench";
+import type { Item, Place, Point } from "../run/items";
+import * as jobs from "../run/jobs";
+import * as paper from "../run/paper";
 import { call } from "../session";
 import * as store from "../store";
 import { Do, Field, NumberInput } from "../ui/parts";
-import { boundsOf, type Frame, pathOf, UP, viewBox } from "../view/flat";
-import { drawn, watchWorld } from "../view/seen";
+import { boundsOf, type Frame, pathOf, READER, ratioOf, viewBox } from "../view/flat";
+import { watchWorld } from "../view/seen";
 import { sentencesOf } from "../words";
 import "./sheet.css";
 import texts from "./sheet.json";
@@ -16,10 +18,16 @@ import texts from "./sheet.json";
 const w = sentencesOf(texts);
 
 /** What is seen before the station has said what the arm reaches, and round it. */
-const ROOM = { x: -240, y: -340, width: 580, height: 680 };
+const ROOM = { x: -60, y: -340, width: 400, height: 680 };
 const MARGIN = 14;
+/** What is behind this is not seen: the arm stands there, mm. */
+const BEHIND = -45;
+/** A table goes on beyond this, mm. */
+const FAR = 345;
 /** From the middle of a small drawing to the edge of the picture, from near. */
 const LEAST = 80;
+/** A drawing that takes this share of the paper is seen with all of it. */
+const MUCH = 0.4;
 /** How much wider than high it is. */
 const WIDE = 1.3;
 /** A turn snaps to its eighths when it is as near as this. */
@@ -39,52 +47,69 @@ const CORNERS: readonly Point[] = [
 
 const outlines = signal<number[][][]>([]);
 
-/** The lines of the picture, those that look the same in one path. */
-const paths = computed(() => {
-  const all = new Map<string, { color: string | null; power: number; path: string }>();
-  const colors = new Map(check.report.value?.parts.map(({ n, color }) => [n, color]));
-  for (const { points, part, power, reachable } of check.report.value?.preview?.strokes ?? []) {
-    const color = reachable ? (part !== null && colors.get(part)) || "var(--planned)" : null;
-    const key = `${color} ${power}`;
-    all.set(key, { color, power, path: (all.get(key)?.path ?? "") + pathOf(points) });
-  }
-  return [...all].map(([key, line]) => ({ key, ...line }));
-});
-/** The whole way of the tip over the sheet, from line to line. */
-const way = computed(() => pathOf((check.report.value?.preview?.strokes ?? []).flatMap(({ points }) => points)));
-
 /** What the tip reaches at the height where it draws. */
-function followReach(): () => void {
-  const height = computed(() => check.report.value?.preview?.strokes[0]?.height ?? null);
+function followReach(bench: Bench): () => void {
+  const height = computed(() => bench.report.value?.preview?.strokes[0]?.height ?? null);
   return effect(() => {
-    const tool = String(check.fixed.value.tool ?? "pen");
     const z = height.value ?? store.model.value?.links[0]?.at[2];
     if (!store.isUp.value || z === undefined) return;
-    call("motion.reach", { z, tool: tool as "pen" }).then(
+    call("motion.reach", { z, tool: bench.tool }).then(
       (reach) => (outlines.value = reach.outlines),
       () => {},
     );
   });
 }
 
-/** All that the arm reaches. */
+const sheetOf = () => paper.corners()?.map((corner) => corner.map((value) => Math.max(-FAR, Math.min(FAR, value))));
+
+/** The sheet of paper and the arm's base, or all that the arm reaches in front of it. */
 function whole(): Frame {
-  const points = outlines.value.flat();
-  return points.length === 0 ? ROOM : boundsOf(points, MARGIN);
+  const sheet = sheetOf();
+  const points = sheet ?? outlines.value.flat();
+  if (points.length === 0) return ROOM;
+  const { x, y, width, height } = boundsOf(points, MARGIN);
+  const top = sheet === undefined ? Math.max(x, BEHIND) : Math.min(x, BEHIND);
+  return { x: top, y, width: x + width - top, height };
 }
 
-/** The drawing from near. A frame in which it is seen well stays: the sheet does not move below a hand. */
-function near(before: Frame): Frame {
-  const placed = found.value;
-  if (placed === null) return whole();
-  const [x, y] = placed.at;
-  const reach = Math.hypot(...size.peek()) / 2;
+/** The objects from near. A frame in which they are seen well stays: the sheet does not move below a hand. */
+function near(bench: Bench, before: Frame): Frame {
+  const boxes = bench.doc.now.value.items.flatMap((item) => {
+    const place = bench.found.value.has(item.id) ? bench.placeOf(item) : null;
+    if (place === null) return [];
+    const reach = Math.hypot(...bench.sizeOf(item)) / 2;
+    const [x, y] = place.at;
+    return [
+      [x - reach, y - reach],
+      [x + reach, y + reach],
+    ];
+  });
+  if (boxes.length === 0) return whole();
+  const all = boundsOf(boxes);
+  const [x, y] = [all.x + all.width / 2, all.y + all.height / 2];
   const isSeen =
-    Math.abs(before.x + before.width / 2 - x) + reach < before.width / 2 &&
-    Math.abs(before.y + before.height / 2 - y) + reach < before.height / 2;
-  const half = Math.max(reach * 1.9, LEAST);
-  if (isSeen && before.height < 3 * half) return before;
-  return { x: x - half * WIDE, y: y - half, width: 2 * half * WIDE, height: 2 * half };
+    all.x > before.x &&
+    all.y > before.y &&
+    all.x + all.width < before.x + before.width &&
+    all.y + all.height < before.y + before.height;
+  const sheet = boundsOf(sheetOf() ?? [], MARGIN);
+  const isOnPaper = sheet.width > 0;
+  // What takes much of the paper is seen with all of it.
+  if (isOnPaper && (all.height > sheet.height * MUCH || all.width > sheet.width * MUCH))
+    return boundsOf([...boxes, [sheet.x, sheet.y], [sheet.x + sheet.width, sheet.y + sheet.height]]);
+  const half = Math.max((all.width / 2) * 1.25, (all.height / 2 / WIDE) * 1.1, LEAST);
+  if (isSeen && before.width < 3 * half) return before;
+  const [wide, high] = [2 * half * WIDE, 2 * half];
+  // Beyond the paper, and out of reach, there is nothing to see.
+  const room = isOnPaper ? sheet : whole();
+  const within = (from: number, side: number, least: number, most: number) =>
+    side > most ? least - (side - most) / 2 : Math.max(least, Math.min(least + most - side, from));
+  return {
+    x: within(x - high / 2, high, room.x, room.width),
+    y: within(y - wide / 2, wide, room.y, room.height),
+    width: high,
+    height: wide,
+  };
 }
 
 /** What a hand makes of a place: as it was when it was taken, where it was taken, and where the hand is now. */
@@ -99,48 +124,115 @@ const turns: Hand = (place, from, to) => {
   return { turn: Math.abs(free - eighth) < SNAP ? eighth : free };
 };
 
-export function Sheet({ hint }: { hint: string }) {
+interface Line {
+  key: string;
+  color: string | null;
+  power: number;
+  path: string;
+}
+/** The lines of an object, those that look the same in one path. */
+function linesOf(report: Report, pen: string | null, isOwn: boolean, usual: string): Line[] {
+  const colors = new Map(report.parts.map(({ n, color }) => [n, color]));
+  const all = new Map<string, Line>();
+  for (const { points, part, power, reachable } of report.preview?.strokes ?? []) {
+    const own = pen ?? (part !== null && isOwn ? colors.get(part) : null) ?? usual;
+    const color = reachable ? own : null;
+    const key = `${color} ${power}`;
+    const line = all.get(key) ?? { key, color, power, path: "" };
+    line.path += pathOf(points);
+    all.set(key, line);
+  }
+  return [...all.values()];
+}
+
+/** One object as it was found, moved to where it is wanted. */
+function Drawn({ bench, item, width }: { bench: Bench; item: Item; width: number }) {
+  const found = bench.found.value.get(item.id);
+  const [was, now] = [found?.place ?? null, bench.placeOf(item)];
+  const usual = bench.isComposed.value ? "#000000" : "var(--planned)";
+  const lines = useMemo(
+    () => (found === undefined ? [] : linesOf(found.report, item.color, item.shape === undefined, usual)),
+    [found, item.color, usual],
+  );
+  if (was === null || now === null) return null;
+  const burnt = (power: number) => ({
+    strokeWidth: Math.max(BEAM, width / 1000),
+    strokeOpacity: power / 100,
+    strokeLinecap: "butt",
+    vectorEffect: "none",
+  });
+  return (
+    <g
+      transform={`translate(${now.at.join(" ")}) rotate(${now.turn - was.turn}) scale(${now.scale / was.scale}) translate(${-was.at[0]} ${-was.at[1]})`}
+    >
+      {lines.map(({ key, color, power, path }) =>
+        color === null ? (
+          <g key={key}>
+            <path class="casing" d={path} />
+            <path class="unreachable" d={path} />
+          </g>
+        ) : (
+          <path key={key} class="drawn" stroke={color} d={path} style={bench.tool === "laser" ? burnt(power) : {}} />
+        ),
+      )}
+    </g>
+  );
+}
+
+export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const plane = useRef<SVGGElement>(null);
   const isNear = useSignal(true);
   const ghost = useSignal(false);
   const frame = useSignal<Frame>(ROOM);
-  useEffect(followReach, []);
+  useEffect(() => followReach(bench), [bench]);
   useEffect(watchWorld, []);
-  useEffect(() => effect(() => void (frame.value = isNear.value ? near(frame.peek()) : whole())), []);
+  useEffect(() => effect(() => void (frame.value = isNear.value ? near(bench, frame.peek()) : whole())), [bench]);
   const { x, y, width, height } = frame.value;
-  const now = place.value;
-  const was = found.value;
-  const [wide, high] = size.value;
+  const { items } = bench.doc.now.value;
+  const item = bench.item.value;
+  const now = bench.place.value;
+  const [wide, high] = item === null ? [0, 0] : bench.sizeOf(item);
   const state = store.state.value;
-  const isBurnt = check.fixed.value.tool === "laser";
+  const report = bench.report.value;
+  const isComplete = items.length > 0 && report !== null && !bench.isChecking.value && bench.isFound.value;
+  const sheet = paper.corners();
+  const reach = outlines.value.map((outline) => `${pathOf(outline)}Z`).join("");
   /** A place on the sheet for the pointer. */
   const pointOf = (event: PointerEvent): Point => {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(plane.current?.getScreenCTM()?.inverse());
     return [at.x, at.y];
   };
-  const taken = (hand: Hand) => ({
+  let grips = 0;
+  const taken = (hand: Hand, id: number | null = item?.id ?? null) => ({
     onPointerDown: (event: PointerEvent) => {
-      const [target, before, from] = [event.currentTarget, place.peek(), pointOf(event)];
-      if (event.button !== 0 || before === null || !(target instanceof Element)) return;
+      if (event.button !== 0) return;
+      bench.choose(id);
+      const [target, before, from] = [event.currentTarget, bench.place.peek(), pointOf(event)];
+      if (before === null || !(target instanceof Element)) return;
       target.setPointerCapture(event.pointerId);
+      const key = `grip ${++grips} ${Date.now()}`;
       const over = new AbortController();
       target.addEventListener(
         "pointermove",
-        (event) => change(hand(before, from, pointOf(event as PointerEvent))),
+        (event) => bench.change(hand(before, from, pointOf(event as PointerEvent)), key),
         over,
       );
       target.addEventListener("lostpointercapture", () => over.abort(), over);
     },
   });
   const keys = (event: KeyboardEvent) => {
-    if (now === null || event.target !== event.currentTarget) return;
+    if (item === null || now === null || event.target !== event.currentTarget) return;
+    if (event.key === "Delete" || event.key === "Backspace") {
+      event.preventDefault();
+      return bench.remove(item.id);
+    }
     const by = event.shiftKey ? 10 : 1;
     const [px, py] = now.at;
     const changes: Record<string, Partial<Place>> = {
-      ArrowLeft: { at: [px - by, py] },
-      ArrowRight: { at: [px + by, py] },
-      ArrowUp: { at: [px, py + by] },
-      ArrowDown: { at: [px, py - by] },
+      ArrowLeft: { at: [px, py - by] },
+      ArrowRight: { at: [px, py + by] },
+      ArrowUp: { at: [px - by, py] },
+      ArrowDown: { at: [px + by, py] },
       "+": { scale: now.scale * GROWS },
       "-": { scale: now.scale / GROWS },
       "[": { turn: now.turn + TURNS },
@@ -149,25 +241,22 @@ export function Sheet({ hint }: { hint: string }) {
     const wanted = changes[event.key];
     if (wanted === undefined) return;
     event.preventDefault();
-    change(wanted);
+    bench.change(wanted, "key");
   };
   /** Where a place on the sheet is in the picture, percent. */
   const spot = ([px, py]: Point) => ({
-    left: `${(100 * (px - x)) / width}%`,
-    top: `${(100 * (y + height - py)) / height}%`,
+    left: `${(100 * (py - y)) / height}%`,
+    top: `${(100 * (px - x)) / width}%`,
   });
-  const corner = ([sx, sy]: Point, beyond = 0): Point => {
-    const [dx, dy] = turned([(sx * wide) / 2, (sy * high) / 2 + beyond], now?.turn ?? 0);
-    return [(now?.at[0] ?? 0) + dx, (now?.at[1] ?? 0) + dy];
-  };
-  const isThere = now !== null && was !== null && wide + high > 0;
+  const outlineOf = (of: Item) => CORNERS.map((one) => bench.cornerOf(of, one).join()).join(" ");
+  const isThere = item !== null && now !== null && wide + high > 0;
   return (
     <section class="card sheet-card" aria-label={w("sheet.title")}>
       <div
-        class={`plane ${check.isChecking.value ? "checking" : ""}`}
-        style={{ "--ratio": width / height }}
+        class={`plane ${bench.isChecking.value ? "checking" : ""}`}
+        style={{ "--ratio": ratioOf(frame.value) }}
         data-testid="draw-preview"
-        data-shown={isThere && !check.isChecking.value && isFound.value}
+        data-shown={isThere && isComplete}
         role="group"
         tabIndex={0}
         aria-label={w("sheet.name")}
@@ -176,65 +265,62 @@ export function Sheet({ hint }: { hint: string }) {
       >
         <div class="plane-fit">
           <svg viewBox={viewBox(frame.value)} aria-hidden="true">
-            <g ref={plane} transform={UP}>
-              <path class="reach" d={outlines.value.map((outline) => `${pathOf(outline)}Z`).join("")} />
+            <g ref={plane} transform={READER}>
+              <clipPath id="sheet-reach">
+                <path clip-rule="evenodd" d={reach} />
+              </clipPath>
+              <path class={`reach ${sheet === null ? "paper" : ""}`} d={reach} />
+              {sheet === null ? null : (
+                <>
+                  <polygon class="beyond" points={sheet.map((at) => at.join()).join(" ")} />
+                  <polygon
+                    class="paper"
+                    clip-path="url(#sheet-reach)"
+                    points={sheet.map((at) => at.join()).join(" ")}
+                    data-testid="sheet-paper"
+                  />
+                </>
+              )}
               <pattern id="sheet-grid" width="10" height="10" patternUnits="userSpaceOnUse">
                 <path class="grid" d="M0 0H10M0 0V10" />
               </pattern>
               <rect x={x} y={y} width={width} height={height} fill="url(#sheet-grid)" />
-              <path class="axes" d="M0 0H40M0 0V40" />
               <circle class="base" r="24" />
-              {drawn.value.strokes.map(({ points, burnt }, nth) => (
+              {paper.strokes().map(({ points, burnt }, nth) => (
                 <path key={nth} class={burnt ? "burnt" : "ink"} d={pathOf(points)} />
               ))}
+              {items.map((one) => (
+                <Drawn key={one.id} bench={bench} item={one} width={width} />
+              ))}
+              {bench.isComposed.value && isComplete
+                ? report.preview?.strokes.map(({ reachable, points }, nth) =>
+                    reachable ? null : <path key={nth} class="unreachable" d={pathOf(points)} />,
+                  )
+                : null}
+              {items.map((one) =>
+                one === item || bench.found.value.get(one.id)?.place == null ? null : (
+                  <polygon
+                    key={one.id}
+                    class="other"
+                    data-testid={`draw-item-${one.id}`}
+                    points={outlineOf(one)}
+                    {...taken(moves, one.id)}
+                  />
+                ),
+              )}
               {isThere ? (
-                <g
-                  transform={`translate(${now.at.join(" ")}) rotate(${now.turn - was.turn}) scale(${now.scale / was.scale}) translate(${-was.at[0]} ${-was.at[1]})`}
-                >
-                  {paths.value.map(({ key, color, power, path }) =>
-                    color === null ? (
-                      <g key={key}>
-                        <path class="casing" d={path} />
-                        <path class="unreachable" d={path} />
-                      </g>
-                    ) : (
-                      <path
-                        key={key}
-                        class="drawn"
-                        stroke={color}
-                        d={path}
-                        style={
-                          isBurnt
-                            ? {
-                                strokeWidth: Math.max(BEAM, width / 1000),
-                                strokeOpacity: power / 100,
-                                strokeLinecap: "butt",
-                                vectorEffect: "none",
-                              }
-                            : {}
-                        }
-                      />
-                    ),
-                  )}
-                </g>
+                <polygon class="hold" data-testid="draw-hold" points={outlineOf(item)} {...taken(moves)} />
               ) : null}
-              {isThere ? (
-                <polygon
-                  class="hold"
-                  data-testid="draw-hold"
-                  points={CORNERS.map((one) => corner(one).join()).join(" ")}
-                  {...taken(moves)}
-                />
-              ) : null}
-              {state === null ? null : <circle class="tip" cx={state.x} cy={state.y} r={width / 90} />}
+              {state === null ? null : <circle class="tip" cx={state.x} cy={state.y} r={height / 110} />}
               {ghost.value && isThere ? (
                 <>
-                  <path id="sheet-way" d={way.value} visibility="hidden" />
-                  <circle class="ghost" r={width / 80}>
-                    <animateMotion
-                      dur={`${Math.min(LONGEST, check.report.value?.seconds ?? 0)}s`}
-                      repeatCount="indefinite"
-                    >
+                  <path
+                    id="sheet-way"
+                    d={pathOf((report?.preview?.strokes ?? []).flatMap(({ points }) => points))}
+                    visibility="hidden"
+                  />
+                  <circle class="ghost" r={height / 95}>
+                    <animateMotion dur={`${Math.min(LONGEST, report?.seconds ?? 0)}s`} repeatCount="indefinite">
                       <mpath href="#sheet-way" />
                     </animateMotion>
                   </circle>
@@ -247,37 +333,56 @@ export function Sheet({ hint }: { hint: string }) {
               {CORNERS.map((one, nth) => (
                 <span
                   key={nth}
-                  class="handle corner"
-                  style={spot(corner(one))}
+                  class={`handle corner ${nth % 2 === 0 ? "" : "other-way"}`}
+                  style={spot(bench.cornerOf(item, one))}
                   data-testid={`draw-corner-${nth + 1}`}
                   {...taken(scales)}
                 />
               ))}
               <span
                 class="handle turn"
-                style={spot(corner([0, 1], height / 16))}
+                style={spot(bench.cornerOf(item, [0, 1], width / 16))}
                 data-testid="draw-turn"
                 {...taken(turns)}
               />
             </>
-          ) : (
+          ) : items.length > 0 || !paper.isBlank() ? null : (
             <p class="hint plane-hint">{hint}</p>
           )}
         </div>
       </div>
-      <div class="cameras" role="group" aria-label={t("view.cameras")}>
+      <div class="cameras" role="group" aria-label={w("sheet.tools")}>
+        <Do
+          id="draw-undo"
+          class="icon"
+          label={w("sheet.undo")}
+          title={`${w("sheet.undo")} (Ctrl+Z)`}
+          off={!bench.doc.canUndo.value}
+          text="↶"
+          press={() => bench.undo()}
+        />
+        <Do
+          id="draw-redo"
+          class="icon"
+          label={w("sheet.redo")}
+          title={`${w("sheet.redo")} (Ctrl+Y)`}
+          off={!bench.doc.canRedo.value}
+          text="↷"
+          press={() => bench.redo()}
+        />
         <Do
           id="draw-near"
-          aria-pressed={isNear.value}
+          aria-pressed={isNear.value && items.length > 0}
+          off={items.length === 0}
           text={w("sheet.near")}
           press={() => (isNear.value = !isNear.value)}
         />
         <Do
           id="draw-fit"
-          aria-pressed={isThere && wanted.value === null}
+          aria-pressed={isThere && item.place === null}
           off={!isThere}
           text={w("sheet.fit")}
-          press={() => (wanted.value = null)}
+          press={() => bench.release()}
         />
         <Do
           id="draw-ghost"
@@ -286,23 +391,47 @@ export function Sheet({ hint }: { hint: string }) {
           text={w("sheet.ghost")}
           press={() => (ghost.value = !ghost.value)}
         />
+        <NewSheet bench={bench} />
       </div>
       <p id="sheet-keys" class="hint">
-        {w("sheet.keys")}
+        {w("sheet.hand")} <span class="with-keys">{w("sheet.keys")}</span>
       </p>
-      <Placing off={!isThere} />
+      <Placing bench={bench} off={!isThere} />
     </section>
   );
 }
 
+/** Another sheet of paper. It stands where the sheet is full too. */
+export function NewSheet({ bench, id = "sheet-new" }: { bench: Bench; id?: string }) {
+  const reason = jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
+  const isVirtual = store.arm.value?.virtual === true;
+  const lay = async () => {
+    if (!(await paper.lay())) return;
+    bench.refresh();
+    store.say(w(isVirtual ? "sheet.new.done" : "sheet.new.real"));
+  };
+  return (
+    <Do
+      id={id}
+      off={paper.isBlank() || (isVirtual ? reason !== null : jobs.busy.value)}
+      title={w("sheet.new.text")}
+      text={w("sheet.new")}
+      press={lay}
+    />
+  );
+}
+
 /** The place in numbers, which can be typed. */
-function Placing({ off }: { off: boolean }) {
-  const [ax, ay] = place.value?.at ?? [0, 0];
+function Placing({ bench, off }: { bench: Bench; off: boolean }) {
+  const place = bench.place.value;
+  const item = bench.item.value;
+  const [ax, ay] = place?.at ?? [0, 0];
+  const width = item === null ? 0 : bench.sizeOf(item)[0];
   const fields = [
-    { name: "x", unit: "mm", value: ax, set: (to: number) => change({ at: [to, ay] }) },
-    { name: "y", unit: "mm", value: ay, set: (to: number) => change({ at: [ax, to] }) },
-    { name: "width", unit: "mm", value: size.value[0], set: setWidth },
-    { name: "rotate", unit: "°", value: place.value?.turn ?? 0, set: (to: number) => change({ turn: to }) },
+    { name: "x", unit: "mm", value: ax, set: (to: number) => bench.change({ at: [to, ay] }) },
+    { name: "y", unit: "mm", value: ay, set: (to: number) => bench.change({ at: [ax, to] }) },
+    { name: "width", unit: "mm", value: width, set: (to: number) => bench.setWidth(to) },
+    { name: "rotate", unit: "°", value: place?.turn ?? 0, set: (to: number) => bench.change({ turn: to }) },
   ] as const;
   return (
     <div class="placing">

@@ -26,7 +26,7 @@ import {
 } from "../site";
 import * as store from "../store";
 import { Card, Do, OpenFile, Pick } from "../ui/parts";
-import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
+import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
 import type { FleetScene } from "../view/fleet";
 import { isTeachers, TeacherTile } from "./class/tile";
 import { w } from "./class/words";
@@ -314,9 +314,13 @@ function Pictures() {
           );
           return (
             <div key={name} class="picture">
-              <Do id={`picture-${name}`} label={own("site.picture", { name })} press={() => save(`${name}.svg`, svg)}>
+              <Do
+                id={`picture-${name}`}
+                label={own("site.picture", { name })}
+                press={() => save(`${name}.svg`, toReader(svg))}
+              >
                 <svg viewBox={viewBox(box)} aria-hidden="true">
-                  <path transform={UP} d={strokes.map((stroke) => pathOf(stroke.points)).join("")} />
+                  <path transform={READER} d={strokes.map((stroke) => pathOf(stroke.points)).join("")} />
                 </svg>
                 <span>{name}</span>
               </Do>

@@ -6,10 +6,10 @@ import * as jobs from "../run/jobs";
 import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
-import { Card, Do, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
+import { Card, Do, NumberInput, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
-import { JobCard } from "./job";
 import { JogPad } from "./jogpad";
+import { Objects } from "./objects";
 import { Points } from "./points";
 import { Pose } from "./pose";
 import { ArmCard } from "./tools";
@@ -79,6 +79,20 @@ function Play() {
         text={w("teach.play")}
         press={() => actions.play("all")}
       />
+      <label class="times" title={w("teach.toolWait.hint")}>
+        <span>{w("teach.toolWait")}</span>
+        <NumberInput
+          id="tool-wait"
+          label={w("teach.toolWait")}
+          step={0.1}
+          least={0}
+          most={10}
+          digits={2}
+          value={actions.toolWait.value}
+          set={(seconds) => (actions.toolWait.value = Math.min(10, Math.max(0, seconds)))}
+        />
+        <span>s</span>
+      </label>
       <Times id="teach-loops" label={t("run.times")} hint={t("run.times.hint")} value={actions.loops} />
       <Do id="teach-from" off={off} why="play-why" text={w("teach.from", { n })} press={() => actions.play("from")} />
       <Do id="teach-step" off={off} why="play-why" text={w("teach.one", { n })} press={() => actions.play("one")} />
@@ -131,8 +145,6 @@ function Files() {
 export function Teach() {
   useEffect(() => actions.follow(), []);
   const isSaved = program.isSaved.value;
-  // What has ended well is no news here.
-  const shows = jobs.busy.value || jobs.job.value?.state === "failed" || jobs.job.value?.state === "interrupted";
   return (
     <div
       class="move teach"
@@ -157,11 +169,11 @@ export function Teach() {
           <Add />
           <Points />
           <Play />
-          {shows ? <JobCard /> : null}
           <Files />
         </Card>
       </div>
       <div class="move-do" aria-label={t("nav.teach")} role="group">
+        <Objects />
         <JogPad />
         <ArmCard />
       </div>

@@ -1,54 +1,62 @@
 // What drawing and engraving share: what is put on the sheet, how long it takes, and its start.
-import { effect, signal } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { type Key, t } from "../i18n";
+import type { Bench } from "../run/bench";
 import * as check from "../run/check";
+import { hasFills } from "../run/fills";
 import * as jobs from "../run/jobs";
-import { setup } from "../run/place";
+import * as paper from "../run/paper";
 import * as library from "../run/programs";
+import { entryOf } from "../run/shop";
 import * as store from "../store";
 import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
-import { JobCard } from "./job";
+import { sentencesOf } from "../words";
+import { Objects, Palette, useUndoKeys } from "./items";
 import { PartsCard } from "./partslist";
+import { PHOTO, Photo } from "./photo";
 import { Presets } from "./presets";
 import { ACCEPT, formatOf } from "./programs";
 import { about, Found, Options, Unseen, usePrograms } from "./setup";
-import { Sheet } from "./sheet";
+import { NewSheet, Sheet } from "./sheet";
+import sheetTexts from "./sheet.json";
 import { Height } from "./touch";
+import texts from "./workshop.json";
+
+const w = sentencesOf(texts);
+const onSheet = sentencesOf(sheetTexts);
 
 /** What has lines of its own that can lie anywhere. */
 const FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
 /** Larger files are checked when they are asked for. */
 const AT_ONCE = 8 * 1024 * 1024;
 
-const typed = signal("");
-
-function write(text: string): void {
-  typed.value = text;
-  void check.choose(text.trim() === "" ? null : { text, format: "text" });
-}
-
-/** Draws with a tool, where the sheet has it, as long as the panel is open. */
-function useWorkshop(tool: "pen" | "laser"): void {
-  usePrograms(AT_ONCE);
+/** What is open belongs to this workshop. */
+function useBench(bench: Bench): boolean {
+  const [isOpen, open] = useState(false);
   useEffect(() => {
-    const end = effect(
-      () => void (check.fixed.value = { tool, work: tool === "pen" ? "draw" : "engrave", ...setup.value }),
-    );
-    if (check.chosen.value === null && store.isUp.value) write(typed.value);
+    check.shop.value = bench;
+    open(true);
     return () => {
-      end();
-      check.fixed.value = {};
-      if (check.selected.value === null) void check.choose(null);
+      if (check.shop.value === bench) check.shop.value = check.run;
     };
-  }, []);
+  }, [bench]);
+  return isOpen;
 }
 
-function What() {
+function What({ bench }: { bench: Bench }) {
   const off = !store.isUp.value;
   const noFile = off || store.role.value === "viewer";
   const drawings = library.programs.value.filter(({ format }) => FORMATS.includes(format ?? ""));
+  const item = bench.item.value;
+  const field = useRef<HTMLTextAreaElement>(null);
+  // What is typed next takes the place of the word that stands there.
+  const write = () =>
+    requestAnimationFrame(() => {
+      field.current?.focus();
+      field.current?.select();
+    });
   return (
     <Card
       title={t("draw.what")}
@@ -60,49 +68,83 @@ function What() {
           accept={ACCEPT}
           off={noFile}
           text={t(library.isLoading.value ? "programs.loading" : "programs.open")}
-          open={check.openFiles}
+          open={(files) => bench.openFiles(files)}
         />
       }
     >
-      <Drop off={noFile} open={check.openFiles} class="what-drop">
+      <Drop off={noFile} open={(files) => bench.openFiles(files)} class="what-drop">
         <Field label={t("draw.text")}>
           <textarea
+            ref={field}
             rows={2}
             maxLength={2000}
             disabled={off}
             placeholder={t("draw.text.hint")}
             data-testid="draw-text"
-            value={check.chosen.value?.format === "text" ? typed.value : ""}
-            onInput={(event) => write(event.currentTarget.value)}
+            value={item?.format === "text" ? (item.source.text ?? "") : ""}
+            onInput={(event) => bench.write(event.currentTarget.value)}
+            onBlur={() => bench.doc.seal()}
           />
         </Field>
-        <Pick
-          title={t("draw.program")}
-          id="draw-program"
-          value={check.selected.value ?? ""}
-          options={[
-            { value: "", text: t("draw.program.none") },
-            ...drawings.map(({ name, format }) => ({ value: name, text: `${name} (${formatOf(format)})` })),
-          ]}
-          off={off || drawings.length === 0}
-          choose={(name) => void check.select(name || null)}
-        />
+        <Palette bench={bench} write={write} />
+        {drawings.length === 0 ? null : (
+          <Pick
+            title={t("draw.program")}
+            id="draw-program"
+            value={item?.source.program ?? ""}
+            options={[
+              { value: "", text: t("draw.program.none") },
+              ...drawings.map(({ name, format }) => ({ value: name, text: `${name} (${formatOf(format)})` })),
+            ]}
+            off={off}
+            choose={(name) => {
+              if (name !== "") bench.take(name);
+              else if (item !== null) bench.remove(item.id);
+            }}
+          />
+        )}
       </Drop>
     </Card>
   );
 }
 
-export function title(): string {
-  return (
-    check.selected.value ??
-    (check.chosen.value?.format === "testgrid" ? t("laser.grid") : typed.value.trim().slice(0, 40))
-  );
-}
 /** Why nothing can be started now. */
 export const why = (): Key | null => jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
 
+/** What becomes of it is not what its file shows: filled shapes are outlined. */
+function Filled({ bench }: { bench: Bench }) {
+  const isFilled = useSignal(false);
+  const item = bench.item.value;
+  const isDrawing = item?.format === "svg" && item.shape === undefined;
+  const [name, text] = [item?.source.program, item?.source.text];
+  useEffect(() => {
+    let gone = false;
+    isFilled.value = false;
+    const entry = entryOf(name);
+    const content =
+      text ?? (entry !== null && entry.bytes < AT_ONCE ? library.get(entry).then((file) => file.text()) : "");
+    if (isDrawing)
+      Promise.resolve(content).then(
+        (svg) => {
+          if (!gone) isFilled.value = hasFills(svg);
+        },
+        () => {},
+      );
+    return () => {
+      gone = true;
+    };
+  }, [name, text, isDrawing, entryOf(name)?.modified]);
+  if (!isDrawing || !isFilled.value || (bench.valueOf("fill") || "none") !== "none") return null;
+  return (
+    <div class="check note" role="status" data-testid="draw-filled">
+      <p>{w("fill.note")}</p>
+      <Do id="draw-fill" class="small" text={w("fill.do")} press={() => bench.setValue("fill", "hatch")} />
+    </div>
+  );
+}
+
 interface WorkshopProps {
-  tool: "pen" | "laser";
+  bench: Bench;
   name: string;
   hint: string;
   /** Options that are not folded. */
@@ -114,11 +156,16 @@ interface WorkshopProps {
   children?: ComponentChildren;
 }
 
-export function Workshop({ tool, name, hint, first, because = null, before, children }: WorkshopProps) {
-  useWorkshop(tool);
+export function Workshop(props: WorkshopProps) {
+  return useBench(props.bench) ? <Opened {...props} /> : null;
+}
+
+function Opened({ bench, name, hint, first, because = null, before, children }: WorkshopProps) {
+  usePrograms(AT_ONCE);
+  useUndoKeys(bench);
   const reason = why() ?? because;
-  const isThere = check.chosen.value !== null;
-  const seconds = check.report.value?.seconds ?? null;
+  const isThere = bench.chosen.value !== null;
+  const seconds = bench.report.value?.seconds ?? null;
   const time = (
     <p class="draw-time">
       <b class="number" data-testid="draw-time">
@@ -127,14 +174,25 @@ export function Workshop({ tool, name, hint, first, because = null, before, chil
       <span class="hint">{t("draw.time")}</span>
     </p>
   );
-  const start = () => check.start(title(), about(check.report.value));
+  const start = () =>
+    paper.follows(
+      bench,
+      bench.start(bench.title.value, () => about(bench.report.value)),
+    );
   return (
     <div class="workshop">
-      <Sheet hint={hint} />
+      <Sheet bench={bench} hint={hint} />
       <div class="workshop-do" role="group" aria-label={name}>
-        <What />
+        <What bench={bench} />
         <Card title={t("draw.go")} class="start-card" more={time}>
           {isThere ? <Found /> : null}
+          <Filled bench={bench} />
+          {isThere && bench.isFull.value && !paper.isBlank() ? (
+            <div class="check note" role="status" data-testid="sheet-full">
+              <p>{onSheet("sheet.full")}</p>
+              <NewSheet bench={bench} id="sheet-new-here" />
+            </div>
+          ) : null}
           <Unseen />
           {before}
           <div class="buttons-row">
@@ -146,21 +204,22 @@ export function Workshop({ tool, name, hint, first, because = null, before, chil
               text={t("run.start")}
               press={start}
             />
-            <Do id="draw-check" off={!store.isUp.value || !isThere} text={t("run.check")} press={check.check} />
+            <Do id="draw-check" off={!store.isUp.value || !isThere} text={t("run.check")} press={() => bench.check()} />
           </div>
           <p id="draw-why" class="hint" role="status">
             {reason === null ? "" : t(reason)}
           </p>
         </Card>
-        <Height tool={tool} />
-        <JobCard />
-        {check.asked.value.length === 0 ? null : (
+        <Height tool={bench.tool} />
+        <Photo bench={bench} />
+        <PartsCard bench={bench} />
+        <Objects bench={bench} />
+        {check.asked.value.length === 0 || !isThere ? null : (
           <Card title={t("setup.title")} class="options-card">
-            <Options first={first} />
+            <Options first={first} not={PHOTO} />
           </Card>
         )}
-        <PartsCard />
-        <Presets />
+        <Presets bench={bench} />
         {children}
       </div>
     </div>

@@ -8,11 +8,13 @@ import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../ui/parts";
-import { boundsOf, pathOf, UP, viewBox } from "../view/flat";
+import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
 import { hand } from "../view/layers";
 import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
+import { tinted } from "../view/tint";
 import { ArmView } from "../view/view";
 import { sentencesOf } from "../words";
+import { GoTo } from "./objects";
 import "./world.css";
 import texts from "./world.json";
 
@@ -88,7 +90,9 @@ function Objects({ off }: { off: boolean }) {
     <Card title={w("world.objects")}>
       <p class="hint">{w("world.objects.hint")}</p>
       <ul class="objects">
-        {objects.map(({ name, color, held, at: [x = 0, y = 0, z = 0] }) => {
+        {objects.map((thing) => {
+          const { name, color, held } = thing;
+          const [x = 0, y = 0, z = 0] = thing.at;
           const field = (axis: "x" | "y", value: number) => (
             <label>
               {axis}
@@ -104,7 +108,7 @@ function Objects({ off }: { off: boolean }) {
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
-              <span class="swatch" style={{ background: color }} />
+              <span class="swatch" style={{ background: tinted(color) }} />
               <b>
                 {name}
                 {held ? <small>{w("world.held")}</small> : null}
@@ -112,6 +116,9 @@ function Objects({ off }: { off: boolean }) {
               {field("x", x)}
               {field("y", y)}
               <output aria-live="off">{`z ${z.toFixed(1)}`}</output>
+              <span class="object-do">
+                <GoTo thing={thing} off={off || store.why.value !== null} why={WHY} />
+              </span>
             </li>
           );
         })}
@@ -149,7 +156,7 @@ function Paper() {
           id="world-paper-save"
           class="quiet small"
           off={strokes.length === 0}
-          press={() => save(`${store.armName.value}-drawing.svg`, svg)}
+          press={() => save(`${store.armName.value}-drawing.svg`, toReader(svg))}
         >
           {w("world.paper.save")}
         </Do>
@@ -162,7 +169,7 @@ function Paper() {
         aria-label={w("world.paper.text", { n: strokes.length })}
         viewBox={viewBox(frame)}
       >
-        <g transform={UP}>
+        <g transform={READER}>
           {table == null ? null : <rect {...boundsOf(kept)} />}
           {[...lines].map(
             ([

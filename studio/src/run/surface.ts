@@ -1,51 +1,112 @@
-// The height of the work surface: taken from where the tool of the arm touches it.
-import { effect, signal } from "@preact/signals";
+// The work surface and the paper on it: taken from where the tool of the arm touches them.
+import { computed, effect, signal } from "@preact/signals";
 import { type Problem, problemOf } from "../actions";
-import type { Result } from "../client";
-import { t } from "../i18n";
+import type { MeasuredSurface } from "../api";
 import { call, shown } from "../session";
 import * as store from "../store";
+import { show } from "../view/layers";
+import { w } from "./surface.words";
 
-/** Height that was touched, mm; null if none is known. */
-export const height = signal<number | null>(null);
+export type Corner = MeasuredSurface["corners"][number];
+/** As the reader in front of the arm has them. The third one completes the sheet. */
+export const CORNERS: readonly Corner[] = ["lower-left", "lower-right", "upper-left"];
+
+/** What the station knows of it; null before it has said so. */
+export const known = signal<MeasuredSurface | null>(null);
+/** Height of it where it was touched, mm; null if none is known. */
+export const height = computed<number | null>(() => known.value?.plane?.z ?? null);
+export const sheet = computed(() => known.value?.sheet ?? null);
+export const isKnown = computed(() => height.value !== null);
 /** Why it was not taken. */
 export const problem = signal<Problem | null>(null);
+/** Whether a person measures the paper now. */
+export const isMeasuring = signal(false);
+/** The corner that is to be touched: a person may choose another one, and take one anew. */
+export const corner = signal<Corner>("lower-left");
 
-const take = ({ plane }: Result<"surface.touch">): void => void (height.value = plane?.z ?? null);
+/** How steep a plane is, degrees. */
+export const tiltOf = ({ slope_x, slope_y }: NonNullable<MeasuredSurface["plane"]>): number =>
+  (Math.atan(Math.hypot(slope_x, slope_y)) * 180) / Math.PI;
 
-async function asked(params: { forget?: boolean }, said: () => string): Promise<void> {
+/** The first corner that is not taken yet. */
+export const nextOf = (taken: readonly Corner[]): Corner => CORNERS.find((one) => !taken.includes(one)) ?? "lower-left";
+
+async function asked(ask: () => Promise<MeasuredSurface>, said: (found: MeasuredSurface) => string): Promise<void> {
   problem.value = null;
   try {
-    take(await call("surface.touch", { ...shown(), ...params }));
-    store.say(said());
+    const found = await ask();
+    known.value = found;
+    store.say(said(found));
   } catch (error) {
     problem.value = problemOf(error);
   }
 }
 
-export const touch = () => asked({}, () => t("touch.done", { z: shownHeight() }));
-export const forget = () => asked({ forget: true }, () => t("touch.forgotten"));
-export const shownHeight = (): string => (height.value === null ? "–" : `z ${height.value.toFixed(2)} mm`);
+export const touch = (add = false) =>
+  asked(
+    () => call("surface.touch", { ...shown(), ...(add ? { add } : {}) }),
+    () => w("touch.done", { z: shownHeight() }),
+  );
+export const forget = () =>
+  asked(
+    () => call("surface.touch", { ...shown(), forget: true }),
+    () => w("touch.forgotten"),
+  );
+export const takeCorner = () =>
+  asked(
+    () => call("surface.corner", { ...shown(), corner: corner.value }),
+    (found) => {
+      if (found.corners.length > 0) corner.value = nextOf(found.corners);
+      else isMeasuring.value = false;
+      return found.corners.length > 0
+        ? w("paper.taken", { left: CORNERS.length - found.corners.length })
+        : w("paper.done", { size: shownSize() });
+    },
+  );
 
-/** Knows the height under the shown arm until what this gives back is called. */
+/** Begins with the corners that are missing. */
+export function measure(): void {
+  problem.value = null;
+  corner.value = nextOf(known.value?.corners ?? []);
+  isMeasuring.value = true;
+}
+
+export const shownHeight = (): string => (height.value === null ? "–" : `z ${height.value.toFixed(2)} mm`);
+export const shownSize = (): string => {
+  const [width = 0, high = 0] = sheet.value?.size ?? [];
+  return `${Math.round(width)} × ${Math.round(high)} mm`;
+};
+
+/** Knows the surface under the shown arm until what this gives back is called. */
 export function follow(): () => void {
-  // A refusal is of the arm as it was: another one, or one that has been homed since, is asked anew.
-  const forgets = effect(() => {
-    void store.armName.value;
-    void store.isHomed.value;
-    problem.value = null;
-  });
-  const asks = effect(() => {
-    const arm = store.armName.value;
-    height.value = null;
-    if (arm === null || store.socket.value !== "up") return;
-    call("surface.get", { arm }).then(
-      (known) => store.armName.value === arm && take(known),
-      () => {},
-    );
-  });
-  return () => {
-    forgets();
-    asks();
-  };
+  const ends = [
+    // A refusal is of the arm as it was: another one, or one that has been homed since, is asked anew.
+    effect(() => {
+      void store.armName.value;
+      void store.isHomed.value;
+      problem.value = null;
+    }),
+    effect(() => {
+      const arm = store.armName.value;
+      known.value = null;
+      isMeasuring.value = false;
+      if (arm === null || store.socket.value !== "up") return;
+      call("surface.get", { arm }).then(
+        (found) => {
+          if (store.armName.value === arm) known.value = found;
+        },
+        () => {},
+      );
+    }),
+    effect(() => {
+      const plane = known.value?.plane;
+      const outline = sheet.value?.outline ?? [];
+      const z = ([x, y]: [number, number]) =>
+        plane ? plane.z + plane.slope_x * (x - plane.at[0]) + plane.slope_y * (y - plane.at[1]) : 0;
+      const points = outline.map((at) => [...at, z(at) + 0.3]);
+      show("sheet", points.length === 0 ? [] : [{ points, color: "--accent", closed: true }]);
+    }),
+    () => show("sheet", []),
+  ];
+  return () => ends.forEach((end) => end());
 }

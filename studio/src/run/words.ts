@@ -28,7 +28,7 @@ function act({ action, option, without, value }: Remedy): string {
   return filled(named(key, ""), { name: label, value: given });
 }
 
-/** A note with what may be done about it. */
+/** A note with its advice, for a place where what may be done about it has no buttons. */
 export function noteOf(note: Note): string {
   const colon = named("said.colon", "");
   const remedies = ((note.remedies ?? []) as Remedy[]).flatMap((remedy) => {
@@ -40,3 +40,6 @@ export function noteOf(note: Note): string {
   if (advice.length === 0) return sentence(note);
   return filled(named("said.advice", ""), { what: sentence(note), advice: advice.join(named("said.and", "")) });
 }
+
+/** A note beside buttons for what may be done about it. */
+export const plainNoteOf = (note: Note): string => noteOf({ ...note, remedies: [] });

@@ -8,7 +8,7 @@ import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
 import { call, notified, shown } from "../session";
 import * as store from "../store";
-import { type Lines, show } from "../view/layers";
+import { type Lines, show, target } from "../view/layers";
 import * as program from "./rows";
 import { w } from "./words";
 
@@ -30,6 +30,8 @@ export const underWay = computed<number | null>(() => {
 /** Whether the unlock key of the arm adds points. */
 export const guides = signal(false);
 export const loops = signal(1);
+/** How long a new row waits where the tool grips or lets go, s: vacuum takes 0.3 s. */
+export const toolWait = signal(0.5);
 export const format = signal<"plan" | "playback">("plan");
 
 function take(step: program.Motion): void {
@@ -90,6 +92,7 @@ export function follow(): () => void {
     for (const end of ends) end();
     if (guides.value && store.why.value === null) void guide(false);
     show("points", []);
+    target.value = null;
   };
 }
 
@@ -104,6 +107,8 @@ function mark(): void {
   ];
   if (here !== undefined) lines.push({ points: [here.slice(0, 3)], color: "--accent", dots: true });
   show("points", points.length > 0 ? lines : []);
+  const [x, y, z, r = 0] = here ?? [];
+  target.value = x === undefined || y === undefined || z === undefined ? null : { x, y, z, r };
 }
 
 async function plan(rows = program.rows.value) {

@@ -102,6 +102,12 @@ export function add(motion: Motion | null, more: Partial<Taught> = {}): void {
   change({ ...more, rows: rows.value.toSpliced(at, 0, row) }, at);
 }
 
+/** Adds rows behind the selected one, in one step that can be undone, and selects the last. */
+export function insert(made: readonly Row[], more: Partial<Taught> = {}): void {
+  const at = Math.min(selected.value + 1, rows.value.length);
+  change({ ...more, rows: rows.value.toSpliced(at, 0, ...made) }, at + made.length - 1);
+}
+
 export function edit(nth: number, next: Partial<Row>): void {
   const row = rows.value[nth];
   if (row === undefined) return;

@@ -1,14 +1,16 @@
 import { t } from "../i18n";
 import * as store from "../store";
+import { Beside } from "./beside";
 import { Dialogs } from "./dialogs";
 import { Alarms, Header, LinkLost, Update } from "./header";
-import { Panel } from "./routes";
+import { Panel, Strip } from "./routes";
 
 export function App() {
   const route = store.route.value;
   return (
     <>
       <Header />
+      <Strip />
       <main class={`route-${route}`}>
         <h1 class="unseen">{`${t("app")}: ${t(`nav.${route}`)}`}</h1>
         <Update />
@@ -16,6 +18,7 @@ export function App() {
         <Alarms />
         <Panel />
       </main>
+      <Beside />
       <Dialogs />
     </>
   );

@@ -27,6 +27,20 @@ function Nav() {
           <span>{t(`nav.${one}`)}</span>
         </a>
       ))}
+      <button
+        type="button"
+        class="nav-help"
+        data-testid="help"
+        aria-expanded={store.beside.value === "help"}
+        onClick={() => {
+          store.beside.value = store.beside.value === "help" ? null : "help";
+        }}
+      >
+        <svg viewBox="0 0 24 24" aria-hidden="true">
+          <path d={ICONS.help} />
+        </svg>
+        <span>{t("help")}</span>
+      </button>
     </nav>
   );
 }

@@ -4,9 +4,11 @@ import type { ComponentType } from "preact";
 import { t } from "../i18n";
 import { Move } from "../panels/move";
 import * as store from "../store";
+import { later } from "./later";
 import { Do } from "./parts";
 
 const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
+  gallery: () => import("../panels/gallery").then(({ Gallery }) => Gallery),
   teach: () => import("../panels/teach").then(({ Teach }) => Teach),
   draw: () => import("../panels/draw").then(({ Draw }) => Draw),
   engrave: () => import("../panels/engrave").then(({ Engrave }) => Engrave),
@@ -32,6 +34,12 @@ export async function load(route: store.Route): Promise<void> {
     failed.value = true;
   }
 }
+
+/** The strip that tells of a job comes with the connection: it has to have heard of the job when that is over. */
+export const Strip = later(
+  () => import("../panels/strip").then(({ JobStrip }) => JobStrip),
+  () => store.socket.value === "up",
+);
 
 export function Panel() {
   const route = store.route.value;

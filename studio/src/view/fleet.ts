@@ -1,9 +1,6 @@
 // Many arms in one picture: each part of an arm is one mesh for all of them. Every arm stands where its place in the page is.
 import {
   AmbientLight,
-  BoxGeometry,
-  type BufferGeometry,
-  CylinderGeometry,
   DirectionalLight,
   HemisphereLight,
   InstancedMesh,
@@ -12,13 +9,16 @@ import {
   OrthographicCamera,
   Quaternion,
   Scene,
-  SphereGeometry,
   Vector3,
   WebGLRenderer,
 } from "three";
 import type { Model } from "../store";
+import { bodyOf, type Link, measuresOf, RODS, type Part as Solid, toolOf } from "./body";
+import { directionOf } from "./camera";
+import { drop, merged } from "./mesh";
+import { coarse } from "./solid";
+import { standOn } from "./stand";
 
-type LinkRow = Model["links"][number];
 export type Joints = readonly [j1: number, j2: number, j3: number, j4: number, rail: number];
 /** A place in the page, css pixels from the upper left of the picture. */
 export interface Place {
@@ -36,11 +36,11 @@ const SEEN = 440;
 const GLIDE = 320;
 
 interface Part {
-  mesh: InstancedMesh;
+  /** None for a link that only carries others. */
+  mesh: InstancedMesh | null;
   parent: number;
   axis: Vector3;
   at: Vector3;
-  own: Matrix4;
   joint: number;
   sign: number;
 }
@@ -74,36 +74,44 @@ export class FleetScene {
     this.renderer.domElement.setAttribute("aria-hidden", "true");
     place.prepend(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
-    this.camera.position.set(-0.72, -0.5, 0.5).setLength(4000);
+    this.camera.position.set(...directionOf("corner")).setLength(4000);
     this.camera.lookAt(0, 0, 0);
     this.camera.updateMatrixWorld();
     this.scene.add(new HemisphereLight(0xffffff, 0x9aa3ad, 1.6), new AmbientLight(0xffffff, 0.5));
     const sun = new DirectionalLight(0xffffff, 1.8);
-    sun.position.set(-250, -420, 800);
+    sun.position.set(420, -380, 800);
     this.scene.add(sun);
-    const order = model.links.map(({ name }) => name);
-    for (const row of model.links) this.parts.push(this.part(row, order));
+    const links = [...model.links, ...RODS];
+    const order = links.map(({ name }) => name);
+    // Which tool each has is not told here: all have a pointer.
+    const measures = measuresOf(model);
+    const { lift } = standOn(null, measures.base + measures.turret, model.tool.bias[2] ?? 0);
+    const hang = lift - measures.tool[2];
+    const solids = coarse(() => [...bodyOf(measures, hang, false), ...toolOf(null, hang)]);
+    for (const link of links) {
+      const own = solids.filter((solid) => solid.link === link.name);
+      this.parts.push(this.part(link, order, own, link.name === "tool" ? lift : 0));
+    }
     this.frames = this.parts.map(() => new Matrix4());
   }
 
-  private part(row: LinkRow, order: string[]): Part {
-    const mesh = new InstancedMesh(shapeOf(row), new MeshLambertMaterial({ color: row.color }), this.most);
-    mesh.frustumCulled = false;
-    mesh.count = 0;
-    this.scene.add(mesh);
-    const joint = row.joint === null ? -1 : NAMES.indexOf(row.joint.replace("-", ""));
-    const own = new Matrix4();
-    const [x = 0, y = 0, z = 0] = row.turn.map((degrees) => degrees * RADIANS);
-    own.makeRotationZ(z).multiply(new Matrix4().makeRotationY(y)).multiply(new Matrix4().makeRotationX(x));
-    const [axis, at] = [new Vector3().fromArray(row.axis), new Vector3().fromArray(row.at)];
+  private part(link: Link, order: string[], solids: readonly Solid[], lower: number): Part {
+    let mesh: InstancedMesh | null = null;
+    if (solids.length > 0) {
+      mesh = new InstancedMesh(merged(solids), new MeshLambertMaterial({ vertexColors: true }), this.most);
+      mesh.frustumCulled = false;
+      mesh.count = 0;
+      this.scene.add(mesh);
+    }
+    const at = new Vector3().fromArray(link.at);
+    at.z -= lower;
     return {
       mesh,
-      parent: row.parent === null ? -1 : order.indexOf(row.parent),
-      axis,
+      parent: link.parent === null ? -1 : order.indexOf(link.parent),
+      axis: new Vector3().fromArray(link.axis),
       at,
-      own,
-      joint,
-      sign: row.joint?.startsWith("-") ? -1 : 1,
+      joint: link.joint === null ? -1 : NAMES.indexOf(link.joint.replace("-", "")),
+      sign: link.joint?.startsWith("-") ? -1 : 1,
     };
   }
 
@@ -117,7 +125,7 @@ export class FleetScene {
     const right = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
     const up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
     // The middle of what an arm fills lies before its shoulder, and below.
-    const middle = new Vector3(70, 0, 0);
+    const middle = new Vector3(90, 0, 20);
     this.origins.length = 0;
     for (const { x, y, width: wide, height: high } of places) {
       const across = (x + wide / 2 - width / 2) * this.scale;
@@ -145,10 +153,12 @@ export class FleetScene {
   end(): void {
     cancelAnimationFrame(this.frame);
     for (const { mesh } of this.parts) {
-      mesh.geometry.dispose();
+      if (mesh === null) continue;
+      drop(mesh);
       mesh.dispose();
     }
     this.renderer.dispose();
+    this.renderer.forceContextLoss();
     this.renderer.domElement.remove();
   }
 
@@ -169,6 +179,7 @@ export class FleetScene {
       this.pose(arm, now, to.length > 0);
     }
     for (const { mesh } of this.parts) {
+      if (mesh === null) continue;
       mesh.count = count;
       mesh.instanceMatrix.needsUpdate = true;
     }
@@ -178,7 +189,7 @@ export class FleetScene {
   }
 
   private pose(arm: number, joints: readonly number[], isSeen: boolean): void {
-    this.parts.forEach(({ mesh, parent, axis, at, own, joint, sign }, nth) => {
+    this.parts.forEach(({ mesh, parent, axis, at, joint, sign }, nth) => {
       const frame = this.frames[nth];
       const origin = this.origins[arm];
       if (frame === undefined || origin === undefined) return;
@@ -190,16 +201,7 @@ export class FleetScene {
       const base = this.frames[parent];
       if (base === undefined) frame.makeTranslation(origin).multiply(this.step);
       else frame.multiplyMatrices(base, this.step);
-      mesh.setMatrixAt(arm, isSeen ? this.placed.multiplyMatrices(frame, own) : this.placed.makeScale(0, 0, 0));
+      mesh?.setMatrixAt(arm, isSeen ? frame : this.placed.makeScale(0, 0, 0));
     });
   }
-}
-
-/** As in the picture of one arm, with fewer corners: each is small here. */
-function shapeOf({ shape, size }: LinkRow): BufferGeometry {
-  const [x = 0, y = 0, z = 0] = size;
-  if (shape === "sphere") return new SphereGeometry(x / 2, 12, 8);
-  if (shape === "cylinder")
-    return new CylinderGeometry(x / 2, x / 2, z, 16).rotateX(Math.PI / 2).translate(0, 0, z / 2);
-  return new BoxGeometry(x, y, z).translate(0, 0, z / 2);
 }

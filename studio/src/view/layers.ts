@@ -2,7 +2,10 @@
 // picture is there or after; it takes it away with an empty list. Coordinates are those of poses, mm.
 import { signal } from "@preact/signals";
 
-export type Layer = "planned" | "points" | "fence" | "paper" | "belt" | "objects";
+/** Height of the table where nothing says another, mm: there the cup of an arm touches what its base stands on. */
+export const USUAL_TABLE = -60;
+
+export type Layer = "planned" | "points" | "fence" | "paper" | "sheet" | "belt" | "objects";
 
 export interface Lines {
   /** Points [x, y, z], joined in their order. */
@@ -24,6 +27,8 @@ export interface Box {
   opacity?: number;
   /** What it is called, where a hand can take it. */
   name?: string;
+  /** Whether the tool carries it. */
+  held?: boolean;
 }
 
 export interface Shapes {
@@ -42,3 +47,14 @@ export function show(layer: Layer, lines: readonly Lines[], boxes: readonly Box[
 
 /** Who is told where a hand puts a box with a name; without it boxes stay where they are. */
 export const hand = signal<((name: string, at: [number, number, number]) => void) | null>(null);
+
+export interface Target {
+  x: number;
+  y: number;
+  z: number;
+  r: number;
+}
+/** Where the arm is to go, as far as somebody is about to say so: a ghost of the tool is shown there. */
+export const target = signal<Target | null>(null);
+/** Who is told where the table is pressed, seen from above. */
+export const pressed = signal<((x: number, y: number) => void) | null>(null);

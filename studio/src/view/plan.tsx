@@ -1,48 +1,69 @@
-// The arm from above, for browsers without WebGL: x up, y to the left, as keys move it.
+// The arm from above, for browsers without WebGL: the reader stands in front of it, y is to the right and x down.
 import { useSignalEffect } from "@preact/signals";
+import type { RefObject } from "preact";
 import { useRef } from "preact/hooks";
 import * as store from "../store";
 import { pathOf } from "./flat";
-import { type Box, type Lines, layers } from "./layers";
+import { type Box, type Lines, layers, pressed, target } from "./layers";
+import "./plan.css";
 import { reach } from "./reach";
+import { tinted } from "./tint";
 
+/** What is shown, mm: to both sides, and from behind the arm to before it. */
 const HALF = 360;
-/** X up, Y to the left. */
-const BEHIND = "matrix(0 -1 -1 0 0 0)";
+const [HIGH, LOW] = [-140, 360];
+/** Y to the right, X down. */
+const FRONT = "matrix(0 1 1 0 0 0)";
 const MOST = 200;
 
-export function Plan({ place }: { place: { current: HTMLElement | null } }) {
+/** Inside the picture's rim, px. */
+const RIM = 12;
+
+export function Plan({ place }: { place: RefObject<HTMLElement | null> }) {
   const svg = useRef<SVGSVGElement>(null);
   const trail = useRef<string[]>([]);
   const state = store.state.value;
+  /** Where the shoulder is in the page, and how many of its pixels are a millimetre. */
+  const measured = () => {
+    const box = svg.current?.getBoundingClientRect();
+    if (box === undefined) return null;
+    const scale = Math.min((box.width - 2 * RIM) / (2 * HALF), (box.height - 2 * RIM) / (LOW - HIGH));
+    return { x: box.left + box.width / 2, y: box.top + box.height / 2 - ((LOW + HIGH) / 2) * scale, scale };
+  };
   useSignalEffect(() => {
     const now = store.state.value;
-    const box = svg.current?.getBoundingClientRect();
-    const outer = place.current?.getBoundingClientRect();
-    if (now === null || box === undefined || outer === undefined) return;
-    const scale = Math.min(box.width, box.height) / (2 * HALF);
-    const at = [
-      box.left - outer.left + box.width / 2 - now.y * scale,
-      box.top - outer.top + box.height / 2 - now.x * scale,
-    ];
-    place.current?.setAttribute("data-tip", at.map((value) => value.toFixed(2)).join(","));
+    const [at, outer] = [measured(), place.current?.getBoundingClientRect()];
+    if (now === null || at === null || outer === undefined) return;
+    const tip = [at.x - outer.left + now.y * at.scale, at.y - outer.top + now.x * at.scale];
+    place.current?.setAttribute("data-tip", tip.map((value) => value.toFixed(2)).join(","));
   });
-  const here = state === null ? null : `${(-state.y).toFixed(1)},${(-state.x).toFixed(1)}`;
+  const here = state === null ? null : `${state.y.toFixed(1)},${state.x.toFixed(1)}`;
   if (here !== null && trail.current[trail.current.length - 1] !== here)
     trail.current = [...trail.current.slice(1 - MOST), here];
   const outlines = reach.value?.outlines ?? [];
   const turned = state === null ? 0 : -state.r;
+  const goal = target.value;
+  const press = (event: { clientX: number; clientY: number }) => {
+    const at = measured();
+    if (at !== null) pressed.value?.((event.clientY - at.y) / at.scale, (event.clientX - at.x) / at.scale);
+  };
   return (
-    <svg ref={svg} class="plan" viewBox={`${-HALF} ${-HALF} ${2 * HALF} ${2 * HALF}`} aria-hidden="true">
-      <path class="reach" transform={BEHIND} d={outlines.map((outline) => `${pathOf(outline)}Z`).join("")} />
-      <path class="axes" d={`M0 ${HALF}V${-HALF}M${-HALF} 0H${HALF}`} />
-      <text x="8" y={-HALF + 22}>
+    <svg
+      ref={svg}
+      class={`plan ${pressed.value === null ? "" : "aims"}`}
+      viewBox={`${-HALF} ${HIGH} ${2 * HALF} ${LOW - HIGH}`}
+      aria-hidden="true"
+      onClick={press}
+    >
+      <path class="reach" transform={FRONT} d={outlines.map((outline) => `${pathOf(outline)}Z`).join("")} />
+      <path class="axes" d={`M0 ${LOW}V${HIGH}M${-HALF} 0H${HALF}`} />
+      <text x="8" y={LOW - 8}>
         x
       </text>
-      <text x={-HALF + 6} y="-8">
+      <text x={HALF - 18} y="-8">
         y
       </text>
-      <g transform={BEHIND}>
+      <g transform={FRONT}>
         {[...layers.value.values()].map(({ lines, boxes }) => [...boxes.map(Rect), ...lines.map(Path)])}
       </g>
       <rect class="base" x="-79" y="-79" width="158" height="158" rx="14" />
@@ -52,10 +73,16 @@ export function Plan({ place }: { place: { current: HTMLElement | null } }) {
           <polyline class="trail" points={trail.current.join(" ")} />
           <g transform={`translate(${here}) rotate(${turned})`}>
             <circle class="tip" r="12" />
-            <path class="heading" d="M0 -12V-30" />
+            <path class="heading" d="M0 12V30" />
           </g>
         </>
       ) : null}
+      {goal === null ? null : (
+        <g class="goal" transform={`translate(${goal.y} ${goal.x}) rotate(${-goal.r})`}>
+          <circle r="16" />
+          <path d="M0 16V30" />
+        </g>
+      )}
     </svg>
   );
 }
@@ -76,7 +103,7 @@ function Path({ points, color, closed, dots, opacity }: Lines) {
   );
 }
 
-function Rect({ at: [x = 0, y = 0], size: [length = 0, width = 0], turn = 0, color, opacity }: Box) {
+function Rect({ at: [x = 0, y = 0], size: [length = 0, width = 0], turn = 0, color, opacity, name }: Box) {
   const place = `translate(${x} ${y}) rotate(${turn})`;
   return (
     <rect
@@ -85,7 +112,7 @@ function Rect({ at: [x = 0, y = 0], size: [length = 0, width = 0], turn = 0, col
       y={-width / 2}
       width={length}
       height={width}
-      fill={colorOf(color)}
+      fill={colorOf(name === undefined ? color : tinted(color))}
       opacity={opacity ?? 1}
     />
   );

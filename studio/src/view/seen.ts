@@ -3,7 +3,7 @@ import { effect, signal } from "@preact/signals";
 import type { Result } from "../client";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { type Lines, show } from "./layers";
+import { type Lines, show, USUAL_TABLE } from "./layers";
 
 export type World = Result<"world.look">;
 export type Stroke = NonNullable<World["strokes"]>[number];
@@ -89,7 +89,7 @@ const within = ([least = -FAR, most = FAR]: number[]): [number, number] => [Math
 
 effect(() => {
   const table = world.value?.table ?? null;
-  const height = table?.height ?? store.model.value?.links[0]?.at[2] ?? 0;
+  const height = table?.height ?? USUAL_TABLE;
   const [x, y] = [within(table?.x ?? []), within(table?.y ?? [])];
   const sheet = [
     [x[0], y[0]],
@@ -106,8 +106,15 @@ effect(() => {
       opacity: darkness(stroke),
     };
   });
+  // What takes lines is a sheet; what things stand on is a mark on the table.
+  const isPaper = (world.value?.draws ?? null) !== null;
   const size = [x[1] - x[0], y[1] - y[0], 2];
-  const top = { at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height - 2.5], size, color: "--sheet", opacity: 0.55 };
+  const top = {
+    at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height - 2.5],
+    size,
+    color: "--sheet",
+    opacity: isPaper ? 1 : 0.55,
+  };
   show(
     "paper",
     table === null ? lines : [...lines, { points: sheet, color: "--grid-strong", closed: true }],
@@ -133,10 +140,15 @@ effect(() => {
       color: "--belt-mark",
     });
   }
-  const [mx = 0, my = 0] = along(belt.length / 2, 0);
-  show("belt", marks, [
-    { at: [mx, my, belt.height - 8], size: [belt.length, belt.width, 8], turn: belt.direction, color: "--belt" },
-  ]);
+  const floor = world.value?.table?.height ?? USUAL_TABLE;
+  // The belt, and the two legs that it stands on.
+  const slab = (middle: number, length: number, width: number, low: number, high: number) => {
+    const at = [...along(middle, 0).slice(0, 2), low];
+    return { at, size: [length, width, high - low], turn: belt.direction, color: "--belt" };
+  };
+  const { length, width, height } = belt;
+  const legs = [40, length - 40].map((at) => slab(at, 14, width * 0.8, Math.min(floor, height - 8), height - 8));
+  show("belt", marks, [slab(length / 2, length, width, height - 8, height), ...legs]);
 });
 
 effect(() => {
@@ -144,6 +156,6 @@ effect(() => {
   show(
     "objects",
     [],
-    objects.map(({ name, at, size, turn, color }) => ({ name, at, size, turn, color })),
+    objects.map(({ name, at, size, turn, color, held }) => ({ name, at, size, turn, color, held })),
   );
 });

@@ -8,9 +8,8 @@ import {
   Group,
   LineBasicMaterial,
   LineSegments,
-  type Material,
   Mesh,
-  MeshStandardMaterial,
+  MeshLambertMaterial,
   type Object3D,
   Plane,
   Points,
@@ -20,6 +19,9 @@ import {
   Vector3,
 } from "three";
 import { hand, type Lines, type Shapes } from "./layers";
+import { solidGeometry } from "./mesh";
+import { box as solidBox } from "./solid";
+import { tinted } from "./tint";
 
 export type Css = (color: string) => string;
 
@@ -51,12 +53,15 @@ export function shapesOf({ lines, boxes }: Shapes, css: Css): Group {
   }
   for (const box of boxes) {
     const [x = 0, y = 0, z = 0] = box.size;
-    const geometry = new BoxGeometry(x, y, z).translate(0, 0, z / 2);
-    const color = css(box.color);
+    const isThing = box.name !== undefined;
+    const geometry = isThing
+      ? solidGeometry(solidBox([-x / 2, -y / 2, 0], [x / 2, y / 2, z], 1.6, 0.9))
+      : new BoxGeometry(x, y, z).translate(0, 0, z / 2);
+    const color = isThing ? tinted(css(box.color)) : css(box.color);
     const opacity = box.opacity ?? 1;
     const mesh = new Mesh(
       geometry,
-      new MeshStandardMaterial({ color, opacity, transparent: opacity < 1, depthWrite: opacity === 1, roughness: 0.7 }),
+      new MeshLambertMaterial({ color, opacity, transparent: opacity < 1, depthWrite: opacity === 1 }),
     );
     mesh.castShadow = opacity === 1;
     mesh.receiveShadow = true;
@@ -69,7 +74,7 @@ export function shapesOf({ lines, boxes }: Shapes, css: Css): Group {
       );
     mesh.position.fromArray([...box.at]);
     mesh.rotation.z = ((box.turn ?? 0) * Math.PI) / 180;
-    if (box.name !== undefined) mesh.userData.name = box.name;
+    mesh.userData = box;
     group.add(mesh);
   }
   return group;
@@ -82,16 +87,6 @@ function segments({ points, closed }: Lines): number[] {
     for (const [x = 0, y = 0, z = 0] of [points.at(at - 1) ?? [], points[at] ?? []]) all.push(x, y, z);
   }
   return all;
-}
-
-/** Gives back what a layer had in the graphics memory. */
-export function drop(group: Group): void {
-  group.removeFromParent();
-  group.traverse((part: Object3D) => {
-    const { geometry, material } = part as Partial<Mesh>;
-    geometry?.dispose();
-    (material as Material | undefined)?.dispose();
-  });
 }
 
 /** Drags boxes that have a name over their height; what it gives back ends that. */

@@ -10,7 +10,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use zip::write::SimpleFileOptions;
 
-use super::system::{Builder, Family, System};
+use super::system::{Builder, Family, SHIPPED, System};
 use super::{Build, desktop, licences_of, output};
 use crate::library;
 
@@ -88,8 +88,8 @@ pub(super) fn write(
         licences_of(&Build {
             title: "the magician command",
             manifest: builder.root.join("Cargo.toml"),
-            packages: vec!["magician-cli".to_owned()],
-            features: Vec::new(),
+            packages: vec![SHIPPED.0.to_owned()],
+            features: vec![SHIPPED.1.to_owned()],
             target: Some(system.triple.to_owned()),
         })?,
     )?;

@@ -18,7 +18,12 @@ const SHELL: &[&str] = &[
     "assets/icon.svg",
     "manifest.webmanifest",
 ];
-const VIEW: &[&str] = &["assets/scene.js", "assets/three.js", "assets/worker.js"];
+const VIEW: &[&str] = &[
+    "assets/scene.js",
+    "assets/body.js",
+    "assets/three.js",
+    "assets/worker.js",
+];
 
 type Files = BTreeMap<String, Vec<u8>>;
 
@@ -132,7 +137,10 @@ fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
     let here = std::path::absolute(root)?;
     let here = here.to_string_lossy();
     for (name, bytes) in files {
-        let text = String::from_utf8_lossy(bytes);
+        // Pictures have any bytes.
+        let Ok(text) = std::str::from_utf8(bytes) else {
+            continue;
+        };
         for unwanted in ["sourceMappingURL", "\r", &*here] {
             if text.contains(unwanted) {
                 return Err(format!("{name} has {unwanted:?} in it").into());

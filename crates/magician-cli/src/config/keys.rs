@@ -29,8 +29,8 @@ pub(crate) enum Kind {
     Tool,
     /// 1 to 8.
     Window,
-    /// Any number.
-    Number,
+    /// A height in mm; or a table with height and slope, which a station writes.
+    Surface,
     /// A number, as this option of drawing and engraving takes it.
     Option(&'static str),
     /// 0 to 50, whole: times a second.
@@ -79,7 +79,7 @@ pub(crate) const KEYS: [Key; 19] = [
         about: "height of the work surface: the z of `magician pose` when the tool touches it, mm",
         variable: None,
         default: "none; -60 for a virtual arm",
-        kind: Kind::Number,
+        kind: Kind::Surface,
     },
     Key {
         name: "sheet",
@@ -205,7 +205,7 @@ impl Key {
             }
             Kind::Tool => text.parse::<Tool>().map(|tool| quoted(&tool.to_string())),
             Kind::Window | Kind::Rate => self.number(text).map(|value| format!("{value:.0}")),
-            Kind::Number => self.number(text).map(|value| value.to_string()),
+            Kind::Surface => self.number(text).map(|value| value.to_string()),
             Kind::Option(option) => {
                 check(option, text)?;
                 self.number(text).map(|value| value.to_string())
@@ -242,6 +242,7 @@ impl Key {
         let text = match (self.kind, value) {
             (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
             (Kind::Sheet, _) => return Err("expected a table".to_owned()),
+            (Kind::Surface, DeValue::Table(_)) => return Ok("tilted".to_owned()),
             (
                 Kind::Port | Kind::Tool | Kind::Place | Kind::Power | Kind::Address | Kind::Folder,
                 DeValue::String(text),

@@ -9,7 +9,8 @@ use std::path::Path;
 use magician::Target;
 use magician::arms::KnownArm;
 use magician_job::settings::{SettingsError, SettingsFile};
-use magician_program::{Diagnostic, Lines, Power};
+use magician_job::surface_of;
+use magician_program::{Diagnostic, Lines, Power, Surface};
 use serde::Serialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -120,6 +121,11 @@ impl Config {
     /// A number that the file says. The check has let nothing else through.
     pub(crate) fn number(&self, name: &str) -> Option<f64> {
         self.says(name)?.parse().ok()
+    }
+
+    /// The plane of the work surface that the file says.
+    pub(crate) fn surface(&self) -> Result<Option<Surface>, Failure> {
+        surface_of(&self.file).map_err(|error| Failure::invalid(error.to_string()))
     }
 
     /// Texts that the file says.

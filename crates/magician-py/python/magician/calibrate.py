@@ -97,7 +97,7 @@ def sheet(corners: Sequence[Target | Point]) -> TouchedSheet:
 
     :param corners: Lower left, lower right and upper left, as seen with the arm's X to the right: poses, points that
         were taught, or x, y, z.
-    :raises InvalidInputError: There are not three; two are nearer than 20 mm, they make no right angle (more than 5
+    :raises InvalidInputError: There are not three; two are nearer than 30 mm, they make no right angle (more than 5
         degrees off), or the surface is steeper than 15 degrees. The message says what to touch again.
     """
     a, b, c = (_three(each) for each in _counted("corners", corners, 3))
@@ -158,9 +158,9 @@ def saved() -> Saved:
 
     :raises InvalidInputError: The settings file has a mistake.
     """
-    sheet, height, tool = _magician.kept_settings()
+    sheet, surface, tool = _magician.kept_settings()
     if sheet is None:
-        return Saved(None, None if height is None else Surface(height), tool)
+        return Saved(None, None if surface is None else Surface(*surface), tool)
     corner, rotation, height, slope, size = sheet
     return Saved(Sheet(corner, rotation, size), Surface(height, slope), tool)
 

@@ -152,6 +152,8 @@ __all__ = [
     "LibraryUse",
     "LinkFoundEvent",
     "LinkLostEvent",
+    "MeasuredSheet",
+    "MeasuredSurface",
     "MissedEvent",
     "MotionForwardParams",
     "MotionForwardResult",
@@ -187,6 +189,7 @@ __all__ = [
     "PlanStepSuction",
     "PlanStepWait",
     "PlanSurface",
+    "Plane",
     "Pose",
     "Preset",
     "PresetListParams",
@@ -257,12 +260,12 @@ __all__ = [
     "Stood",
     "StopEvent",
     "Surface",
+    "SurfaceCornerParams",
+    "SurfaceCornerResult",
     "SurfaceGetParams",
     "SurfaceGetResult",
-    "SurfaceGetResultPlane",
     "SurfaceTouchParams",
     "SurfaceTouchResult",
-    "SurfaceTouchResultPlane",
     "TeachCaptureParams",
     "TeachCaptureResult",
     "TeachGuideParams",
@@ -315,6 +318,8 @@ __all__ = [
     "WorldLookResultObjectsItem",
     "WorldLookResultStrokesItem",
     "WorldLookResultTable",
+    "WorldPaperParams",
+    "WorldPaperResult",
     "WorldPlaceParams",
     "WorldPlaceResult",
     "WorldPressParams",
@@ -519,7 +524,7 @@ class Job(TypedDict):
     error: Union[JobError, None]
     """Why it failed or was interrupted; null: it has not failed."""
     notes: Union[list[Note], None]
-    """What it has left switched on; null: nothing."""
+    """What it has left switched on, and grips of a virtual arm that took nothing; null: nothing."""
 
 class _JobError(TypedDict):
     message: str
@@ -958,6 +963,44 @@ class Surface(_Surface, total=False):
 
     slope: list[float]
     """How much higher it is for each mm in x and in y; level without it."""
+
+class MeasuredSurface(TypedDict):
+    """What is known of the work surface under an arm."""
+
+    touches: int
+    """How many touches it comes from; 0 while nothing is known."""
+    plane: Union[Plane, None]
+    """The surface; null: nothing is known."""
+    residual: Union[float, None]
+    """The largest distance of a touch from it, mm; null: nothing is known."""
+    corners: list[Literal["lower-left", "lower-right", "upper-left"]]
+    """Corners that were taken of a sheet that is not complete."""
+    sheet: Union[MeasuredSheet, None]
+    """The sheet of paper; null: none was measured."""
+
+class Plane(TypedDict):
+    """A plane, by a place of it."""
+
+    at: list[float]
+    """X and y of the place, mm."""
+    z: float
+    """The z that the arm reports where the tool touches it there, mm."""
+    slope_x: float
+    """How much higher it is for each mm in x."""
+    slope_y: float
+    """How much higher it is for each mm in y."""
+
+class MeasuredSheet(TypedDict):
+    """A sheet of paper as it lies before the arm."""
+
+    corner: list[float]
+    """X and y of its lower left corner, for its reader, mm."""
+    rotation: float
+    """From the arm's X to its lower edge, deg."""
+    size: Union[list[float], None]
+    """Width and height, mm; null: not known."""
+    outline: list[list[float]]
+    """Its four corners, from the lower left one against the clock, mm."""
 
 class Row(TypedDict):
     """A row of the table of a plan: where the arm goes, what its tool does there, how long it stays."""
@@ -2633,46 +2676,30 @@ class SurfaceTouchParams(TypedDict, total=False):
 
     arm: str
     """Name of the arm."""
+    add: bool
+    """Adds the touch to those before: from three on the plane through them is tilted as the table is."""
     forget: bool
-    """Forgets the height instead of taking it."""
+    """Forgets what was measured, a sheet as well, instead of taking it."""
     unhomed: bool
     """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
-class SurfaceTouchResultPlane(TypedDict):
-    """Part of a message."""
+class _SurfaceCornerParams(TypedDict):
+    corner: Literal["lower-left", "lower-right", "upper-left"]
+    """Which one it is, for the reader of the paper."""
 
-    at: list[float]
-    z: float
-    slope_x: float
-    slope_y: float
+class SurfaceCornerParams(_SurfaceCornerParams, total=False):
+    """Parameters of a method."""
 
-class SurfaceTouchResult(TypedDict):
-    """Result of a method."""
-
-    touches: float
-    plane: Union[SurfaceTouchResultPlane, None]
-    residual: Union[float, None]
+    arm: str
+    """Name of the arm."""
+    unhomed: bool
+    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class SurfaceGetParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
     """Name of the arm."""
-
-class SurfaceGetResultPlane(TypedDict):
-    """Part of a message."""
-
-    at: list[float]
-    z: float
-    slope_x: float
-    slope_y: float
-
-class SurfaceGetResult(TypedDict):
-    """Result of a method."""
-
-    touches: float
-    plane: Union[SurfaceGetResultPlane, None]
-    residual: Union[float, None]
 
 class TeachCaptureParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2882,6 +2909,12 @@ class _WorldPlaceParams(TypedDict):
     """X, y, z of the middle of its underside, mm; it falls onto what is below."""
 
 class WorldPlaceParams(_WorldPlaceParams, total=False):
+    """Parameters of a method."""
+
+    arm: str
+    """Name of the arm."""
+
+class WorldPaperParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
@@ -3416,12 +3449,16 @@ ProgramDeleteResult = None
 PresetSaveResult = Preset
 PresetShowResult = Preset
 PresetRemoveResult = None
+SurfaceTouchResult = MeasuredSurface
+SurfaceCornerResult = MeasuredSurface
+SurfaceGetResult = MeasuredSurface
 TeachGuideResult = None
 WorldPressResult = None
 WorldUnlockResult = None
 WorldUnplugResult = None
 WorldGuideResult = State
 WorldPlaceResult = None
+WorldPaperResult = None
 WorldInputResult = None
 WorldFaultResult = None
 ClassSetResult = Class

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use magician::preflight::{Guards, Preflight};
 use magician::{Error, ErrorCode, Progress, QueueIndex, Ran, RunOptions, Set};
-use magician_job::{keep_surface, touch_off};
-use magician_program::Tool;
+use magician_job::{WorkSurface, keep_surface, touch_off};
+use magician_program::{Surface, Tool};
 use pyo3::prelude::*;
 
 use super::Core;
@@ -132,7 +132,7 @@ impl Core {
             let touch = touch_off(&arm, draws).await?;
             // The table of a virtual arm says nothing about a real one.
             if !arm.is_virtual() {
-                keep_surface(Some(touch.height))?;
+                keep_surface(Some(WorkSurface::Plane(Surface::level(touch.height))))?;
             }
             Ok::<_, magician::Error>(touch.height)
         };

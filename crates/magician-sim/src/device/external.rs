@@ -99,6 +99,13 @@ impl Device {
         }
     }
 
+    /// A hand lays a new sheet of paper: what is drawn from now on stays.
+    pub(crate) fn clear_drawing(&mut self) {
+        self.motion.end_path(self.now, &mut self.world);
+        self.world.clear_drawing();
+        self.motion.show_path(self.now, &mut self.world);
+    }
+
     /// A hand puts an object of the world somewhere; false if none has that name.
     pub(crate) fn place(&mut self, name: &str, at: [f64; 3]) -> bool {
         if at.iter().any(|part| !part.is_finite()) {

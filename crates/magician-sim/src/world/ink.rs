@@ -44,6 +44,12 @@ impl Ink {
         self.drawing
     }
 
+    /// Drops what was drawn so far; a line under way begins anew.
+    pub(super) fn clear(&mut self) {
+        self.drawing = Drawing::default();
+        self.open = None;
+    }
+
     /// The laser has another power from now on; `resting` is where an arm stands that does not move.
     pub(super) fn power(&mut self, now: ArmInstant, power: f64, resting: Option<[f64; 2]>) {
         let power = if power > 0.0 { power.min(100.0) } else { 0.0 };

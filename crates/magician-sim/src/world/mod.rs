@@ -36,7 +36,7 @@ pub use place::ObjectPose;
 pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
 pub use timed_path::{JointState, TimedPath};
-pub use tool_state::ToolState;
+pub use tool_state::{GripCount, ToolState};
 pub use view::{ObjectView, WorldView};
 
 use state::WorldState;
@@ -106,6 +106,13 @@ impl World {
     #[must_use]
     pub fn drawing(&self) -> Option<&Drawing> {
         self.state.as_ref().map(|state| state.drawing())
+    }
+
+    /// Drops what pen and laser have left, as a new sheet of paper does.
+    pub(crate) fn clear_drawing(&mut self) {
+        if let Some(state) = &mut self.state {
+            state.clear_drawing();
+        }
     }
 
     /// What pen and laser have left up to now, what the motion under way has added included.

@@ -13,7 +13,7 @@ use super::scene::{Frames, Rest, Scene};
 use super::script::ScriptPlayer;
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
-use super::{Body, ExternalEvent, JointState, ObjectPose, ToolState};
+use super::{Body, ExternalEvent, GripCount, JointState, ObjectPose, ToolState};
 use crate::ArmInstant;
 use crate::scenario::{Action, Scenario, SensorKind};
 
@@ -32,6 +32,7 @@ pub(super) struct WorldState {
     /// What the belt does next by itself.
     traffic: Option<Traffic>,
     tool: ToolState,
+    grips: GripCount,
     /// What the tool touches.
     contacts: Vec<(Body, Contact)>,
     /// The carried object that each sensor sees.
@@ -59,6 +60,7 @@ impl WorldState {
             belt,
             traffic: None,
             tool: ToolState::default(),
+            grips: GripCount::default(),
             contacts: Vec::new(),
             carried: vec![None; scenario.sensors().len()],
             changes: Changes::new(),

@@ -4,7 +4,7 @@ use magician_protocol::Port;
 
 use super::scene::Frames;
 use super::state::WorldState;
-use super::{ObjectPose, Rest};
+use super::{GripCount, ObjectPose, Rest};
 use crate::ArmInstant;
 use crate::scenario::{Color, Object};
 
@@ -35,6 +35,13 @@ impl<'a> WorldView<'a> {
     #[must_use]
     pub fn held(&self) -> Option<ObjectView<'a>> {
         self.objects().find(ObjectView::is_held)
+    }
+
+    /// How often the tool tried to take something, and did.
+    #[must_use]
+    pub fn grip_count(&self) -> GripCount {
+        self.state
+            .map_or_else(GripCount::default, |(state, _)| state.grip_count())
     }
 
     /// Where the tool's tip really is, and how it is turned.

@@ -1,6 +1,7 @@
 //! The table of methods. The check, the documents and the tests come from it. One table is one file, however long it gets.
 
 use super::method::{may, method, needed};
+use super::types::SHEET_CORNERS;
 use super::{IdKind, Kind, Method, Param, Role};
 use crate::control::WorkKind;
 
@@ -737,14 +738,35 @@ pub(super) const STATION: &[Method] = &[
         &[
             ARM,
             may(
+                "add",
+                Kind::Switch,
+                "adds the touch to those before: from three on the plane through them is tilted as the table is",
+            ),
+            may(
                 "forget",
                 Kind::Switch,
-                "forgets the height instead of taking it",
+                "forgets what was measured, a sheet as well, instead of taking it",
             ),
             UNHOMED,
         ],
-        "Takes the height of the level work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off.",
-        "{touches, plane: {at, z, slope_x, slope_y}, residual}: the surface has the height `z` (mm) at `at` [x, y], and rises by `slope_x` and `slope_y` per mm; `plane` and `residual` are null after `forget`",
+        "Takes the height of the work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off. Three touches within 30 mm or nearly in line are refused.",
+        "{touches, plane: {at, z, slope_x, slope_y}, residual, corners, sheet}: the surface has the height `z` (mm) at `at` [x, y], and rises by `slope_x` and `slope_y` per mm; no touch is farther from it than `residual` (mm); `plane` and `residual` are null after `forget`; `corners` and `sheet` as `surface.corner`",
+    )
+    .leased(Setting),
+    method(
+        "surface.corner",
+        Student,
+        &[
+            ARM,
+            needed(
+                "corner",
+                Kind::Choice(SHEET_CORNERS),
+                "which one it is, for the reader of the paper",
+            ),
+            UNHOMED,
+        ],
+        "Takes a corner of a sheet of paper from where the tool touches it. With the third one the sheet is kept, with its height and tilt: drawings lie on it then, upright for its reader. Corners within 30 mm, nearly in line or without a right angle are refused, and what was taken before stays. The arm has to stand, with the laser off.",
+        "as `surface.touch`: `corners` are those that are taken of a sheet that is not complete; `sheet` {corner, rotation, size, outline} has its lower left corner, degrees from the arm's X to its lower edge, width and height (mm), and four corners, or is null",
     )
     .leased(Setting),
     method(
@@ -898,6 +920,14 @@ pub(super) const STATION: &[Method] = &[
             ),
         ],
         "Puts an object somewhere, by hand.",
+        "null",
+    )
+    .leased(Setting),
+    method(
+        "world.paper",
+        Student,
+        &[ARM],
+        "Lays a new sheet of paper: what pen and laser have left so far is gone. Refused while a job is under way.",
         "null",
     )
     .leased(Setting),

@@ -23,6 +23,7 @@ pub(crate) const REASONS: &[&str] = &[
     "person", "part", "program", "stopped", "yes", "restart", "unkept",
 ];
 pub(crate) const ROLES: &[&str] = &["viewer", "student", "teacher"];
+pub(crate) const SHEET_CORNERS: &[&str] = &["lower-left", "lower-right", "upper-left"];
 const LINKS: &[&str] = &["up", "lost"];
 const GRIPPERS: &[&str] = &["open", "closed", "off"];
 const TOOLS: &[&str] = &["none", "suction", "gripper", "pen", "laser"];
@@ -458,7 +459,7 @@ pub static TYPES: &[Type] = &[
             is("text", Text, "what the person at the arm is to do before it goes on").null("nothing is said"),
             is("place", Count, "its place in the queue of its arm, from 1").null("it does not wait"),
             is("error", of("JobError"), "why it failed or was interrupted").null("it has not failed"),
-            is("notes", List(&of("Note")), "what it has left switched on").null("nothing"),
+            is("notes", List(&of("Note")), "what it has left switched on, and grips of a virtual arm that took nothing").null("nothing"),
         ],
     },
     Type {
@@ -576,6 +577,37 @@ pub static TYPES: &[Type] = &[
         members: &[
             is("height", Number, "the z that the arm reports where the tool touches it, at x = y = 0").in_unit("mm"),
             is("slope", Several(2, &Number), "how much higher it is for each mm in x and in y; level without it").optional(),
+        ],
+    },
+    Type {
+        name: "MeasuredSurface",
+        about: "What is known of the work surface under an arm.",
+        members: &[
+            is("touches", Count, "how many touches it comes from; 0 while nothing is known"),
+            is("plane", of("Plane"), "the surface").null("nothing is known"),
+            is("residual", Number, "the largest distance of a touch from it").in_unit("mm").null("nothing is known"),
+            is("corners", List(&Choice(SHEET_CORNERS)), "corners that were taken of a sheet that is not complete"),
+            is("sheet", of("MeasuredSheet"), "the sheet of paper").null("none was measured"),
+        ],
+    },
+    Type {
+        name: "Plane",
+        about: "A plane, by a place of it.",
+        members: &[
+            is("at", Several(2, &Number), "x and y of the place").in_unit("mm"),
+            is("z", Number, "the z that the arm reports where the tool touches it there").in_unit("mm"),
+            is("slope_x", Number, "how much higher it is for each mm in x"),
+            is("slope_y", Number, "how much higher it is for each mm in y"),
+        ],
+    },
+    Type {
+        name: "MeasuredSheet",
+        about: "A sheet of paper as it lies before the arm.",
+        members: &[
+            is("corner", Several(2, &Number), "x and y of its lower left corner, for its reader").in_unit("mm"),
+            is("rotation", Number, "from the arm's X to its lower edge").in_unit("deg"),
+            is("size", Several(2, &Number), "width and height").in_unit("mm").null("not known"),
+            is("outline", List(&Several(2, &Number)), "its four corners, from the lower left one against the clock").in_unit("mm"),
         ],
     },
     Type {

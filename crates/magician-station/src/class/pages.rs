@@ -86,8 +86,9 @@ pub fn results_page(results: &Value) -> String {
     page
 }
 
-/// The strokes of a result as an SVG document with the size of the drawing in mm: x to the right and y up, as people place a
-/// drawing. Empty without strokes.
+/// The strokes of a result as an SVG document with the size of the drawing in mm, as the reader in
+/// front of the arm sees it: y to the right, and the arm, where x is least, at the top. Empty
+/// without strokes.
 pub(crate) fn picture_svg(strokes: &Value) -> String {
     let strokes = strokes.as_array().map_or(&[][..], Vec::as_slice);
     let points = |stroke: &Value| -> Vec<[f64; 2]> {
@@ -107,12 +108,12 @@ pub(crate) fn picture_svg(strokes: &Value) -> String {
             most[axis] = most[axis].max(point[axis]);
         }
     }
-    let [width, height] = [0, 1].map(|axis| (most[axis] - least[axis]).max(1.0) + 2.0 * MARGIN);
+    let [width, height] = [1, 0].map(|axis| (most[axis] - least[axis]).max(1.0) + 2.0 * MARGIN);
     let mut path = String::new();
     for stroke in &strokes {
         for (at, point) in stroke.iter().enumerate() {
             let sign = if at == 0 { 'M' } else { 'L' };
-            let (x, y) = (point[0] - least[0], most[1] - point[1]);
+            let (x, y) = (point[1] - least[1], point[0] - least[0]);
             let _ = write!(path, "{sign}{:.1} {:.1}", x + MARGIN, y + MARGIN);
         }
     }
@@ -176,10 +177,13 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_has_x_to_the_right_and_y_up() {
+    fn picture_is_upright_for_the_reader_in_front_of_the_arm() {
         let svg = picture_svg(&json!([[[200, 0], [220, 10]], [[200, 10], [210, 10]]]));
-        assert!(svg.contains("M2.0 12.0L22.0 2.0M2.0 2.0L12.0 2.0"), "{svg}");
-        assert!(svg.contains("viewBox=\"0 0 24.0 14.0\""), "{svg}");
+        assert!(
+            svg.contains("M2.0 2.0L12.0 22.0M12.0 2.0L12.0 12.0"),
+            "{svg}"
+        );
+        assert!(svg.contains("viewBox=\"0 0 14.0 24.0\""), "{svg}");
         assert_eq!(picture_svg(&json!([])), "");
     }
 

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::Done;
 use super::reads::{Known, hex, reading};
 use crate::api::RpcError;
-use crate::order::{ArmAct, Outcome};
+use crate::order::{ArmAct, Outcome, Taken};
 use crate::reading as form;
 use crate::surface::ArmSurface;
 
@@ -131,9 +131,13 @@ async fn act(
             arm.clear_alarms().await?;
             Ok(Outcome::State)
         }
-        ArmAct::Touch { unhomed } => {
+        ArmAct::Touch { takes, unhomed } => {
             let arm = if unhomed { arm.allowing_unhomed() } else { arm };
-            surface.touch(arm, draws).await.map(Outcome::Value)
+            let taken = match takes {
+                Taken::Height { adds } => surface.touch(arm, draws, adds).await,
+                Taken::Corner(corner) => surface.take_corner(arm, draws, corner).await,
+            };
+            taken.map(Outcome::Value)
         }
         ArmAct::ForgetSurface => surface.forget().await.map(Outcome::Value),
         ArmAct::Tip(bias) => {

@@ -16,6 +16,7 @@ use magician_program::{Diagnostic, DiagnosticCode, PreparedProgram, Tool};
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
+use super::world::{self, GripCount};
 use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
@@ -128,18 +129,50 @@ async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     }
 }
 
-/// What the arm has switched on when a job is over: its holder has to know.
-fn left_on(arm: &Arm) -> Vec<Value> {
+/// What its holder has to know when a job is over: what the arm has switched on, and whether its tool
+/// took nothing of what it was to take since `before`.
+fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
+    let mut left = left_on(arm);
+    let now = world::grip_count(arm);
+    let before = before.unwrap_or(now);
+    // The world of a virtual arm begins anew with a scenario.
+    let begun = now.begun.saturating_sub(before.begun);
+    let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
+    if missed > 0 {
+        let what = if begun == 1 {
+            message!(
+                "nothing was picked: no object was at the tool when it gripped, or the arm went on \
+                    before it held it"
+            )
+        } else {
+            message!(
+                "nothing was picked {missed} times of {begun}: no object was at the tool when it \
+                    gripped, or the arm went on before it held it",
+                missed,
+                begun
+            )
+        };
+        let note =
+            Diagnostic::of_file(what).help(message!("set the point lower, or let it wait longer"));
+        left.push(note.coded(DiagnosticCode::NothingPicked));
+    }
+    let notes = Note::all(&Words, &left).into_iter();
+    notes.filter_map(|note| to_value(&note).ok()).collect()
+}
+
+/// What the arm has switched on when a job is over.
+fn left_on(arm: &Arm) -> Vec<Diagnostic> {
     let motors = arm.motors().running().into_iter().map(|motor| {
         let motor = u8::from(motor) + 1;
-        let note = format!("motor {motor} runs on until it is stopped, or the lease ends");
+        let note = message!(
+            "motor {motor} runs on until it is stopped, or the lease ends",
+            motor
+        );
         Diagnostic::of_file(note)
             .remedy(Action::Stop, "stops it")
             .coded(DiagnosticCode::LeftOn)
     });
-    let left: Vec<_> = motors.chain(report::left_on(&arm.outputs())).collect();
-    let notes = Note::all(&Words, &left).into_iter();
-    notes.filter_map(|note| to_value(&note).ok()).collect()
+    motors.chain(report::left_on(&arm.outputs())).collect()
 }
 
 impl Work {
@@ -262,6 +295,7 @@ impl Work {
         }
         let report = Arc::clone(&self.report);
         let arm = self.arm.clone();
+        let grips = world::grip_count(&arm);
         self.side.spawn(async move {
             let mut events = handle.events();
             while let Some(event) = events.next().await {
@@ -288,7 +322,9 @@ impl Work {
             }
             let mut end = Box::new(end_of(&handle.outcome().await, &program));
             pay_motors(&arm, &owes_motors).await;
-            end.notes = left_on(&arm);
+            // A job that was stopped may have had its pick still before it.
+            let before = (end.state == "done").then_some(grips);
+            end.notes = notes_of(&arm, before);
             let news = JobNews::Over(end);
             report(ArmReport::Job { job, news });
             TaskResult::JobOver(job)

@@ -7,7 +7,7 @@ use magician::sim::scenario::{Color, Conveyor, Table, ToolKind};
 #[cfg(feature = "sim")]
 use magician::sim::world::{ObjectView, Press, Stroke, StrokeKind};
 #[cfg(feature = "sim")]
-use magician::sim::{ExternalEvent, Scenario};
+use magician::sim::{Controller, ExternalEvent, Scenario};
 use magician::{Arm, ErrorKind};
 #[cfg(feature = "sim")]
 use magician_picture::{DrawingOptions, drawing_svg};
@@ -99,6 +99,7 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
                 return Err(RpcError::param("name", why));
             }
         }
+        WorldAct::Paper => arm.with(Controller::clear_drawing),
         WorldAct::Input {
             address,
             analog,
@@ -173,6 +174,27 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
     seen["drawing"] = json!(svg);
     seen["strokes"] = json!(strokes);
     Ok(seen)
+}
+
+/// How often the tool of a virtual arm has gripped; of a real one nothing is known.
+pub(super) fn grip_count(arm: &Arm) -> GripCount {
+    #[cfg(feature = "sim")]
+    if let Some(arm) = arm.virtual_arm() {
+        let (begun, taken) = arm.with(|arm| {
+            let count = arm.look().grip_count();
+            (count.begun, count.taken)
+        });
+        return GripCount { begun, taken };
+    }
+    let _ = arm;
+    GripCount::default()
+}
+
+/// Times that a tool began to grip, and took something.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct GripCount {
+    pub(super) begun: u64,
+    pub(super) taken: u64,
 }
 
 /// As many points of a drawing go out as strokes, about.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::build::{Axis, JogDirection};
 use magician::{Set, burns, gate};
-use magician_program::Travel;
+use magician_program::{SheetCorner, Travel};
 use magician_protocol::Row;
 use serde_json::{Map, Value, json};
 
@@ -13,7 +13,7 @@ use super::{Awaited, Station, tools};
 use crate::api::{ArmEvent, Feature, Method, Needs, Params, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
-use crate::order::{ArmAct, ArmOrder, ArmRead};
+use crate::order::{ArmAct, ArmOrder, ArmRead, Taken};
 
 /// Jogs that are known by their ids after their end.
 const JOGS: usize = 256;
@@ -404,8 +404,22 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
         "surface.touch" if params.is_on("forget") => Ok(ArmAct::ForgetSurface),
         "surface.touch" => Ok(ArmAct::Touch {
+            takes: Taken::Height {
+                adds: params.is_on("add"),
+            },
             unhomed: params.is_on("unhomed"),
         }),
+        "surface.corner" => {
+            let name = params.text("corner").unwrap_or_default();
+            let corner = SheetCorner::ALL
+                .into_iter()
+                .find(|corner| corner.name() == name);
+            let corner = corner.ok_or_else(|| RpcError::param("corner", "no such corner"))?;
+            Ok(ArmAct::Touch {
+                takes: Taken::Corner(corner),
+                unhomed: params.is_on("unhomed"),
+            })
+        }
         "arm.speed" => tools::speed(call),
         "arm.tool" => tools::tool(call),
         "arm.move" => {

@@ -81,6 +81,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
                 at: at.map_err(wrong)?,
             }
         }
+        "world.paper" => WorldAct::Paper,
         "world.input" => {
             let level = params.switch("level").map(u16::from);
             let value = params.integer("value").map(|value| value as u16);

@@ -178,6 +178,7 @@ async fn every_method_does_something() {
                 "plan" => json!({"format": "magician-plan", "version": 1, "steps": []}),
                 "rows" | "arms" => json!([]),
                 "address" => json!(4),
+                "corner" => json!("lower-left"),
                 "grant" | "held" | "high" | "on" | "plugged" => json!(true),
                 "at" => json!([200, 0, 0]),
                 "text" => json!(""),

@@ -26,7 +26,9 @@ async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
     let mut anna = bench.join("Anna").await;
     let arm = |arm: &str| json!({"arm": arm});
     anna.ok("lease.acquire", arm("arm1")).await;
-    let unknown = json!({"touches": 0, "plane": null, "residual": null});
+    let unknown = json!({
+        "touches": 0, "plane": null, "residual": null, "corners": [], "sheet": null,
+    });
     assert_eq!(anna.ok("surface.get", arm("arm1")).await, unknown);
     let to = json!({"arm": "arm1", "to": [220, 30, -52.5, 0]});
     anna.ok("arm.move", to).await;
@@ -34,7 +36,7 @@ async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
     let plane = json!({"at": [220.0, 30.0], "z": -52.5, "slope_x": 0.0, "slope_y": 0.0});
     assert_eq!(
         touched,
-        json!({"touches": 1, "plane": plane, "residual": 0.0})
+        json!({"touches": 1, "plane": plane, "residual": 0.0, "corners": [], "sheet": null})
     );
     let known = anna.ok("surface.get", arm("arm1")).await;
     assert_eq!(known["plane"]["z"], json!(-52.5));
@@ -51,6 +53,115 @@ async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
     assert_eq!(anna.ok("surface.touch", forget).await, unknown);
     let report = anna.ok("job.check", laid("arm1")).await;
     assert_eq!(report["preview"]["strokes"][0]["height"], json!(-60.0));
+}
+
+#[tokio::test(start_paused = true)]
+async fn further_touches_tilt_the_surface_as_the_table_is() {
+    let bench = LocalStation::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("lease.acquire", json!({})).await;
+    let mut touch = async |[x, y, z]: [f64; 3]| {
+        let to = json!({"to": [x, y, z, 0]});
+        anna.ok("arm.move", to).await;
+        anna.call("surface.touch", json!({"add": true})).await
+    };
+    // A table that rises by 1 in 100 along x.
+    let at = |x: f64, y: f64| [x, y, -52.0 + (x - 200.0) / 100.0];
+    for (nth, place) in [at(200.0, -60.0), at(200.0, 60.0), at(260.0, 0.0)]
+        .into_iter()
+        .enumerate()
+    {
+        let known = touch(place).await.unwrap();
+        assert_eq!(known["touches"], json!(nth + 1));
+    }
+    let known = touch(at(230.0, 0.0)).await.unwrap();
+    assert_eq!(known["touches"], json!(4));
+    let slope = known["plane"]["slope_x"].as_f64().unwrap();
+    assert!((slope - 0.01).abs() < 1e-4, "{known}");
+    assert!(known["residual"].as_f64().unwrap() < 0.01, "{known}");
+    // One that is alone begins anew; three in line are refused, and what was known stays.
+    let alone = anna.ok("surface.touch", json!({})).await;
+    assert_eq!(alone["touches"], json!(1));
+    let mut touch = async |[x, y, z]: [f64; 3]| {
+        let to = json!({"to": [x, y, z, 0]});
+        anna.ok("arm.move", to).await;
+        anna.call("surface.touch", json!({"add": true})).await
+    };
+    touch(at(200.0, 0.0)).await.unwrap();
+    let refused = touch(at(260.0, 0.0)).await.unwrap_err();
+    let why = refused["message"].as_str().unwrap();
+    assert!(why.contains("nearly in line"), "{why}");
+    let known = anna.ok("surface.get", json!({})).await;
+    assert_eq!(known["touches"], json!(2));
+}
+
+#[tokio::test(start_paused = true)]
+async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader() {
+    let bench = LocalStation::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("lease.acquire", json!({})).await;
+    anna.ok("arm.tool", json!({"tool": "pen"})).await;
+    let wrong = json!({"corner": "middle"});
+    assert_eq!(anna.code("surface.corner", wrong).await, -32602);
+    let corners = [
+        ("lower-left", [280.0, -70.0]),
+        ("lower-right", [280.0, 70.0]),
+        ("upper-left", [200.0, -70.0]),
+    ];
+    for (nth, (corner, [x, y])) in corners.into_iter().enumerate() {
+        let to = json!({"to": [x, y, -52.5, 0]});
+        anna.ok("arm.move", to).await;
+        let known = anna.ok("surface.corner", json!({"corner": corner})).await;
+        if nth == 0 {
+            assert_eq!(known["corners"], json!(["lower-left"]));
+            assert_eq!(known["sheet"], json!(null));
+            // The same place once more is no other corner.
+            let again = json!({"corner": "lower-right"});
+            let refused = anna.call("surface.corner", again).await.unwrap_err();
+            let why = refused["message"].as_str().unwrap();
+            assert!(why.contains("0.0 mm from"), "{why}");
+        }
+    }
+    let known = anna.ok("surface.get", json!({})).await;
+    assert_eq!(known["corners"], json!([]));
+    let sheet = &known["sheet"];
+    let near = |value: &Value, wanted: f64| {
+        let value = value.as_f64().unwrap();
+        assert!(
+            (value - wanted).abs() < 0.05,
+            "{value} is not {wanted} in {known}"
+        );
+    };
+    near(&sheet["rotation"], 90.0);
+    near(&sheet["size"][0], 140.0);
+    near(&sheet["size"][1], 80.0);
+    near(&known["plane"]["z"], -52.5);
+    // A drawing lies on it: what is up in the file is towards the arm.
+    let job = json!({"text": LINE, "setup": {"work": "draw"}, "preview": true});
+    let report = anna.ok("job.check", job).await;
+    let stroke = &report["preview"]["strokes"][0];
+    near(&stroke["height"], -52.5);
+    let points = stroke["points"].as_array().unwrap();
+    let [one, other] = [&points[0], &points[points.len() - 1]];
+    near(
+        &json!(other[1].as_f64().unwrap() - one[1].as_f64().unwrap()),
+        16.0,
+    );
+    near(
+        &json!(other[0].as_f64().unwrap() - one[0].as_f64().unwrap()),
+        0.0,
+    );
+    // A touch says less than a sheet; both are forgotten by the same request.
+    let touched = anna.call("surface.touch", json!({})).await.unwrap_err();
+    assert!(
+        touched["message"].as_str().unwrap().contains("sheet"),
+        "{touched}"
+    );
+    let forgotten = anna.ok("surface.touch", json!({"forget": true})).await;
+    assert_eq!(
+        (&forgotten["sheet"], &forgotten["touches"]),
+        (&json!(null), &json!(0))
+    );
 }
 
 #[tokio::test(start_paused = true)]

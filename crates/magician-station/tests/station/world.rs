@@ -125,6 +125,53 @@ async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
     assert_eq!(object(&look, "red cube")["held"], json!(false));
 }
 
+/// The codes of the notes of a job that plays these steps.
+async fn notes_of(tester: &mut Tester, steps: Value) -> Vec<Value> {
+    let plan = json!({
+        "format": "magician-plan", "version": 1, "title": "pick", "tool": "suction", "steps": steps,
+    });
+    let job = json!({"text": plan.to_string()});
+    let id = tester.ok("job.start", job).await["job"].clone();
+    loop {
+        let job = tester.ok("job.get", json!({"job": id})).await;
+        if job["ended"] != json!(null) {
+            assert_eq!(job["state"], json!("done"), "{job}");
+            let notes = job["notes"].as_array().cloned().unwrap_or_default();
+            return notes.into_iter().map(|note| note["code"].clone()).collect();
+        }
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn job_that_picks_nothing_says_so_and_one_that_waits_for_vacuum_does_not() {
+    let bench = LocalStation::new(1).await;
+    let mut anna = bench.join_as("Anna", Role::Teacher).await;
+    anna.lease().await;
+    anna.ok("world.scenario", json!({"text": CUBES})).await;
+    anna.ok("arm.home", json!({})).await;
+    let (above, on) = (
+        json!({"move": [220, 0, 20, 0]}),
+        json!({"move": [220, 0, -40, 0]}),
+    );
+    let (suck, blow) = (json!({"suction": true}), json!({"suction": false}));
+    let hasty = json!([above, on, suck, above, blow]);
+    assert!(
+        notes_of(&mut anna, hasty)
+            .await
+            .contains(&json!("nothing-picked"))
+    );
+    let beside = json!([{"move": [220, -60, -40, 0]}, suck, {"wait": 0.5}, above, blow]);
+    assert!(
+        notes_of(&mut anna, beside)
+            .await
+            .contains(&json!("nothing-picked"))
+    );
+    let patient = json!([above, on, suck, {"wait": 0.5}, above, on, blow, {"wait": 0.5}]);
+    let notes = notes_of(&mut anna, patient).await;
+    assert!(!notes.contains(&json!("nothing-picked")), "{notes:?}");
+}
+
 #[tokio::test(start_paused = true)]
 async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base() {
     let bench = LocalStation::new(1).await;
@@ -278,6 +325,9 @@ async fn a_drawing_is_told_again_only_when_it_has_changed() {
     let further = json!({"to": [240, -10, -60, 0], "by": "linear"});
     anna.ok("arm.move", further).await;
     assert!(anna.ok("world.look", mark).await["strokes"].is_array());
+    anna.ok("world.paper", json!({})).await;
+    let fresh = anna.ok("world.look", json!({"mark": seen["mark"]})).await;
+    assert_eq!(fresh["strokes"], json!([]));
 }
 
 #[tokio::test(start_paused = true)]
@@ -299,6 +349,7 @@ async fn things_go_wrong_at_a_call_also_under_a_job() {
     assert!((apart - 5.0).abs() < 1e-6, "{apart}");
     let press = anna.code("world.press", json!({})).await;
     assert_eq!(press, -32003);
+    assert_eq!(anna.code("world.paper", json!({})).await, -32003);
 }
 
 #[tokio::test(start_paused = true)]

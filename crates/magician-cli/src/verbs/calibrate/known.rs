@@ -47,7 +47,7 @@ pub(super) fn show(context: &mut Context) -> Result<(), Failure> {
     let config = Config::load()?;
     let known = Known {
         sheet: config.table("sheet")?,
-        surface: config.number("surface"),
+        surface: config.surface()?.map(|surface| surface.height),
         tool: usual_tool(&config)?.map(|tool| tool.to_string()),
     };
     context.show(&known, |out| {

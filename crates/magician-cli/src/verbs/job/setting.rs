@@ -1,6 +1,6 @@
 //! What environment and settings say of how a file is to be done.
 
-use magician_program::{SetupDefaults, Surface};
+use magician_program::SetupDefaults;
 
 use crate::config::Config;
 use crate::failure::Failure;
@@ -12,7 +12,7 @@ pub(crate) fn defaults(config: &Config) -> Result<SetupDefaults, Failure> {
     let mut defaults = SetupDefaults::default();
     defaults.tool = usual_tool(config)?;
     defaults.sheet = config.table("sheet")?;
-    defaults.surface = config.number("surface").map(Surface::level);
+    defaults.surface = config.surface()?;
     defaults.draw_speed = config.number("draw.speed");
     defaults.draw_travel_speed = config.number("draw.travel_speed");
     defaults.draw_lift = config.number("draw.lift");

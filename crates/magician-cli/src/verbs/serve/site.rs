@@ -46,7 +46,7 @@ mod without {
     pub(crate) fn unsupported() -> Failure {
         let message = "this build of magician cannot join sites";
         Failure::new(Kind::Driver(ErrorKind::Unsupported), message)
-            .hint("one that is built from its sources with `--features site` can")
+            .hint("that of a release can, and one that is built with `--features site`")
     }
 }
 

@@ -1,12 +1,12 @@
-//! The heights of touched work surfaces: that of the only real arm is the one of the settings, as
-//! `calibrate` keeps it.
+//! The measured work surfaces: that of the only real arm is the one of the settings, as `calibrate`
+//! keeps it.
 
-use magician_job::{keep_surface, kept_surface};
+use magician_job::{WorkSurface, keep_surface, kept_surface};
 use magician_station::{ArmEntry, KnownSurface, MemorySurfaces, SurfaceStore};
 
-/// Keeps the height of the only real arm in the settings, where every verb reads it. A virtual arm
+/// Keeps the surface of the only real arm in the settings, where every verb reads it. A virtual arm
 /// and a real table say nothing about each other, and of several real arms each has a table of its
-/// own, while the settings have one height: those are kept as long as the station runs.
+/// own, while the settings have one: those are kept as long as the station runs.
 pub(super) struct Surfaces {
     touched: MemorySurfaces,
     is_only_real: bool,
@@ -29,22 +29,22 @@ impl Surfaces {
 
 impl SurfaceStore for Surfaces {
     fn surface(&self, arm: &ArmEntry) -> magician::Result<KnownSurface> {
-        if let KnownSurface::Level(height) = self.touched.surface(arm)? {
-            return Ok(KnownSurface::Level(height));
+        if let known @ KnownSurface::Measured(_) = self.touched.surface(arm)? {
+            return Ok(known);
         }
         if arm.is_virtual {
             return Ok(KnownSurface::Unknown);
         }
         // As they are now: another program may have changed them.
         let kept = kept_surface()?;
-        Ok(kept.map_or(KnownSurface::Unknown, KnownSurface::Level))
+        Ok(kept.map_or(KnownSurface::Unknown, KnownSurface::Measured))
     }
 
-    fn keep(&self, arm: &ArmEntry, height: Option<f64>) -> magician::Result<()> {
+    fn keep(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> magician::Result<()> {
         if self.is_in_settings(arm) {
-            keep_surface(height)
+            keep_surface(surface)
         } else {
-            self.touched.keep(arm, height)
+            self.touched.keep(arm, surface)
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::world::event::WorldEventKind;
 use crate::world::forecast::{Changes, Forecast, carried_before};
 use crate::world::scene::Frames;
 use crate::world::traffic;
-use crate::world::{Body, Drawing, JointState, TimedPath, ToolState};
+use crate::world::{Body, Drawing, GripCount, JointState, TimedPath, ToolState};
 
 impl WorldState {
     pub(in crate::world) fn begin(&mut self, path: &TimedPath<'_>) {
@@ -45,6 +45,10 @@ impl WorldState {
         self.ink.drawing()
     }
 
+    pub(in crate::world) fn clear_drawing(&mut self) {
+        self.ink.clear();
+    }
+
     pub(in crate::world) fn drawing_with(&self, now: ArmInstant, path: &TimedPath<'_>) -> Drawing {
         let mut ink = self.ink.clone();
         let at = |at| path.at(at);
@@ -66,10 +70,10 @@ impl WorldState {
             self.ink.power(now, tool.laser, resting);
         }
         let (before, after) = (self.grips(&self.tool), self.grips(&tool));
+        let begins = after && !before && self.scene.held().is_none();
+        self.grips.begun += u64::from(begins);
         let frames = self.frames(now, joint_state);
-        let reached_for = (after && !before && self.scene.held().is_none())
-            .then(|| self.reach(frames).within_grasp())
-            .flatten();
+        let reached_for = begins.then(|| self.reach(frames).within_grasp()).flatten();
         self.tool = tool;
         if let Some(object) = reached_for {
             self.take(now, object, &frames);
@@ -79,6 +83,10 @@ impl WorldState {
             return;
         }
         self.settle(now, &frames);
+    }
+
+    pub(in crate::world) const fn grip_count(&self) -> GripCount {
+        self.grips
     }
 
     /// Whether a tool in that state holds what it has.
@@ -105,6 +113,7 @@ impl WorldState {
 
     fn take(&mut self, now: ArmInstant, object: u16, frames: &Frames) {
         self.scene.take(object, frames);
+        self.grips.taken += 1;
         self.events.push(now, WorldEventKind::Picked(object));
     }
 

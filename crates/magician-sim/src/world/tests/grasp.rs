@@ -1,7 +1,7 @@
 //! Taking, carrying, putting down.
 
 use super::{Arm, SECOND, near};
-use crate::world::{Rest, WorldEvent, WorldEventKind};
+use crate::world::{GripCount, Rest, WorldEvent, WorldEventKind};
 
 const TABLE: &str = r#"
 [table]
@@ -34,6 +34,8 @@ fn a_cube_is_picked_carried_and_put_on_another() {
     arm.go([200.0, 50.0, -50.0, 0.0], SECOND);
     arm.suck(true);
     assert!(arm.world.holding() && arm.look().object("red").unwrap().is_held());
+    let count = GripCount { begun: 1, taken: 1 };
+    assert_eq!(arm.look().grip_count(), count);
     arm.go([200.0, 50.0, 0.0, 0.0], SECOND);
     assert!(near(arm.look().object("red").unwrap().place().z, -20.0));
     arm.go([220.0, -50.0, 0.0, 45.0], SECOND);
@@ -56,6 +58,22 @@ fn a_cube_is_picked_carried_and_put_on_another() {
             WorldEventKind::Released(0, Rest::Object(1))
         ]
     );
+}
+
+#[test]
+fn grip_of_nothing_is_counted_and_takes_nothing() {
+    let mut arm = arm("suction");
+    arm.suck(true);
+    arm.go([260.0, 0.0, 0.0, 0.0], SECOND);
+    arm.suck(false);
+    arm.suck(true);
+    let count = GripCount { begun: 2, taken: 0 };
+    assert_eq!(arm.look().grip_count(), count);
+    // A cup that sucks already takes what it is put on: nothing begins anew.
+    arm.go([200.0, 50.0, 0.0, 0.0], SECOND);
+    arm.go([200.0, 50.0, -50.0, 0.0], SECOND);
+    let count = GripCount { begun: 2, taken: 1 };
+    assert_eq!(arm.look().grip_count(), count);
 }
 
 #[test]

@@ -1,0 +1,115 @@
+// The gallery: each example is pressed and judged in the virtual arm's world. Help and tour.
+import assert from "node:assert/strict";
+import { is } from "./bench.mjs";
+
+/** Where an object's middle is, rounded to centimetres; z to half of them. */
+const placeOf = ({ objects }, name) => {
+  const [x, y, z] = objects.find((object) => object.name === name).at;
+  return [Math.round(x / 10) * 10, Math.round(y / 10) * 10, Math.round(z / 5) * 5];
+};
+const drawn = (least) => (look) => assert.ok(look.drawing.length > least, `${look.drawing.length} of drawing`);
+
+/** Panel, and what is seen in the world when it is done. */
+const EXAMPLES = {
+  draw: ["draw", drawn(10_000)],
+  write: ["draw", drawn(1_000)],
+  stamp: ["draw", drawn(800)],
+  pick: ["teach", (look) => assert.deepEqual(placeOf(look, "red cube").slice(0, 2), [220, -130])],
+  stack: [
+    "teach",
+    (look) => {
+      const places = ["blue cube", "green cube", "red cube"].map((name) => placeOf(look, name));
+      assert.deepEqual(
+        places.map(([x, y]) => [x, y]),
+        Array(3).fill([230, -40]),
+      );
+      assert.deepEqual(
+        places.map(([, , z]) => z - places[0][2]),
+        [0, 25, 50],
+      );
+    },
+  ],
+  belt: ["run", (look) => assert.ok(look.objects.every(({ at: [, y] }) => Math.abs(y + 200) < 15))],
+  teach: ["teach", () => {}],
+  playback: ["run", () => {}],
+};
+
+export function gallery(test, { browser, station, url }) {
+  for (const [name, [panel, judge]] of Object.entries(EXAMPLES)) {
+    test(`examples: ${name} runs at one press, in the world that it needs`, async () => {
+      // As somebody does who has never been here: no arm is connected.
+      // The belt runs for a time, which a busy computer at twenty times the speed oversleeps.
+      const page = await browser.page(`${url()}?speed=${name === "belt" ? 1 : 20}#/gallery`);
+      await page.getByTestId(`gallery-${name}`).click();
+      await is(page, "route", panel, 20_000);
+      await is(page, "job", "done", 120_000);
+      await station.join(page);
+      judge(await station.call("world.look"));
+      await page.context().close();
+    });
+  }
+
+  test("examples: the laser engraves the photo", async () => {
+    const page = await browser.page(`${url()}?speed=20#/gallery`);
+    await page.getByTestId("gallery-engrave").click();
+    await is(page, "route", "engrave", 20_000);
+    await is(page, "job", "running", 60_000);
+    await station.join(page);
+    const burns = async () => ((await station.call("world.look")).strokes ?? []).some(({ burnt }) => burnt);
+    for (let tries = 0; !(await burns()); tries++) {
+      assert.ok(tries < 100, "nothing is burnt");
+      await page.waitForTimeout(200);
+    }
+    await page.getByTestId("stop").click();
+    await is(page, "job", "stopped");
+    await page.context().close();
+  });
+
+  test("examples: the bad day shows what goes wrong", async () => {
+    const page = await browser.page(`${url()}?speed=5#/gallery`);
+    await page.getByTestId("gallery-faults").click();
+    await is(page, "job", "running", 30_000);
+    // The cable is pulled after twenty seconds of the arm's clock, and is in again two seconds later.
+    await is(page, "job", "interrupted", 60_000);
+    await page.context().close();
+  });
+
+  test("help: beside every route, without a network, and closed where it was opened", async () => {
+    const page = await browser.page(`${url()}#/draw`);
+    const help = page.getByRole("button", { name: "Help", exact: true });
+    await help.click();
+    const shown = page.getByRole("complementary", { name: "Help" });
+    await shown.getByRole("heading", { name: "Draw" }).waitFor();
+    await page.evaluate(() => navigator.serviceWorker.ready);
+    await page.context().setOffline(true);
+    await page.goto(`${url()}#/teach`);
+    await shown.getByRole("heading", { name: "Teach" }).waitFor();
+    await page.context().setOffline(false);
+    await page.getByRole("button", { name: "Close help" }).click();
+    await shown.waitFor({ state: "detached" });
+    assert.equal(await help.evaluate((button) => button === document.activeElement), true);
+    await page.context().close();
+  });
+
+  test("tour: by keyboard from beginning to end, and nothing moves", async () => {
+    const page = await browser.page(`${url()}#/move`);
+    await page.getByTestId("connect-sim").click();
+    await is(page, "lease", "mine");
+    await station.join(page);
+    const before = await station.stands();
+    await page.getByTestId("help").click();
+    await page.getByTestId("tour").click();
+    const card = page.getByTestId("tour-card");
+    await card.waitFor();
+    let steps = 0;
+    for (; await card.isVisible(); steps++) {
+      assert.ok(steps < 20);
+      await page.keyboard.press("Enter");
+      await page.waitForTimeout(50);
+    }
+    assert.ok(steps >= 6, `${steps} steps`);
+    const { x, y, z } = await station.stands();
+    assert.deepEqual([x, y, z], [before.x, before.y, before.z]);
+    await page.context().close();
+  });
+}

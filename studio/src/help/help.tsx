@@ -1,0 +1,78 @@
+// What the book says of the route that is open, beside it: no network is needed, and the page goes on working.
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import * as store from "../store";
+import { Do } from "../ui/parts";
+import { sentencesOf } from "../words";
+import "./help.css";
+import texts from "./words.json";
+
+const w = sentencesOf(texts);
+
+/** The pages, HTML by route; read once. */
+let pages: Promise<Record<string, string>> | null = null;
+async function read(): Promise<Record<string, string>> {
+  const answer = await fetch(new URL("assets/help.json", document.baseURI));
+  if (!answer.ok) throw new Error(answer.statusText);
+  return answer.json();
+}
+
+export function Help() {
+  const page = useSignal<string | null>("");
+  const box = useRef<HTMLElement>(null);
+  const route = store.route.value;
+  useEffect(() => {
+    let isOver = false;
+    pages ??= read();
+    pages.then(
+      (all) => {
+        if (!isOver) page.value = all[route] ?? null;
+        box.current?.scrollTo(0, 0);
+      },
+      () => {
+        pages = null;
+        if (!isOver) page.value = null;
+      },
+    );
+    return () => {
+      isOver = true;
+    };
+  }, [route]);
+  useEffect(() => {
+    const before = document.activeElement;
+    box.current?.focus();
+    return () => {
+      if (before instanceof HTMLElement && before.isConnected) before.focus();
+    };
+  }, []);
+  return (
+    <aside class="help" ref={box} tabIndex={-1} aria-label={w("help.title")} data-testid="help-page">
+      <div class="help-head">
+        <Do
+          id="tour"
+          class="small"
+          text={w("help.tour")}
+          press={() => {
+            store.beside.value = "tour";
+          }}
+        />
+        <Do
+          id="help-close"
+          class="quiet small"
+          label={w("help.close")}
+          text="✕"
+          press={() => {
+            store.beside.value = null;
+          }}
+        />
+      </div>
+      {page.value === null ? (
+        <p class="hint" role="alert">
+          {w("help.none")}
+        </p>
+      ) : (
+        <article lang="en" dangerouslySetInnerHTML={{ __html: page.value }} />
+      )}
+    </aside>
+  );
+}

@@ -1,0 +1,155 @@
+// A pose that is typed, pasted or pressed on the table, and the way there: nothing moves before Go.
+import { useSignal, useSignalEffect } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { complain, problemOf } from "../actions";
+import { call, shown } from "../session";
+import * as store from "../store";
+import { Do, TextField } from "../ui/parts";
+import { pressed, target } from "../view/layers";
+import { sentencesOf } from "../words";
+import { AXES, numberOf, poseOf, poseText } from "./goto.pose";
+import "./goto.css";
+import texts from "./goto.json";
+
+const w = sentencesOf(texts);
+/** Fields are looked at this long after the last key, ms. */
+const RESTS = 200;
+const UNITS = { x: "mm", y: "mm", z: "mm", r: "°" } as const;
+
+/** Puts text where pastes come from; over plain HTTP browsers have only the old way. */
+async function copy(text: string): Promise<boolean> {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    const area = Object.assign(document.createElement("textarea"), { value: text });
+    area.className = "unseen";
+    document.body.append(area);
+    area.select();
+    const done = document.execCommand("copy");
+    area.remove();
+    return done;
+  }
+}
+
+async function copyPose(): Promise<void> {
+  const state = store.state.value;
+  if (state === null) return;
+  const pose = poseText(state);
+  const done = await copy(pose);
+  store.say(done ? w("copied", { pose }) : w("uncopied"), !done);
+}
+
+function Fields() {
+  const present = () => AXES.map((axis) => String(Number((store.state.peek()?.[axis] ?? 0).toFixed(2))));
+  const typed = useSignal(present());
+  const why = useSignal<string | null>(null);
+  const isGoing = useSignal(false);
+  const put = (values: readonly number[]) => {
+    typed.value = typed.value.map((old, nth) => (values[nth] === undefined ? old : String(values[nth])));
+  };
+  useSignalEffect(() => {
+    const [x, y, z, r] = typed.value.map(numberOf);
+    const isPose = x != null && y != null && z != null && r != null;
+    target.value = isPose ? { x, y, z, r } : null;
+    if (!isPose) {
+      why.value = w("number");
+      return;
+    }
+    // What was said of the pose before stays until the station has answered.
+    let isOld = false;
+    const look = async () => {
+      const tool = store.model.peek()?.tool.bias;
+      const refusal = await call("motion.inverse", { pose: [x, y, z, r], ...(tool ? { tool } : {}) }).then(
+        () => null,
+        (error: unknown) => problemOf(error).text,
+      );
+      if (!isOld) why.value = refusal;
+    };
+    const timer = setTimeout(() => void look(), RESTS);
+    return () => {
+      isOld = true;
+      clearTimeout(timer);
+    };
+  });
+  useEffect(() => {
+    pressed.value = (x, y) => put([Math.round(x), Math.round(y)]);
+    return () => {
+      pressed.value = null;
+      target.value = null;
+    };
+  }, []);
+  const go = async () => {
+    const goal = target.value;
+    if (goal === null) return;
+    isGoing.value = true;
+    const rail = store.state.value?.rail ?? null;
+    try {
+      await call("arm.move", { ...shown(), to: [goal.x, goal.y, goal.z, goal.r, ...(rail === null ? [] : [rail])] });
+    } catch (error) {
+      why.value = problemOf(error).text;
+      complain(error);
+    }
+    isGoing.value = false;
+  };
+  const paste = (event: ClipboardEvent) => {
+    const pose = poseOf(event.clipboardData?.getData("text") ?? "");
+    if (pose === null) return;
+    event.preventDefault();
+    put(pose);
+  };
+  const off = store.why.value !== null;
+  const isOff = off || why.value !== null || isGoing.value;
+  return (
+    <>
+      <div class="goto-fields" onPaste={paste}>
+        {AXES.map((axis, nth) => (
+          <TextField
+            key={axis}
+            id={`goto-${axis}`}
+            label={axis}
+            unit={UNITS[axis]}
+            inputMode="decimal"
+            bad={numberOf(typed.value[nth] ?? "") === null}
+            value={typed.value[nth] ?? ""}
+            live
+            set={(text) => (typed.value = typed.value.with(nth, text))}
+          />
+        ))}
+      </div>
+      <div class="goto-do">
+        <Do
+          id="goto-start"
+          class="primary"
+          off={isOff}
+          why={off ? "jog-why" : "goto-said"}
+          text={w(isGoing.value ? "going" : "go")}
+          press={go}
+        />
+        <Do id="goto-here" text={w("here")} press={() => (typed.value = present())} />
+        <p id="goto-said" class={`goto-said ${why.value === null ? "" : "bad"}`} role="status" data-testid="goto-said">
+          {why.value ?? w("ready")}
+        </p>
+      </div>
+      <p class="hint">{w("press")}</p>
+    </>
+  );
+}
+
+export function GoTo() {
+  const isOpen = useSignal(false);
+  return (
+    <>
+      <div class="goto-bar">
+        <Do
+          id="goto"
+          aria-expanded={isOpen.value}
+          text={isOpen.value ? w("close") : w("open")}
+          press={() => (isOpen.value = !isOpen.value)}
+        />
+        <Do id="pose-copy" off={store.state.value === null} text={w("copy")} press={copyPose} />
+      </div>
+      {isOpen.value ? <Fields /> : null}
+    </>
+  );
+}

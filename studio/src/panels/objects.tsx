@@ -1,0 +1,120 @@
+// What stands round a virtual arm: each object can be gone to, picked up and put on another, without a number.
+import { useEffect } from "preact/hooks";
+import { tried } from "../actions";
+import { t } from "../i18n";
+import { call, shown } from "../session";
+import * as store from "../store";
+import { toolWait } from "../teach/actions";
+import { CLEAR, gripOf, heldAfter, holdOf, picks, puts, type Thing } from "../teach/objects";
+import * as program from "../teach/rows";
+import { w } from "../teach/words";
+import { Card, Do } from "../ui/parts";
+import "./objects.css";
+import { watchWorld, world } from "../view/seen";
+
+const NAMES = {
+  above: (name: string) => w("objects.above", { name }),
+  on: (name: string) => w("objects.on", { name }),
+};
+const turn = () => store.state.value?.r ?? 0;
+
+/** Moves the arm above an object, or on it: by a way over what stands there. */
+export function goTo(thing: Thing, above: boolean): Promise<void> {
+  const [x, y, z] = holdOf(thing, gripOf(store.state.value?.tool.name) ?? "suction");
+  const to = (z: number) => [x, y, z, turn()];
+  return tried(async () => {
+    await call("arm.move", { ...shown(), to: to(z + CLEAR), by: "joint" });
+    if (!above) await call("arm.move", { ...shown(), to: to(z), by: "linear" });
+  });
+}
+
+/** Both ways to an object. */
+export function GoTo({ thing, off, why }: { thing: Thing; off: boolean; why: string }) {
+  const { name } = thing;
+  return (
+    <>
+      <Do
+        id={`goto-above-${name}`}
+        class="small"
+        off={off}
+        why={why}
+        label={w("objects.goAboveOf", { name })}
+        text={w("objects.goAbove")}
+        press={() => goTo(thing, true)}
+      />
+      <Do
+        id={`goto-on-${name}`}
+        class="small"
+        off={off}
+        why={why}
+        label={w("objects.goOnOf", { name })}
+        text={w("objects.goOn")}
+        press={() => goTo(thing, false)}
+      />
+    </>
+  );
+}
+
+function One({ thing, held, off }: { thing: Thing; held: Thing | null; off: boolean }) {
+  const { name, color } = thing;
+  const grip = gripOf(store.state.value?.tool.name);
+  const tool = () => ({ tool: store.state.value?.tool.name ?? null });
+  const add = (rows: program.Row[]) =>
+    program.insert(rows, program.rows.value.length === 0 && program.taught.value.tool === null ? tool() : {});
+  return (
+    <li data-testid={`object-${name}`}>
+      <span class="swatch" style={{ background: color }} />
+      <b>{name}</b>
+      <span class="object-do">
+        <Do
+          id={`pick-${name}`}
+          class={held === null ? "primary small" : "small"}
+          off={grip === null || held !== null}
+          why={grip === null ? "objects-tool" : "objects-held"}
+          label={w("objects.pickOf", { name })}
+          text={w("objects.pick")}
+          press={() => grip && add(picks(thing, grip, toolWait.value, turn(), NAMES))}
+        />
+        <Do
+          id={`put-${name}`}
+          class={held === null || held.name === name ? "small" : "primary small"}
+          off={grip === null || held === null || held.name === name}
+          why={grip === null ? "objects-tool" : "objects-empty"}
+          label={w("objects.putOf", { name })}
+          text={w("objects.put")}
+          press={() => grip && held && add(puts(thing, held, grip, toolWait.value, turn(), NAMES))}
+        />
+        <GoTo thing={thing} off={off} why="teach-why" />
+      </span>
+    </li>
+  );
+}
+
+export function Objects() {
+  useEffect(watchWorld, []);
+  const things = world.value?.objects ?? [];
+  if (things.length === 0 || store.arm.value?.virtual !== true) return null;
+  const held = heldAfter(program.rows.value, program.selected.value, things);
+  const grip = gripOf(store.state.value?.tool.name);
+  return (
+    <Card title={w("objects.title")} class="objects-card" group>
+      <p
+        class="hint"
+        id={grip === null ? "objects-tool" : held === null ? "objects-empty" : "objects-held"}
+        role="status"
+      >
+        {grip === null
+          ? w("objects.tool")
+          : held === null
+            ? w("objects.empty")
+            : w("objects.held", { name: held.name })}
+      </p>
+      <ul class="things">
+        {things.map((thing) => (
+          <One key={thing.name} thing={thing} held={held} off={store.why.value !== null} />
+        ))}
+      </ul>
+      <span class="unseen">{store.why.value === null ? "" : t(store.why.value)}</span>
+    </Card>
+  );
+}

@@ -1,0 +1,110 @@
+// Three corners of the paper: a sketch of it as the person in front of the arm sees it, and the corner that is next.
+import { tried } from "../actions";
+import * as surface from "../run/surface";
+import { w } from "../run/surface.words";
+import { call, shown } from "../session";
+import * as store from "../store";
+import { Do } from "../ui/parts";
+
+/** The sheet of the sketch, and where its corners are. */
+const SHEET = { x: 60, y: 62, width: 140, height: 84 };
+const AT: Record<surface.Corner, readonly [number, number]> = {
+  "lower-left": [SHEET.x, SHEET.y + SHEET.height],
+  "lower-right": [SHEET.x + SHEET.width, SHEET.y + SHEET.height],
+  "upper-left": [SHEET.x, SHEET.y],
+};
+/** How far the pen is lifted between corners, mm. */
+const LIFT = 10;
+
+const stateOf = (corner: surface.Corner): "now" | "taken" | "open" => {
+  if (corner === surface.corner.value) return "now";
+  return surface.known.value?.corners.includes(corner) ? "taken" : "open";
+};
+
+function Sketch() {
+  return (
+    <svg class="paper-sketch" viewBox="0 0 260 196" role="img" aria-label={w("paper.sketch")}>
+      <circle class="sketch-arm" cx="130" cy="22" r="18" />
+      <path class="sketch-arm" d="M130 40V56" />
+      <text x="130" y="26">
+        {w("paper.arm")}
+      </text>
+      <rect class="sketch-sheet" {...SHEET} rx="2" />
+      <path class="sketch-axis" d="M222 62V100M216 93l6 8 6-8" />
+      <text x="222" y="116">
+        X+
+      </text>
+      <path class="sketch-axis" d="M96 104H142M135 98l8 6-8 6" />
+      <text x="156" y="108">
+        Y+
+      </text>
+      {surface.CORNERS.map((corner, nth) => {
+        const [x, y] = AT[corner];
+        return (
+          <g key={corner} class={`sketch-corner is-${stateOf(corner)}`}>
+            <circle cx={x} cy={y} r="13" />
+            <text x={x} y={y + 5}>
+              {stateOf(corner) === "taken" ? "✓" : nth + 1}
+            </text>
+          </g>
+        );
+      })}
+      <text class="sketch-you" x="130" y="188">
+        {w("paper.you")}
+      </text>
+    </svg>
+  );
+}
+
+export function Paper({ off }: { off: boolean }) {
+  const n = surface.CORNERS.indexOf(surface.corner.value) + 1;
+  const lift = () => tried(() => call("jog.step", { ...shown(), axis: "z", by: LIFT }));
+  return (
+    <div class="paper-wizard">
+      <div class="paper-look">
+        <Sketch />
+        <ol class="paper-corners" aria-label={w("paper.corners")}>
+          {surface.CORNERS.map((corner, nth) => {
+            const state = stateOf(corner);
+            return (
+              <li key={corner}>
+                <button
+                  type="button"
+                  class="quiet"
+                  data-testid={`paper-corner-${nth + 1}`}
+                  data-state={state}
+                  aria-current={state === "now" ? "step" : undefined}
+                  onClick={() => (surface.corner.value = corner)}
+                >
+                  {`${nth + 1}. ${w(`paper.${corner}`)}`} <small>{w(`paper.state.${state}`)}</small>
+                </button>
+              </li>
+            );
+          })}
+        </ol>
+      </div>
+      <p role="status">
+        <b data-testid="paper-step">{w("paper.step", { n, corner: w(`paper.${surface.corner.value}`) })}</b>{" "}
+        <span class="hint">{w("paper.how")}</span>
+      </p>
+      <div class="buttons-row">
+        <Do
+          id="paper-take"
+          class="primary"
+          off={off}
+          why="touch-why"
+          text={w("paper.take")}
+          press={surface.takeCorner}
+        />
+        <Do
+          id="paper-lift"
+          off={off || store.state.value?.moving === true}
+          why="touch-why"
+          text={w("paper.lift")}
+          press={lift}
+        />
+        <Do id="paper-close" class="quiet" text={w("paper.close")} press={() => (surface.isMeasuring.value = false)} />
+      </div>
+    </div>
+  );
+}

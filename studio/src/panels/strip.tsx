@@ -1,0 +1,198 @@
+// The strip under the header: the job of the arm, whoever started it, on every route.
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import type { Remedy } from "../actions";
+import type { Job } from "../api";
+import { sentence, t } from "../i18n";
+import * as jobs from "../run/jobs";
+import * as strip from "../run/strip";
+import { w } from "../run/strip.words";
+import { plainNoteOf } from "../run/words";
+import * as store from "../store";
+import { Do } from "../ui/parts";
+import { Remedies } from "./remedies";
+import "./strip.css";
+
+/** How far it is, or how it ended. */
+function standing(job: Job): string {
+  const percent = jobs.percent(job);
+  const shown = percent === null ? null : `${Math.floor(percent)} %`;
+  if (!jobs.isUnderWay(job)) {
+    const seconds = strip.took(job);
+    if (job.state === "done" && seconds !== null) return w("strip.done", { time: jobs.duration(seconds) });
+    const state = t(`job.${job.state}` as "job.stopped");
+    return shown === null || job.state === "done" ? state : w("strip.ended", { state, percent: shown });
+  }
+  const facts = [
+    job.state === "running" && shown !== null ? null : t(`job.${job.state}` as "job.paused"),
+    shown,
+    job.loops === 1 ? null : t("job.loop", { loop: job.loop, loops: job.loops || "∞" }),
+  ].filter((fact) => fact !== null);
+  return facts.join(" · ");
+}
+
+const leftOf = (job: Job): string =>
+  jobs.isUnderWay(job) && job.seconds_left !== null ? t("run.left", { time: jobs.duration(job.seconds_left) }) : "";
+
+/** What is to be read of it: why its buttons are off, what it waits for, how it failed, what it noted. */
+function Words({ job, why }: { job: Job; why: string | null }) {
+  const waits = job.reason === "part" || job.reason === "program" ? (job.text ?? t(`job.reason.${job.reason}`)) : null;
+  const error = job.error;
+  const isEmpty = waits === null && error === null && why === null && (job.notes ?? []).length === 0;
+  return isEmpty ? null : (
+    <div class="strip-more">
+      {waits === null ? null : <p class="strip-words">{waits}</p>}
+      {error === null ? null : (
+        <div class="strip-words bad">
+          <p role="alert">{error.template ? sentence(error) : error.message}</p>
+          <Remedies of={(error as { remedies?: Remedy[] }).remedies ?? []} />
+        </div>
+      )}
+      {(job.notes ?? []).map((note) => (
+        <div class="strip-words" key={note.text}>
+          <p data-testid={`job-note-${note.code}`}>{plainNoteOf(note)}</p>
+          <Remedies of={(note.remedies ?? []) as Remedy[]} />
+        </div>
+      ))}
+      {why === null ? null : (
+        <p class="strip-words" id="strip-why">
+          {why}
+        </p>
+      )}
+    </div>
+  );
+}
+
+/** Scrolled no farther than this, a page is at its top: it moves down with the strip, px. */
+const AT_TOP = 40;
+
+/** What stands where a hand is likely to be about to press: what it presses stays there when the strip comes or goes. */
+function held(): () => void {
+  const cards = [0.6, 0.65, 0.7, 0.5].map((share) =>
+    document.elementFromPoint(innerWidth * 0.7, innerHeight * share)?.closest(".card"),
+  );
+  const at = cards.find((card) => card && !card.matches(".view-card, .sheet-card"));
+  const before = at?.getBoundingClientRect().top ?? 0;
+  if (!at || scrollY < AT_TOP) return () => {};
+  // The browser would do the same for what it takes for the anchor, and then it is done twice.
+  const { style } = document.documentElement;
+  style.overflowAnchor = "none";
+  requestAnimationFrame(() => requestAnimationFrame(() => (style.overflowAnchor = "")));
+  return () => {
+    const by = at.getBoundingClientRect().top - before;
+    if (Math.abs(by) > 1) scrollBy(0, by);
+  };
+}
+
+/** Tells the frame how high header and strip are: what sticks to the top sticks below both. */
+function measured(strip: HTMLElement | null): () => void {
+  const header = document.querySelector("header");
+  const root = document.documentElement;
+  if (!header || !strip) return () => {};
+  const measure = () => {
+    root.style.setProperty("--bar", `${header.offsetHeight}px`);
+    root.style.setProperty("--strip", `${strip.offsetHeight}px`);
+  };
+  const look = new ResizeObserver(measure);
+  look.observe(header);
+  look.observe(strip);
+  measure();
+  root.dataset.strip = "true";
+  return () => {
+    look.disconnect();
+    delete root.dataset.strip;
+    for (const name of ["--bar", "--strip"]) root.style.removeProperty(name);
+  };
+}
+
+function Told({ job, stays }: { job: Job; stays: () => void }) {
+  const place = useRef<HTMLElement>(null);
+  useLayoutEffect(() => {
+    const ends = measured(place.current);
+    stays();
+    return ends;
+  }, []);
+  const isUnderWay = jobs.isUnderWay(job);
+  const reason = jobs.why.value;
+  const off = reason !== null;
+  const pauses = ["checking", "running", "pausing"].includes(job.state);
+  const resumes = jobs.canResume(job);
+  const percent = jobs.percent(job);
+  const others = jobs.startedBy(job);
+  const name = job.title || t("job.untitled");
+  const arm = store.arms.value.length > 1 ? `${job.arm} · ` : "";
+  return (
+    <section
+      ref={place}
+      class={`job-strip is-${job.state}`}
+      data-testid="job-strip"
+      data-state={job.state}
+      aria-label={w("strip")}
+    >
+      <div class="strip-what">
+        <b class="strip-name" title={name}>
+          {arm}
+          {name}
+        </b>
+        <span class="strip-facts number" data-testid="job-strip-facts">
+          {standing(job)}
+          {leftOf(job) === "" ? null : " · "}
+          <span data-testid="run-left">{leftOf(job)}</span>
+        </span>
+        <span class="unseen" role="status">
+          {`${name}: ${t(`job.${job.state}` as "job.running")}`}
+        </span>
+        {others === null ? null : <span class="strip-facts">{t("job.by", { name: others })}</span>}
+      </div>
+      <div class="strip-do">
+        {pauses || resumes ? (
+          <Do
+            id="job-strip-pause"
+            class={job.state === "paused" ? "primary" : ""}
+            off={off || job.state === "pausing"}
+            why="strip-why"
+            press={() => (pauses ? jobs.pause(job) : jobs.resume(job))}
+          >
+            <span data-testid={pauses ? "run-pause" : "run-resume"}>{t(pauses ? "run.pause" : "run.resume")}</span>
+          </Do>
+        ) : null}
+        {isUnderWay ? (
+          <Do id="job-strip-stop" off={!store.isUp.value || job.state === "stopping"} press={() => jobs.end(job)}>
+            <span data-testid="run-stop">{w("strip.stop")}</span>
+          </Do>
+        ) : (
+          <Do id="job-strip-close" class="quiet" label={w("strip.close")} press={() => strip.close(job)}>
+            <svg viewBox="0 0 24 24" aria-hidden="true">
+              <path d="M6 6l12 12M18 6L6 18" />
+            </svg>
+          </Do>
+        )}
+      </div>
+      <Words job={job} why={off && (pauses || resumes) ? t(reason) : null} />
+      <div
+        class="strip-bar"
+        role="progressbar"
+        aria-label={t("run.progress")}
+        aria-valuemin={0}
+        aria-valuemax={100}
+        aria-valuenow={percent === null ? undefined : Math.floor(percent)}
+        data-testid="run-progress"
+      >
+        <span style={{ width: `${percent ?? 0}%` }} />
+      </div>
+    </section>
+  );
+}
+
+export function JobStrip() {
+  useEffect(strip.follow, []);
+  const job = strip.told.value;
+  const isThere = useRef(false);
+  const isNew = isThere.current !== (job !== null);
+  // Before the page is laid out anew, and after it.
+  const stays = isNew ? held() : () => {};
+  isThere.current = job !== null;
+  useLayoutEffect(() => {
+    if (isNew && job === null) stays();
+  });
+  return job === null ? null : <Told job={job} stays={stays} />;
+}

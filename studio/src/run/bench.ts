@@ -1,0 +1,575 @@
+// The workshop of drawings and engravings: objects on a sheet, which become one job.
+import { computed, signal } from "@preact/signals";
+import { complain } from "../actions";
+import type { Option, Report } from "../api";
+import { RpcError } from "../client";
+import { t } from "../i18n";
+import texts from "../panels/workshop.json";
+import { call, shown } from "../session";
+import * as store from "../store";
+import { boundsOf, type Points } from "../view/flat";
+import { look, world } from "../view/seen";
+import { sentencesOf } from "../words";
+import { History } from "./history";
+import {
+  boxOf,
+  changed,
+  chosenOf,
+  composed,
+  type Doc,
+  type Item,
+  inked,
+  isOwn,
+  isSame,
+  moved,
+  type Place,
+  type Point,
+  tidy,
+  turned,
+  unwound,
+  without,
+} from "./items";
+import { corners, rotateOf, taken, turnOf, upright } from "./paper";
+import { freeSpot, type Room } from "./room";
+import { type Shape, svgOf } from "./shapes";
+import { entryOf, optionsOf, Shop, type Source, setupOf, type Values } from "./shop";
+import { sheet } from "./surface";
+
+const w = sentencesOf(texts);
+
+/** What the last check has found of an object. */
+interface Found {
+  key: string;
+  report: Report;
+  place: Place | null;
+  /** How wide and high it is there, as the reader of it sees it. */
+  sides: Point;
+  /** The middle of that beside its place: of a drawing that is repeated, or filled, it is another one. */
+  middle: Point;
+}
+
+/** What has no size of its own fills the sheet. */
+const FILLS = ["text", "image"];
+/** Nothing is placed larger than this by itself, mm: every square centimetre of an image takes its time, and what burns more. */
+const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
+/** A sheet on which something is smaller than this share of what it would be on a blank one is full. */
+const CROWDED = 0.45;
+/** What becomes smaller than this has no room, mm. */
+const LEAST = 12;
+/** Formats that burn as they are, and cannot be put into one drawing with others. */
+const ALONE = ["image", "gcode", "testgrid"];
+/** Width of an image of which the scale is 1, mm. */
+const LOOKED = 30;
+/** A preview of more points has been thinned, and is no drawing any more. */
+const THINNED = 19_000;
+/** A drawing of more letters is too large for a message. */
+const LONGEST = 900_000;
+/** Options that place what is drawn: the sheet does that. */
+const PLACED = ["at", "scale", "rotate", "fit", "width", "height", "place", "turn"];
+/** Options of a job that are of no use while an object is looked at. */
+const ANEW = ["only", "parts", "no_pause"];
+
+export class Bench extends Shop {
+  readonly tool: "pen" | "laser";
+  readonly doc = new History<Doc>({ items: [], chosen: null });
+  readonly found = signal<ReadonlyMap<number, Found>>(new Map());
+  readonly item = computed(() => chosenOf(this.doc.now.value));
+  /** What is set of the job, for all of its objects. */
+  private readonly common = signal<Values>({});
+  /** The source and the place of what was checked last. */
+  private readonly job = signal<{ source: Source; setup: Record<string, unknown> } | null>(null);
+  /** Where objects were placed by themselves, by what they were then; null: where the station puts them. */
+  private readonly spots = new Map<number, { key: string; place: Place | null }>();
+  /** Whether there was little or no free room for an object. */
+  readonly isFull = signal(false);
+  private next = 1;
+
+  constructor(tool: "pen" | "laser") {
+    super({ tool, work: tool === "pen" ? "draw" : "engrave" });
+    this.tool = tool;
+  }
+
+  /** Whether the objects become one drawing: a single one is given to the arm as it is. */
+  readonly isComposed = computed(() => {
+    const { items } = this.doc.now.value;
+    return items.length > 1 || items[0]?.color != null;
+  });
+  /** What is run: the only object, or a drawing of all of them, which has no lines of a file to show. */
+  readonly chosen = computed<Source | null>(() => {
+    const [first] = this.doc.now.value.items;
+    if (first === undefined) return null;
+    return this.isComposed.value ? { format: "svg" } : first.source;
+  });
+  readonly values = computed<Values>(() => ({ ...this.common.value, ...this.item.value?.values }));
+
+  override isOpen(name: string): boolean {
+    return super.isOpen(name) && !PLACED.includes(name);
+  }
+
+  private isOwn(name: string): boolean {
+    const option = this.options.value.find((one) => one.name === name);
+    return option !== undefined && isOwn(option);
+  }
+
+  setValue(name: string, to: string): void {
+    const item = this.item.value;
+    if (item !== null && this.isOwn(name)) {
+      const values = { ...item.values, [name]: to };
+      this.doc.commit(changed(this.doc.now.value, item.id, { values }), `${name} ${item.id}`);
+    } else this.common.value = { ...this.common.value, [name]: to };
+  }
+
+  setValues(values: Values): void {
+    const all = Object.entries(values);
+    this.common.value = Object.fromEntries(all.filter(([name]) => !this.isOwn(name)));
+    const item = this.item.value;
+    const own = Object.fromEntries(all.filter(([name]) => this.isOwn(name)));
+    if (item !== null) this.doc.commit(changed(this.doc.now.value, item.id, { values: own }));
+  }
+
+  // What a person does.
+
+  /** Until the options of the chosen object are known. */
+  ready: Promise<void> = Promise.resolve();
+
+  private async askOptions(format: string): Promise<void> {
+    try {
+      const options = await optionsOf(format);
+      if ((this.item.peek()?.format ?? format) === format) this.options.value = options;
+    } catch (error) {
+      complain(error);
+    }
+  }
+
+  private forFormat(format: string): void {
+    this.ready = this.askOptions(format);
+  }
+
+  /** Takes everything off the sheet. */
+  clear(): void {
+    this.forgetParts();
+    this.doc.commit({ items: [], chosen: null });
+    this.follow();
+  }
+
+  /** Puts something onto the sheet. What lies there already stays where it is. */
+  add(of: Omit<Item, "id" | "color" | "values" | "place">): void {
+    const before = this.doc.now.value;
+    const id = this.next++;
+    // What a person has said of how texts are written holds for the next one too.
+    const like = before.items.findLast(({ format }) => format === of.format);
+    const { crop: _, ...values } = like?.values ?? {};
+    const items = before.items.map((item) => ({
+      ...item,
+      place: item.place ?? this.found.value.get(item.id)?.place ?? null,
+    }));
+    this.forgetParts();
+    this.doc.commit({ items: [...items, { ...of, id, color: null, values, place: null }], chosen: id }, `new ${id}`);
+    this.report.value = items.length === 0 ? null : this.report.value;
+    this.forFormat(of.format);
+  }
+
+  /** What its parts are, and which of them are drawn, is of the drawing and not of the next. */
+  private forgetParts(): void {
+    const { only: _, parts: _parts, no_pause: _pause, ...kept } = this.common.value;
+    this.common.value = kept;
+  }
+
+  addShape(shape: Shape, name: string): void {
+    this.add({ source: { text: svgOf(shape), format: "svg" }, format: "svg", name, shape });
+  }
+
+  /** Puts one thing onto the sheet in place of all others. */
+  replace(of: Omit<Item, "id" | "color" | "values" | "place">): void {
+    const now = this.doc.now.value;
+    const [only] = now.items;
+    if (now.items.length === 1 && only?.format === of.format) {
+      this.doc.commit(changed(now, only.id, { ...of, place: null }), `${of.format} ${only.id}`);
+      return;
+    }
+    const id = this.next++;
+    this.forgetParts();
+    this.doc.commit({ items: [{ ...of, id, color: null, values: {}, place: null }], chosen: id });
+    this.forFormat(of.format);
+  }
+
+  /** Writes into the chosen text, or a new one. */
+  write(text: string): void {
+    const item = this.item.value;
+    const name = text.trim().slice(0, 40);
+    const source = { text, format: "text" };
+    if (item?.format !== "text") {
+      if (name !== "") this.add({ source, format: "text", name });
+      return;
+    }
+    if (name === "") return this.remove(item.id, `new ${item.id}`);
+    this.doc.commit(changed(this.doc.now.value, item.id, { source, name }), `new ${item.id}`);
+  }
+
+  /** Puts another text onto the sheet. */
+  addText(text: string): void {
+    this.add({ source: { text, format: "text" }, format: "text", name: text });
+  }
+
+  choose(id: number | null): void {
+    const now = this.doc.now.value;
+    if (now.chosen === id) return;
+    this.doc.seal();
+    this.doc.amend({ ...now, chosen: id });
+    this.follow();
+  }
+
+  remove(id: number, key: string | null = null): void {
+    this.doc.commit(without(this.doc.now.value, id), key);
+    this.follow();
+  }
+
+  duplicate(id: number): void {
+    const item = this.doc.now.value.items.find((one) => one.id === id);
+    if (item === undefined) return;
+    const found = this.found.value.get(id);
+    this.add({
+      source: item.source,
+      format: item.format,
+      name: item.name,
+      ...(item.shape ? { shape: item.shape } : {}),
+    });
+    const now = this.doc.now.value;
+    const added = now.items.at(-1);
+    if (added === undefined) return;
+    const place = item.place ?? found?.place ?? null;
+    const beside: Place | null = place === null ? null : { ...place, at: [place.at[0] + 10, place.at[1] + 10] };
+    this.doc.amend(changed(now, added.id, { place: beside, color: item.color, values: item.values }));
+  }
+
+  order(id: number, by: number): void {
+    this.doc.commit(moved(this.doc.now.value, id, by));
+  }
+
+  color(id: number, color: string | null): void {
+    this.doc.commit(changed(this.doc.now.value, id, { color }));
+  }
+
+  /** Moves, scales or turns the chosen object; changes of the same key in a row are undone together. */
+  change(by: Partial<Place>, key: string | null = null): void {
+    const [item, now] = [this.item.value, this.place.value];
+    if (item === null || now === null) return;
+    const place = tidy({ ...now, ...by });
+    if (!(place.scale > 0)) return;
+    this.doc.commit(changed(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
+  }
+
+  /** Leaves the place of the chosen object to the page. */
+  release(): void {
+    const item = this.item.value;
+    if (item === null) return;
+    this.spots.delete(item.id);
+    this.doc.commit(changed(this.doc.now.value, item.id, { place: null }));
+  }
+
+  /** A new sheet lies there: what lies where there was room has all of it. */
+  refresh(): void {
+    this.spots.clear();
+    this.isFull.value = false;
+    const stays = ({ id, place }: Item) => place !== null && this.found.value.has(id);
+    const items = this.doc.now.value.items.filter(stays);
+    this.found.value = new Map([...this.found.value].filter(([id]) => items.some((item) => item.id === id)));
+    if (this.doc.now.value.items.some(({ place }) => place === null)) void this.check();
+  }
+
+  undo(): void {
+    this.doc.undo();
+    this.follow();
+  }
+
+  redo(): void {
+    this.doc.redo();
+    this.follow();
+  }
+
+  /** The options are those of the chosen object. */
+  private follow(): void {
+    const { items } = this.doc.now.value;
+    const format = this.item.value?.format ?? (items.length > 0 ? "svg" : null);
+    if (format !== null) this.forFormat(format);
+    if (items.length === 0) this.forget();
+  }
+
+  async openFiles(files: Iterable<File>): Promise<void> {
+    for (const name of await this.kept(files)) this.take(name);
+  }
+
+  /** Takes a program of the library. */
+  take(name: string): void {
+    const format = entryOf(name)?.format ?? null;
+    if (format === null) this.problem.value = { text: t("run.unknown"), remedies: [] };
+    else this.add({ source: { program: name }, format, name });
+  }
+
+  // Where things lie.
+
+  /** Where the chosen object lies: as a person wants it, else as it was found. */
+  readonly place = computed<Place | null>(() => {
+    const item = this.item.value;
+    return item === null ? null : this.placeOf(item);
+  });
+  placeOf(item: Item): Place | null {
+    return item.place ?? this.found.value.get(item.id)?.place ?? null;
+  }
+  /** How wide and high an object becomes. */
+  sizeOf(item: Item): Point {
+    const found = this.found.value.get(item.id);
+    const by = (this.placeOf(item)?.scale ?? 1) / (found?.place?.scale ?? 1);
+    return [(found?.sides[0] ?? 0) * by, (found?.sides[1] ?? 0) * by];
+  }
+  /** Where a corner of an object, or a place beside it, comes to lie. */
+  cornerOf(item: Item, [sx, sy]: Point, beyond = 0): Point {
+    const [found, place, [width, height]] = [this.found.value.get(item.id), this.placeOf(item), this.sizeOf(item)];
+    const by = (place?.scale ?? 1) / (found?.place?.scale ?? 1);
+    const [mx, my] = found?.middle ?? [0, 0];
+    const corner = [mx * by + (sx * width) / 2, my * by + (sy * height) / 2 + beyond];
+    const [dx, dy] = turned(corner, upright() + (place?.turn ?? 0));
+    return [(place?.at[0] ?? 0) + dx, (place?.at[1] ?? 0) + dy];
+  }
+  setWidth(width: number): void {
+    const item = this.item.value;
+    const [is] = item === null ? [0] : this.sizeOf(item);
+    if (is > 0) this.change({ scale: ((this.place.value?.scale ?? 1) * width) / is });
+  }
+
+  /** Whether everything lies as it is wanted. */
+  readonly isFound = computed(() =>
+    this.doc.now.value.items.every((item) => {
+      const found = this.found.value.get(item.id);
+      if (found === undefined) return false;
+      return item.place === null || (found.place !== null && isSame(item.place, found.place));
+    }),
+  );
+
+  protected override isSettled(): boolean {
+    return this.isFound.value && !this.isChecking.value && this.checkedMark === this.mark();
+  }
+  private checkedMark = "";
+  protected override mark(): string {
+    const { items } = this.doc.now.value;
+    return JSON.stringify([items.map(({ name: _, ...item }) => item), this.common.value]);
+  }
+  protected override depends(): void {
+    void this.doc.now.value.items;
+    void this.common.value;
+    void sheet.value;
+  }
+  protected override bytes(): number | null {
+    const sizes = this.doc.now.value.items.map(({ source }) => entryOf(source.program)?.bytes ?? 0);
+    return Math.max(0, ...sizes);
+  }
+
+  override source(): Source & { setup?: Record<string, unknown> } {
+    const job = this.job.value;
+    return job === null ? {} : { ...job.source, setup: job.setup };
+  }
+
+  // What the station is asked.
+
+  /** What limits objects that are placed by themselves, beside those that lie there. */
+  private async room(height: number, others: readonly Found[]): Promise<Room> {
+    const { outlines } = await call("motion.reach", { z: height, tool: this.tool });
+    const boxes = others.map(({ report }) => boundsOf((report.preview?.strokes ?? []).flatMap(({ points }) => points)));
+    return { outlines, paper: corners(), taken: [...taken(), ...boxes] };
+  }
+
+  private ask(source: Source, setup: Record<string, unknown>): Promise<Report> {
+    return call("job.check", { ...shown(), ...source, setup, preview: true });
+  }
+
+  private placing(place: Place | null, isHeld: boolean): Record<string, unknown> {
+    if (place === null) return { rotate: rotateOf(0), fit: true };
+    const { at, scale, turn } = place;
+    return { at, scale, rotate: rotateOf(turn), turn: false, ...(isHeld ? {} : { fit: true }) };
+  }
+
+  /** The options of an object: its own, and those of the whole job where it is alone. */
+  private async optionsFor(item: Item): Promise<Record<string, unknown>> {
+    const all = (await optionsOf(item.format)).filter(({ name }) => this.isOpen(name));
+    const values = { ...this.common.value, ...item.values };
+    const said = (name: string): string =>
+      String(this.fixed[name] ?? (values[name] || (all.find((one) => one.name === name)?.default ?? "")));
+    const counts = ({ with: name, when }: Option): boolean => {
+      if (name === null) return true;
+      const other = all.find((one) => one.name === name);
+      if (other !== undefined && !counts(other)) return false;
+      return when.length === 0 ? said(name) === "true" : when.includes(said(name));
+    };
+    const isAsked = (option: Option) =>
+      counts(option) &&
+      (!this.isComposed.value || isOwn(option) || ["surface", "speed"].includes(option.name)) &&
+      !(this.isComposed.value && ANEW.includes(option.name));
+    const set = setupOf(all.filter(isAsked), values);
+    const parts =
+      this.isComposed.value && all.some(({ name }) => name === "parts") ? { parts: "color", no_pause: true } : {};
+    // How large an image says it is does not matter, and a small one is looked at soon.
+    const width = item.format === "image" ? { width: LOOKED } : {};
+    return { ...set, ...parts, ...width, ...this.fixed };
+  }
+
+  /** How one object lies and what it becomes there; of one that has not changed it is known. */
+  private async resolve(item: Item, others: readonly Found[]): Promise<Found> {
+    const options = await this.optionsFor(item);
+    const version = entryOf(item.source.program)?.modified ?? 0;
+    if (store.arm.value?.virtual === true && world.value === null) await look();
+    const what = JSON.stringify([item.source, version, options, sheet.value, store.armName.value, corners()]);
+    const key = JSON.stringify([what, item.place]);
+    const known = this.found.value.get(item.id);
+    if (this.isComposed.value && known?.key === key) return known;
+    let place = item.place;
+    if (place === null) {
+      const spot = this.spots.get(item.id);
+      if (spot?.key !== what) {
+        const [natural, found] = await this.natural(item, options, others);
+        this.spots.set(item.id, { key: what, place: found });
+        if (found === null) return this.foundOf(key, natural);
+        place = found;
+      } else place = spot.place;
+    }
+    this.placed = { ...options, ...this.placing(place, item.place !== null) };
+    const report = await this.ask(item.source, this.placed);
+    if (place === null) return this.foundOf(key, report);
+    if (item.place !== null) return this.foundOf(key, report, item.place);
+    // How much smaller it is than what this page has tried is no news.
+    const notes = (report.notes ?? []).filter(({ code }) => code !== "placed");
+    return this.foundOf(key, { ...report, notes }, { ...place, scale: report.placed?.scale ?? place.scale });
+  }
+  /** The setup of the object that was asked of last. */
+  private placed: Record<string, unknown> = {};
+
+  /** What a check has found where an object was asked for; the middle of lines that fill it is not that of its edges. */
+  private foundOf(key: string, report: Report, asked: Place | null = null): Found {
+    const { placed, preview } = report;
+    if (placed === undefined) return { key, report, place: null, sides: [0, 0], middle: [0, 0] };
+    const place = asked ?? { at: placed.at, scale: placed.scale, turn: unwound(turnOf(placed.turn)) };
+    return { key, report, place, ...boxOf(preview?.strokes ?? [], upright() + place.turn, place.at) };
+  }
+
+  /** An object as the station places it, and where there is more room for it; null if it lies well there. */
+  private async natural(
+    item: Item,
+    options: Record<string, unknown>,
+    others: readonly Found[],
+  ): Promise<[Report, Place | null]> {
+    const setup = { ...options, ...this.placing(null, false) };
+    const report = await this.ask(item.source, setup);
+    this.placed = setup;
+    this.isFull.value = false;
+    const { place, sides, middle } = this.foundOf("", report);
+    const strokes = report.preview?.strokes ?? [];
+    const [first] = strokes;
+    if (place === null || first === undefined) return [report, null];
+    // On a page it lies as the page says; repeated, it has the distances that were asked for.
+    if (["page", "move"].some((name) => options[name] !== undefined)) return [report, null];
+    const isRepeated = options.grid !== undefined;
+    const room = await this.room(first.height, others);
+    const longest = Math.max(...sides);
+    const isWritten = item.format === "text" && (item.values.size ?? "") !== "";
+    const fills = FILLS.includes(item.format) && !isWritten;
+    const most = (MOST[this.tool]?.[item.format] ?? Infinity) / longest;
+    const isTaken = (frame = boundsOf(strokes.flatMap(({ points }) => points))) =>
+      room.taken.some(
+        (one) =>
+          one.x < frame.x + frame.width &&
+          frame.x < one.x + one.width &&
+          one.y < frame.y + frame.height &&
+          frame.y < one.y + one.height,
+      );
+    // On a sheet that was measured the page of a file lies on the paper, corner on corner.
+    const isKept = room.paper === null || sheet.value !== null;
+    if (!fills && isKept && !isTaken() && report.ok) return [report, null];
+    // Along the arm's x and y, as it lies upright; what the station had to turn stays so.
+    const turn = fills ? 0 : place.turn;
+    const [sin, cos] = [Math.sin, Math.cos].map((of) => Math.abs(of(((upright() + turn) * Math.PI) / 180))) as [
+      number,
+      number,
+    ];
+    const [along, across] = [sides[0] * cos + sides[1] * sin, sides[0] * sin + sides[1] * cos];
+    const least = Math.min(1, LEAST / longest);
+    const largest = fills && !isRepeated ? most : Math.min(1, most);
+    const within = (of: Room) =>
+      freeSpot(of, [along, across], isRepeated ? largest : Math.min(least, largest), largest);
+    const blank = room.taken.length === 0 ? null : within({ ...room, taken: [] });
+    let spot = within(room);
+    this.isFull.value = blank !== null && (spot === null || spot.scale < CROWDED * blank.scale);
+    spot ??= blank;
+    if (spot === null) return [report, null];
+    const [mx, my] = turned([middle[0] * spot.scale, middle[1] * spot.scale], upright() + turn);
+    const at: [number, number] = [spot.at[0] - mx, spot.at[1] - my];
+    return [report, tidy({ at, scale: spot.scale * place.scale, turn })];
+  }
+
+  protected override async asking(): Promise<Report | null> {
+    const { items } = this.doc.now.value;
+    const mark = this.mark();
+    const mine = this.checks;
+    const alone =
+      items.length > 1 && this.tool === "laser" ? items.find(({ format }) => ALONE.includes(format)) : undefined;
+    if (alone !== undefined) throw new RpcError(0, w("draw.alone", { name: alone.name }));
+    const found = new Map<number, Found>();
+    for (const item of items) {
+      const lying = items.flatMap(({ id }) =>
+        id === item.id ? [] : (found.get(id) ?? this.found.value.get(id) ?? []),
+      );
+      found.set(item.id, await this.resolve(item, lying));
+      if (mine !== this.checks) return null;
+    }
+    this.checkedMark = mark;
+    this.found.value = found;
+    const [only] = items;
+    const of = only === undefined ? undefined : found.get(only.id);
+    if (!this.isComposed.value && only !== undefined && of !== undefined) {
+      this.job.value = { source: only.source, setup: this.placed };
+      return of.report;
+    }
+    return this.together(items, found);
+  }
+
+  /** Checks all objects as one drawing. */
+  private async together(items: readonly Item[], found: ReadonlyMap<number, Found>): Promise<Report> {
+    const inks = items.flatMap((item) => {
+      const report = found.get(item.id)?.report;
+      const points = report?.preview?.strokes.reduce((sum, stroke) => sum + stroke.points.length, 0) ?? 0;
+      if (points > THINNED) throw new RpcError(0, w("draw.alone", { name: item.name }));
+      return report === undefined ? [] : inked(report, item.color);
+    });
+    const { text, at } = composed(inks);
+    if (text.length > LONGEST) throw new RpcError(0, w("draw.alone", { name: items.at(-1)?.name ?? "" }));
+    const all = (await optionsOf("svg")).filter((option) => this.isOpen(option.name) && !isOwn(option));
+    const colors = new Set(inks.map(({ color }) => color));
+    const parts =
+      colors.size > 1 && !this.common.value.parts
+        ? { parts: "color", no_pause: this.common.value.no_pause !== "false" }
+        : {};
+    const setup = {
+      ...setupOf(all, this.common.value),
+      ...parts,
+      ...this.fixed,
+      at,
+      rotate: sheet.value === null ? 0 : -sheet.value.rotation,
+      turn: false,
+      white: "draw",
+    };
+    const source = { text, format: "svg" };
+    this.job.value = { source, setup };
+    return this.ask(source, setup);
+  }
+
+  /** Lines that are drawn now, for what remembers them. */
+  drawnLines(): Points[] {
+    return (this.report.value?.preview?.strokes ?? []).filter(({ reachable }) => reachable).map(({ points }) => points);
+  }
+
+  /** What the sheet and the list call the job. */
+  readonly title = computed(() => {
+    const names = this.doc.now.value.items.map(({ name }) => name);
+    return names.join(", ").slice(0, 40);
+  });
+}
+
+export const benches = { pen: new Bench("pen"), laser: new Bench("laser") };

@@ -1,0 +1,59 @@
+// Whether a drawing has filled shapes: the pen outlines them unless it is told to fill them.
+
+const SHAPES = ["path", "rect", "circle", "ellipse", "polygon"];
+/** What stands in these is not drawn itself. */
+const HIDDEN = ["defs", "clipPath", "mask", "symbol", "pattern", "marker", "filter"];
+const UNSEEN = /^(?:none|transparent|white|#fff(?:fff)?|rgba\(.*,\s*0\))$/i;
+
+const attribute = (of: string, name: string): string | undefined =>
+  new RegExp(`(?:^|\\s)${name}\\s*=\\s*(?:"([^"]*)"|'([^']*)')`)
+    .exec(of)
+    ?.slice(1)
+    .find((value) => value !== undefined);
+const fillIn = (style: string): string | undefined => /(?:^|[;{\s])fill\s*:\s*([^;}]+)/.exec(style)?.[1]?.trim();
+
+/** The fills that style sheets give to classes and elements. */
+function rules(svg: string): Map<string, string> {
+  const found = new Map<string, string>();
+  for (const [, sheet = ""] of svg.matchAll(/<style[^>]*>([\s\S]*?)<\/style>/g)) {
+    for (const [, selectors = "", body = ""] of sheet.matchAll(/([^{}]+)\{([^}]*)\}/g)) {
+      const fill = fillIn(body);
+      if (fill !== undefined) for (const one of selectors.split(",")) found.set(one.trim(), fill);
+    }
+  }
+  return found;
+}
+
+/** True if a shape of this SVG is filled with anything but white. */
+export function hasFills(svg: string): boolean {
+  const styles = rules(svg);
+  const plain = svg.replace(/<!--[\s\S]*?-->|<style[\s\S]*?<\/style>|<!\[CDATA\[[\s\S]*?\]\]>/g, "");
+  const open: Array<{ fill: string; hidden: boolean }> = [{ fill: "black", hidden: false }];
+  for (const [, end, tag = "", attributes = "", alone] of plain.matchAll(
+    /<(\/?)([A-Za-z][\w:-]*)((?:"[^"]*"|'[^']*'|[^"'>])*?)(\/?)>/g,
+  )) {
+    if (end === "/") {
+      if (open.length > 1) open.pop();
+      continue;
+    }
+    const outer = open.at(-1) ?? { fill: "black", hidden: false };
+    const classes = (attribute(attributes, "class") ?? "").split(/\s+/).map((name) => styles.get(`.${name}`));
+    const fill =
+      fillIn(attribute(attributes, "style") ?? "") ??
+      classes.findLast((one) => one !== undefined) ??
+      styles.get(tag) ??
+      attribute(attributes, "fill") ??
+      outer.fill;
+    const hidden = outer.hidden || HIDDEN.includes(tag) || attribute(attributes, "display") === "none";
+    if (!hidden && SHAPES.includes(tag) && !UNSEEN.test(fill.trim()) && isArea(tag, attributes)) return true;
+    if (alone !== "/") open.push({ fill, hidden });
+  }
+  return false;
+}
+
+/** A line of two points has no area. */
+function isArea(tag: string, attributes: string): boolean {
+  const data = attribute(attributes, "d") ?? "";
+  const numbers = data.match(/-?(?:\d+\.?\d*|\.\d+)/g)?.length ?? 0;
+  return tag !== "path" || /[zcsqta]/i.test(data) || numbers > 4;
+}

@@ -1,0 +1,122 @@
+// The objects on a sheet, and one drawing of all of them.
+import type { Report } from "../api";
+import { boundsOf, type Points } from "../view/flat";
+import type { Shape } from "./shapes";
+import type { Source, Values } from "./shop";
+
+export interface Place {
+  at: [x: number, y: number];
+  /** Its size, 1 being the true one. */
+  scale: number;
+  /** Counter-clockwise as the reader sees it, degrees; 0 is upright. */
+  turn: number;
+}
+export type Point = readonly [x: number, y: number];
+
+/** Something that lies on the sheet. */
+export interface Item {
+  id: number;
+  /** What is drawn, and its format. */
+  source: Source;
+  format: string;
+  /** What it is called. */
+  name: string;
+  shape?: Shape;
+  /** The pen that draws it; null: as it says itself. */
+  color: string | null;
+  /** Its own options: how a text is written, an image drawn, a shape filled. */
+  values: Values;
+  /** Where it lies; null: where there is room. */
+  place: Place | null;
+}
+
+export interface Doc {
+  items: readonly Item[];
+  /** The one that a person has chosen. */
+  chosen: number | null;
+}
+
+export const chosenOf = ({ items, chosen }: Doc): Item | null => items.find(({ id }) => id === chosen) ?? null;
+export const changed = (doc: Doc, id: number, by: Partial<Item>): Doc => ({
+  ...doc,
+  items: doc.items.map((item) => (item.id === id ? { ...item, ...by } : item)),
+});
+export const without = (doc: Doc, id: number): Doc => {
+  const at = doc.items.findIndex((item) => item.id === id);
+  const items = doc.items.filter((item) => item.id !== id);
+  return { items, chosen: (items[Math.min(at, items.length - 1)] ?? null)?.id ?? null };
+};
+/** One object by so many steps later in the order in which they are drawn. */
+export const moved = (doc: Doc, id: number, by: number): Doc => {
+  const from = doc.items.findIndex((item) => item.id === id);
+  const to = from + by;
+  const item = doc.items[from];
+  if (item === undefined || to < 0 || to >= doc.items.length) return doc;
+  return { ...doc, items: doc.items.toSpliced(from, 1).toSpliced(to, 0, item) };
+};
+
+/** The options that belong to an object, and not to the job. */
+const OWN = ["fill", "text", "image"];
+export const isOwn = ({ group }: { group: string }): boolean => OWN.includes(group);
+
+const rounded = (value: number, digits: number) => Math.round(value * 10 ** digits) / 10 ** digits;
+/** The same turn, as near to none as it can be said. */
+export const unwound = (turn: number): number => turn - 360 * Math.round(turn / 360);
+/** A place as it is said to the station. */
+export const tidy = ({ at, scale, turn }: Place): Place => ({
+  at: [rounded(at[0], 2), rounded(at[1], 2)],
+  scale: Number(scale.toPrecision(6)),
+  turn: rounded(unwound(turn), 2),
+});
+/** Whether two places are the same: what the station says of one is rounded. */
+export const isSame = (one: Place, other: Place): boolean =>
+  Math.hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]) < 0.05 &&
+  Math.abs(one.scale / other.scale - 1) < 0.005 &&
+  Math.abs(unwound(one.turn - other.turn)) < 0.05;
+
+export function turned([x, y]: readonly number[], degrees: number): [number, number] {
+  const [cos, sin] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+  return [(x ?? 0) * cos - (y ?? 0) * sin, (x ?? 0) * sin + (y ?? 0) * cos];
+}
+
+type Stroke = NonNullable<Report["preview"]>["strokes"][number];
+/** What strokes fill that lie so, by an angle from the arm's x and their place: as its reader sees it, round that place. */
+export function boxOf(strokes: readonly Stroke[], angle: number, [x, y]: Point): { sides: Point; middle: Point } {
+  const box = boundsOf(
+    strokes.flatMap(({ points }) => points.map(([px = 0, py = 0]) => turned([px - x, py - y], -angle))),
+  );
+  return { sides: [box.width, box.height], middle: [box.x + box.width / 2, box.y + box.height / 2] };
+}
+
+/** Lines of one colour, in the arm's coordinates. */
+export interface Inked {
+  color: string;
+  strokes: readonly Points[];
+}
+/** The colours in which an object is drawn: that of its pen, else those of its parts. */
+export function inked({ parts, preview }: Report, color: string | null): Inked[] {
+  const colors = new Map(parts.map((part) => [part.n, part.color]));
+  const all = new Map<string, Points[]>();
+  for (const { part, points } of preview?.strokes ?? []) {
+    const of = color ?? (part === null ? null : colors.get(part)) ?? "#000000";
+    all.set(of, [...(all.get(of) ?? []), points]);
+  }
+  return [...all].map(([color, strokes]) => ({ color, strokes }));
+}
+
+/** A drawing in mm of lines in the arm's coordinates, and the middle on which it lies. */
+export function composed(inks: readonly Inked[]): { text: string; at: [number, number] } {
+  const { x, y, width, height } = boundsOf(inks.flatMap(({ strokes }) => strokes.flat()));
+  const short = (value: number) => String(rounded(value, 2));
+  const data = (points: Points) => {
+    const [first, ...rest] = points.map(([px = 0, py = 0]) => `${short(px - x)} ${short(y + height - py)}`);
+    return `M${first}${rest.length === 0 ? "h0.01" : `L${rest.join(" ")}`}`;
+  };
+  const paths = inks.map(({ color, strokes }) => `<path stroke="${color}" d="${strokes.map(data).join("")}"/>`);
+  const [wide, high] = [width, height].map((side) => short(Math.max(side, 0.01)));
+  const size = `width="${wide}mm" height="${high}mm" viewBox="0 0 ${wide} ${high}"`;
+  return {
+    text: `<svg xmlns="http://www.w3.org/2000/svg" ${size}><g fill="none">${paths.join("")}</g></svg>`,
+    at: [rounded(x + width / 2, 3), rounded(y + height / 2, 3)],
+  };
+}

@@ -1,0 +1,177 @@
+// Where there is room on the sheet: the largest free place for a drawing of a given shape.
+import { boundsOf, type Frame, type Points } from "../view/flat";
+
+/** What limits a drawing, in the arm's x and y, mm. */
+export interface Room {
+  /** What the tip reaches; what lies within an even number of these lines is out of reach. */
+  outlines: readonly Points[];
+  /** Corners of the sheet of paper, if there is one. */
+  paper: Points | null;
+  /** What has been drawn, or lies there to be drawn. */
+  taken: readonly Frame[];
+}
+export interface Spot {
+  at: [x: number, y: number];
+  scale: number;
+}
+
+/** Side of the squares in which room is looked for, mm. */
+const CELL = 3;
+/** Kept free at the edge of the paper and of the reach, and between drawings, mm. */
+const [MARGIN, GAP] = [10, 6];
+/** Nothing is placed beside or behind the base by itself: the arm would stand on it, mm. */
+const LEAST_X = 110;
+const HALVINGS = 14;
+
+export function isInside(points: Points, x: number, y: number): boolean {
+  let inside = false;
+  for (let at = 0, before = points.length - 1; at < points.length; before = at++) {
+    const [[ax = 0, ay = 0] = [], [bx = 0, by = 0] = []] = [points[at], points[before]];
+    if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) inside = !inside;
+  }
+  return inside;
+}
+
+/** Lines that are this share of their own size from one another are one drawing; but no farther than this, mm. */
+const [TOGETHER, APART] = [0.25, 35];
+
+/** The boxes of lines that lie together: what is near to one another is one drawing, and there is no room inside of it. */
+export function clusters(strokes: readonly Points[]): Frame[] {
+  let boxes = strokes.filter((points) => points.length > 0).map((points) => boundsOf(points));
+  for (let before = Infinity; boxes.length < before; ) {
+    before = boxes.length;
+    const merged: Frame[] = [];
+    for (const box of boxes) {
+      const near = merged.findIndex((one) => overlaps(grown(one), grown(box)));
+      const other = merged[near];
+      if (other === undefined) merged.push(box);
+      else merged[near] = around(other, box);
+    }
+    boxes = merged;
+  }
+  return boxes;
+}
+function grown({ x, y, width, height }: Frame): Frame {
+  const by = Math.min(APART, Math.max(GAP / 2, TOGETHER * Math.max(width, height)));
+  return { x: x - by, y: y - by, width: width + 2 * by, height: height + 2 * by };
+}
+const overlaps = (one: Frame, other: Frame): boolean =>
+  one.x < other.x + other.width &&
+  other.x < one.x + one.width &&
+  one.y < other.y + other.height &&
+  other.y < one.y + one.height;
+const around = (one: Frame, other: Frame): Frame =>
+  boundsOf(
+    [one, other].flatMap(({ x, y, width, height }) => [
+      [x, y],
+      [x + width, y + height],
+    ]),
+  );
+
+/** The free cells: how many of those before each in both directions are not free. */
+class Grid {
+  readonly box: Frame;
+  readonly rows: number;
+  readonly columns: number;
+  private readonly sums: Int32Array;
+
+  constructor({ outlines, paper, taken }: Room) {
+    const reach = boundsOf(outlines.flat());
+    const box = paper === null ? reach : overlapOf(reach, boundsOf(paper));
+    const x = Math.max(box.x, LEAST_X);
+    this.box = { ...box, x, width: Math.max(0, box.x + box.width - x) };
+    this.columns = Math.floor(this.box.width / CELL);
+    this.rows = Math.floor(this.box.height / CELL);
+    const inside = new Uint8Array(this.columns * this.rows);
+    for (let column = 0; column < this.columns; column++) {
+      for (let row = 0; row < this.rows; row++) {
+        const [px, py] = [this.box.x + (column + 0.5) * CELL, this.box.y + (row + 0.5) * CELL];
+        const crossed = outlines.reduce((count, outline) => count + Number(isInside(outline, px, py)), 0);
+        if (crossed % 2 === 1 && (paper === null || isInside(paper, px, py))) inside[column * this.rows + row] = 1;
+      }
+    }
+    const isIn = (column: number, row: number) =>
+      column >= 0 && column < this.columns && row >= 0 && row < this.rows && inside[column * this.rows + row] === 1;
+    const margin = Math.ceil(MARGIN / CELL);
+    const edges = [
+      [margin, 0],
+      [-margin, 0],
+      [0, margin],
+      [0, -margin],
+    ] as const;
+    const isTaken = (px: number, py: number) =>
+      taken.some(
+        (one) => px > one.x - GAP && px < one.x + one.width + GAP && py > one.y - GAP && py < one.y + one.height + GAP,
+      );
+    this.sums = new Int32Array((this.columns + 1) * (this.rows + 1));
+    const wide = this.rows + 1;
+    for (let column = 0; column < this.columns; column++) {
+      for (let row = 0; row < this.rows; row++) {
+        const [px, py] = [this.box.x + (column + 0.5) * CELL, this.box.y + (row + 0.5) * CELL];
+        const isFree = isIn(column, row) && edges.every(([dx, dy]) => isIn(column + dx, row + dy)) && !isTaken(px, py);
+        const [left, below, both] = [column * wide + row + 1, (column + 1) * wide + row, column * wide + row].map(
+          (at) => this.sums[at] ?? 0,
+        ) as [number, number, number];
+        this.sums[(column + 1) * wide + row + 1] = left + below - both + Number(!isFree);
+      }
+    }
+  }
+
+  /** Where a box of so many cells is free, nearest to a place; null if nowhere. */
+  place(columns: number, rows: number, [nearX, nearY]: readonly number[]): [number, number] | null {
+    const wide = this.rows + 1;
+    let [found, least]: [[number, number] | null, number] = [null, Infinity];
+    for (let column = 0; column + columns <= this.columns; column++) {
+      for (let row = 0; row + rows <= this.rows; row++) {
+        const blocked =
+          (this.sums[(column + columns) * wide + row + rows] ?? 0) -
+          (this.sums[column * wide + row + rows] ?? 0) -
+          (this.sums[(column + columns) * wide + row] ?? 0) +
+          (this.sums[column * wide + row] ?? 0);
+        if (blocked > 0) continue;
+        const at: [number, number] = [this.box.x + (column + columns / 2) * CELL, this.box.y + (row + rows / 2) * CELL];
+        const far = Math.hypot(at[0] - (nearX ?? 0), at[1] - (nearY ?? 0));
+        if (far < least) [found, least] = [at, far];
+      }
+    }
+    return found;
+  }
+}
+
+function overlapOf(one: Frame, other: Frame): Frame {
+  const [x, y] = [Math.max(one.x, other.x), Math.max(one.y, other.y)];
+  const width = Math.max(0, Math.min(one.x + one.width, other.x + other.width) - x);
+  return { x, y, width, height: Math.max(0, Math.min(one.y + one.height, other.y + other.height) - y) };
+}
+
+/**
+ * The place for a drawing of this size along the arm's x and y, mm, as large as there is room, and no larger than `most` times as
+ * large. Null if there is no room for it at `least`.
+ */
+export function freeSpot(
+  room: Room,
+  [alongX, alongY]: readonly [number, number],
+  least: number,
+  most: number,
+): Spot | null {
+  if (room.outlines.length === 0 || !(alongX + alongY > 0)) return null;
+  const grid = new Grid(room);
+  const middle = [grid.box.x + grid.box.width / 2, grid.box.y + grid.box.height / 2];
+  const cells = (side: number) => Math.max(1, Math.ceil(side / CELL));
+  const place = (scale: number) => grid.place(cells(alongX * scale), cells(alongY * scale), middle);
+  let [fits, over] = [
+    least,
+    Math.min(most, (2 * Math.max(grid.box.width, grid.box.height)) / Math.max(alongX, alongY)),
+  ];
+  let at = place(fits);
+  if (at === null) return null;
+  const whole = place(over);
+  if (whole !== null) return { at: whole, scale: over };
+  for (let halving = 0; halving < HALVINGS; halving++) {
+    const middle = (fits + over) / 2;
+    const there = place(middle);
+    if (there === null) over = middle;
+    else [fits, at] = [middle, there];
+  }
+  return { at, scale: fits };
+}

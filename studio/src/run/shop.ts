@@ -1,0 +1,293 @@
+// The state of a workshop: what is to be run with which options, and what its check has found. Each workshop has one of its own, so
+// that nothing leaks from one into another.
+import { computed, effect, type ReadonlySignal, signal } from "@preact/signals";
+import { complain, type Problem, problemOf, tried } from "../actions";
+import type { Option, Report } from "../api";
+import { type Params, RpcError } from "../client";
+import { call, shown } from "../session";
+import * as store from "../store";
+import { type Lines, show } from "../view/layers";
+import * as jobs from "./jobs";
+import { type Entry, nameOf, programs, put } from "./programs";
+import { known } from "./surface";
+
+/** What is checked and run: a program of the library, or what a person has typed. */
+export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
+export type Values = Readonly<Record<string, string>>;
+type Wanted = Source & { setup?: Record<string, unknown> };
+
+const CHECK_FAILED = -32004;
+/** Larger files are checked when they are asked for: it takes a while. */
+const AT_ONCE = 1024 * 1024;
+const PAUSE = 400;
+/** A range as people write it. */
+const RANGE = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
+
+const tables = new Map<string, Promise<Option[]>>();
+/** The options of a format: asked of the station once. */
+export function optionsOf(format: string): Promise<Option[]> {
+  const table =
+    tables.get(format) ?? call("program.options", { format, all: true }).then((found) => found.options as Option[]);
+  tables.set(format, table);
+  table.catch(() => tables.delete(format));
+  return table;
+}
+
+/** What is set of these options, as the station takes it. */
+export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
+  const set: Record<string, unknown> = {};
+  for (const { name, kind, usual, choices } of options) {
+    const text = (values[name] ?? "").trim();
+    const numbers = text.replaceAll(",", " ").split(/\s+/).map(Number);
+    if (kind === "choice" && usual) set[name] = text || choices[0];
+    else if (text === "") continue;
+    else if (kind === "switch") set[name] = text === "true";
+    else if (kind === "number" || kind === "integer") set[name] = numbers[0];
+    else if (kind === "point" || kind === "place" || kind === "area") set[name] = numbers;
+    else if (kind === "list") set[name] = text.split("\n");
+    else if (kind !== "pens") set[name] = name === "power" ? text.replace(RANGE, "$1..$2") : text;
+  }
+  return set;
+}
+
+/** The entry of the library that is called so. */
+export const entryOf = (name: string | null | undefined): Entry | null =>
+  programs.value.find((program) => program.name === name) ?? null;
+
+export abstract class Shop {
+  abstract readonly chosen: ReadonlySignal<Source | null>;
+  abstract readonly values: ReadonlySignal<Values>;
+  /** Sets one option; an empty text leaves it to the station. */
+  abstract setValue(name: string, to: string): void;
+  /** Sets all of them anew. */
+  abstract setValues(values: Values): void;
+  /** Keeps files in the library and takes them. */
+  abstract openFiles(files: Iterable<File>): Promise<void>;
+
+  readonly options = signal<Option[]>([]);
+  readonly report = signal<Report | null>(null);
+  /** What keeps it from being checked at all. */
+  readonly problem = signal<Problem | null>(null);
+  readonly isChecking = signal(false);
+  readonly isShown = signal(false);
+  /** What the workshop says itself, whatever a person has set. */
+  readonly fixed: Readonly<Record<string, unknown>>;
+  readonly selected = computed(() => this.chosen.value?.program ?? null);
+  readonly entry = computed<Entry | null>(() => entryOf(this.selected.value));
+  protected checks = 0;
+  /** What the newest check comes to. */
+  protected newest: Promise<boolean> = Promise.resolve(false);
+
+  constructor(fixed: Record<string, unknown> = {}) {
+    this.fixed = fixed;
+  }
+
+  /** Whether a person is asked an option: one that the workshop does not say itself. */
+  isOpen(name: string): boolean {
+    return !(name in this.fixed);
+  }
+
+  /** What an option comes to; nothing where the station decides. */
+  valueOf = (name: string): string => {
+    // It is not asked: the tool says it.
+    if (name === "work" && this.isOpen(name)) return this.valueOf("tool") === "laser" ? "engrave" : "draw";
+    const option = this.options.value.find((one) => one.name === name);
+    return String(this.fixed[name] ?? (this.values.value[name] || (option?.default ?? "")));
+  };
+
+  /** Whether an option counts, as the others are set: what it counts with has to count itself. */
+  private counts({ with: name, when }: Option): boolean {
+    if (name === null) return true;
+    const other = this.options.value.find((one) => one.name === name);
+    if (other !== undefined && !this.counts(other)) return false;
+    return when.length === 0 ? this.valueOf(name) === "true" : when.includes(this.valueOf(name));
+  }
+
+  /** What a person is asked: what counts, and the workshop does not say itself. */
+  readonly asked = computed(() =>
+    this.options.value.filter((option) => this.isOpen(option.name) && this.counts(option)),
+  );
+  /** What is set, as the station takes it; nothing where nothing is. */
+  readonly setup = computed<Record<string, unknown> | undefined>(() => {
+    const set = { ...setupOf(this.asked.value, this.values.value), ...this.fixed };
+    return Object.keys(set).length > 0 ? set : undefined;
+  });
+
+  /** What is run now. */
+  source(): Wanted {
+    return { ...this.chosen.value, ...(this.setup.value ? { setup: this.setup.value } : {}) };
+  }
+
+  forget(): void {
+    this.checks++;
+    this.newest = Promise.resolve(false);
+    this.report.value = null;
+    this.problem.value = null;
+    this.isChecking.value = false;
+    show("planned", []);
+    this.isShown.value = false;
+  }
+
+  /** Asks the station what `source` comes to. */
+  protected asking(): Promise<Report | null> {
+    return call("job.check", { ...shown(), ...this.source(), preview: true });
+  }
+
+  /** Checks the program, and shows what it would do; whether the arm can do it. One that a newer check has overtaken answers as that does. */
+  check = (): Promise<boolean> => (this.newest = this.checked());
+
+  private async checked(): Promise<boolean> {
+    if (this.chosen.value === null) return false;
+    const mine = ++this.checks;
+    this.problem.value = null;
+    this.isChecking.value = true;
+    try {
+      const found = await this.asking();
+      if (mine !== this.checks) return this.newest;
+      this.report.value = found;
+      this.draw(found);
+      return found?.ok === true;
+    } catch (error) {
+      if (mine !== this.checks) return this.newest;
+      this.forget();
+      this.refuse(error);
+      return false;
+    } finally {
+      if (mine === this.checks) this.isChecking.value = false;
+    }
+  }
+
+  /** A refusal of a check or a start: its report, or its sentence. */
+  refuse(error: unknown): void {
+    const found =
+      error instanceof RpcError && error.code === CHECK_FAILED ? (error.data.report as Report | undefined) : undefined;
+    if (found !== undefined) this.report.value = found;
+    else this.problem.value = problemOf(error);
+  }
+
+  draw(found: Report | null): void {
+    const { strokes, travels } = found?.preview ?? { strokes: [], travels: [] };
+    const lines: Lines[] = strokes.map(({ points, height, reachable }) => ({
+      points: points.map(([x = 0, y = 0]) => [x, y, height]),
+      color: reachable ? "--planned" : "--stop",
+    }));
+    const ways = travels.map((points): Lines => ({ points, color: "--muted", opacity: 0.4 }));
+    show("planned", [...lines, ...ways]);
+    this.isShown.value = lines.length + ways.length > 0;
+  }
+
+  /** Starts what is chosen, with more of the setup than is set; `about` tells the person who is asked what it does. Gives the job. */
+  start = async (
+    title: string,
+    about: () => string,
+    more: Pick<jobs.Order, "loops" | "setup"> = {},
+  ): Promise<string | null> => {
+    let job: string | null = null;
+    await tried(async () => {
+      const before = this.mark();
+      // What is known to be impossible is looked at once more: the arm may stand elsewhere now.
+      if (!this.isSettled() || this.report.value?.ok !== true) if (!(await this.check())) return;
+      // Nobody has pressed for what was chosen meanwhile.
+      if (this.mark() !== before) return;
+      const order = this.source();
+      // Without any a program is run as it is.
+      const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
+      try {
+        job = await jobs.start({ ...order, ...more, ...setup }, title, about());
+      } catch (error) {
+        this.refuse(error);
+      }
+    });
+    return job;
+  };
+
+  /** Whether what was checked last is what is chosen now. */
+  protected isSettled(): boolean {
+    return true;
+  }
+
+  /** What a person has chosen and set: another one where that is something else. */
+  protected mark(): string {
+    return JSON.stringify(this.source());
+  }
+
+  /** What makes a check necessary, besides the arm. */
+  protected depends(): void {
+    void this.setup.value;
+  }
+
+  /** The largest program of what is chosen; null for one that is not known to the library. */
+  protected bytes(): number | null {
+    const found = this.entry.value;
+    return found?.format === null ? null : (found?.bytes ?? 0);
+  }
+
+  /** Checks by itself what is no larger than this, as long as the panel is open and the arm is at no job. */
+  checkAlong(most = AT_ONCE): () => void {
+    let due: ReturnType<typeof setTimeout> | undefined;
+    const end = effect(() => {
+      const bytes = this.bytes();
+      const isIdle = store.isUp.value && !jobs.busy.value;
+      this.depends();
+      void known.value?.plane;
+      void known.value?.sheet;
+      void store.isHomed.value;
+      clearTimeout(due);
+      if (this.chosen.value === null || bytes === null) return;
+      if (bytes > most) this.forget();
+      else if (isIdle) due = setTimeout(() => void this.check(), PAUSE);
+    });
+    return () => {
+      clearTimeout(due);
+      end();
+      show("planned", []);
+      this.isShown.value = false;
+    };
+  }
+
+  /** Puts files into the library; under which names. */
+  protected async kept(files: Iterable<File>): Promise<string[]> {
+    const names: string[] = [];
+    for (const file of files) {
+      await tried(async () => {
+        const name = await put(nameOf(file.name), file);
+        if (name !== null) names.push(name);
+      });
+    }
+    return names;
+  }
+}
+
+/** That of the route *Run*: one program of the library, as it is. */
+export class RunShop extends Shop {
+  readonly chosen = signal<Source | null>(null);
+  readonly values = signal<Values>({});
+
+  setValue(name: string, to: string): void {
+    this.values.value = { ...this.values.value, [name]: to };
+  }
+
+  setValues(values: Values): void {
+    this.values.value = values;
+  }
+
+  async select(name: string | null): Promise<void> {
+    this.chosen.value = name === null ? null : { program: name };
+    this.forget();
+    this.options.value = [];
+    this.values.value = {};
+    const format = this.entry.value?.format;
+    if (!format) return;
+    try {
+      const found = await optionsOf(format);
+      if (this.entry.value?.format === format) this.options.value = found;
+    } catch (error) {
+      complain(error);
+    }
+  }
+
+  async openFiles(files: Iterable<File>): Promise<void> {
+    const name = (await this.kept(files)).at(-1);
+    if (name !== undefined) await this.select(name);
+  }
+}

@@ -1,0 +1,58 @@
+import { describe, expect, it } from "vitest";
+import type { Job } from "../api";
+import { isPlain, isTold, took } from "./strip";
+
+const job = (more: Partial<Job>): Job => ({
+  job: "j1",
+  arm: "arm",
+  title: "house",
+  state: "running",
+  step: 0,
+  steps: null,
+  first_step: null,
+  loops: 1,
+  loop: 1,
+  seconds_left: null,
+  drawn_mm: null,
+  travel_mm: null,
+  started: null,
+  ended: null,
+  holder: null,
+  part: null,
+  reason: null,
+  text: null,
+  place: null,
+  error: null,
+  notes: null,
+  ...more,
+});
+const seen = new Set(["j1"]);
+
+describe("the strip", () => {
+  it("tells of a job under way, whoever started it", () => {
+    for (const state of ["checking", "running", "pausing", "paused", "stopping"] as const)
+      expect(isTold(job({ state }), new Set(), null)).toBe(true);
+  });
+
+  it("tells how a job ended that was seen under way, until it is closed", () => {
+    expect(isTold(job({ state: "done" }), seen, null)).toBe(true);
+    expect(isTold(job({ state: "done" }), seen, "j1")).toBe(false);
+    expect(isTold(job({ state: "done" }), new Set(), null)).toBe(false);
+    expect(isTold(job({ state: "running" }), seen, "j1")).toBe(true);
+  });
+
+  it("tells of a job that was interrupted while nobody looked", () => {
+    expect(isTold(job({ state: "interrupted" }), new Set(), null)).toBe(true);
+  });
+
+  it("stays where there is something to read", () => {
+    expect(isPlain(job({ state: "done" }))).toBe(true);
+    expect(isPlain(job({ state: "stopped" }))).toBe(false);
+    expect(isPlain(job({ state: "done", notes: [{ code: "nothing-picked", text: "", template: "" }] }))).toBe(false);
+  });
+
+  it("says how long a job took", () => {
+    expect(took(job({ started: 100, ended: 116.4 }))).toBeCloseTo(16.4);
+    expect(took(job({ started: null, ended: 116 }))).toBeNull();
+  });
+});

@@ -1,0 +1,85 @@
+// Things on the table: what the tool carries goes with it, and each has a soft shadow on what is below it.
+import { Group, type Mesh, type MeshBasicMaterial, Vector3 } from "three";
+import type { State } from "../api";
+import { softShadow } from "./ground";
+import type { Shapes } from "./layers";
+import { drop } from "./mesh";
+import type { Point } from "./solid";
+import { type Support, supportOf } from "./stand";
+
+/** What a thing above the table casts fades out with its height, mm. */
+const SHADOW = { blur: 12, opacity: 0.5, fades: 90 };
+const UP = new Vector3(0, 0, 1);
+
+/** A thing that the tool carries: where it is from the tip, in the tool's own axes. */
+interface Held {
+  offset: Vector3;
+  turn: number;
+}
+
+export class Contacts {
+  readonly group = new Group();
+  private readonly held = new Map<string, Held>();
+  private things: readonly Mesh[] = [];
+  private belts: Shapes["boxes"] = [];
+
+  /** Takes the things of a new reading of the world. */
+  take(things: readonly Mesh[], belts: Shapes["boxes"], state: State | null): void {
+    [this.things, this.belts] = [things, belts];
+    for (const child of [...this.group.children]) drop(child);
+    const carried = new Set<string>();
+    for (const mesh of things) {
+      const { name, size, held, turn } = mesh.userData as { name: string; size: Point; held: boolean; turn?: number };
+      const shadow = softShadow(size[0], size[1], SHADOW.blur, SHADOW.opacity);
+      shadow.userData.of = mesh;
+      this.group.add(shadow);
+      if (!held || state === null) continue;
+      carried.add(name);
+      const { x, y, z, r, moving } = state;
+      // While both move, the one was read before the other.
+      if (moving && this.held.has(name)) continue;
+      const angle = (-r * Math.PI) / 180;
+      const offset = moving
+        ? new Vector3(0, 0, -size[2])
+        : mesh.position
+            .clone()
+            .sub(new Vector3(x, y, z))
+            .applyAxisAngle(UP, angle);
+      this.held.set(name, { offset, turn: ((turn ?? 0) * Math.PI) / 180 + angle });
+    }
+    for (const name of [...this.held.keys()]) if (!carried.has(name)) this.held.delete(name);
+  }
+
+  /** Puts what is held to the tip, and every shadow below its thing. */
+  carry(tip: Group, surface: number): void {
+    const at = new Vector3().setFromMatrixPosition(tip.matrixWorld);
+    const turn = Math.atan2(tip.matrixWorld.elements[1] ?? 0, tip.matrixWorld.elements[0] ?? 1);
+    const supports = this.supports();
+    for (const shadow of this.group.children as Mesh[]) {
+      const mesh = shadow.userData.of as Mesh;
+      const held = this.held.get(String(mesh.userData.name));
+      if (held !== undefined) {
+        mesh.position.copy(held.offset).applyAxisAngle(UP, turn).add(at);
+        mesh.rotation.z = held.turn + turn;
+      }
+      const { x, y, z } = mesh.position;
+      const others = supports.filter(({ of }) => of !== mesh);
+      const below = supportOf([x, y, z], others, surface);
+      shadow.position.set(x, y, below + 0.4);
+      shadow.rotation.z = mesh.rotation.z;
+      const share = Math.max(0, 1 - (z - below) / SHADOW.fades);
+      (shadow.material as MeshBasicMaterial).opacity = SHADOW.opacity * share;
+    }
+  }
+
+  private supports(): Array<Support & { of: Mesh | null }> {
+    return [
+      ...this.belts.map((belt) => ({ ...belt, top: (belt.at[2] ?? 0) + (belt.size[2] ?? 0), of: null })),
+      ...this.things.map((mesh) => {
+        const size = mesh.userData.size as Point;
+        const turn = (mesh.rotation.z * 180) / Math.PI;
+        return { at: mesh.position.toArray(), size, turn, top: mesh.position.z + size[2], of: mesh };
+      }),
+    ];
+  }
+}

@@ -1,0 +1,208 @@
+// The arm as a figure that takes poses: its links, rods and tool, the beam, and the cross of axes at its tip.
+import { Group, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial, Vector3 } from "three";
+import type { Model } from "../store";
+import { ACCENT, bodyOf, JAWS, type Link, measuresOf, type Part, RODS, type ToolName, toolOf } from "./body";
+import { drop, merged } from "./mesh";
+import { lathe, moved, plate } from "./solid";
+
+export type Joint = "j1" | "j2" | "j3" | "j4" | "rail";
+export type Joints = Record<Joint, number>;
+export type Gripper = "open" | "closed" | "off";
+
+/** Links that do not hide what is drawn: they stand behind it. */
+const FIRM = ["base", "turret"];
+/** Length of the axes at the tip, mm. */
+const AXIS = 26;
+const BEAM = "#6a48ff";
+/** How much of its opening the gripper closes in one frame. */
+const CLOSES = 0.18;
+
+const BALL: ReadonlyArray<readonly [number, number]> = [
+  [0.1, -2.6],
+  [1.9, -1.8],
+  [2.6, 0],
+  [1.9, 1.8],
+  [0.1, 2.6],
+];
+const rod = (from: number, to: number, radius: number) =>
+  lathe([
+    [radius, from],
+    [radius, to],
+  ]);
+
+export class Figure {
+  readonly root = new Group();
+  /** The tool's tip, turned as the tool is. */
+  tip = new Group();
+  private joints: Array<{ group: Group; link: Link; joint: Joint; sign: number; at: Vector3 }> = [];
+  private readonly firm = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
+  private readonly faint = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
+  /** Only the nearest of the faint surfaces is seen: a twin of each link fills the depth before it. */
+  private readonly depth = new MeshBasicMaterial({ colorWrite: false, transparent: true });
+  private readonly fading: Mesh[] = [];
+  private readonly twins: Mesh[] = [];
+  private readonly beam = new Group();
+  private readonly axes = new Mesh();
+  private jaws: Array<{ group: Group; sign: number }> = [];
+  private gap: number = JAWS.off;
+  private wantedGap: number = JAWS.off;
+  private opacity = 1;
+
+  /** Builds the arm of a table with a tool whose tip is `lift` below the wrist, beside the tool's own bias. */
+  build(model: Model, tool: ToolName | null, lift: number): void {
+    this.clear();
+    const measures = measuresOf(model);
+    const hang = lift - measures.tool[2];
+    const parts = [...bodyOf(measures, hang, tool === "suction"), ...toolOf(tool, hang)];
+    const groups = new Map<string, Group>();
+    this.root.position.z = lift;
+    for (const link of [...model.links, ...RODS]) {
+      const group = new Group();
+      const at = new Vector3().fromArray(link.at);
+      if (link.name === "tool") {
+        at.z -= lift;
+        this.tip = group;
+      }
+      group.position.copy(at);
+      (groups.get(link.parent ?? "") ?? this.root).add(group);
+      groups.set(link.name, group);
+      if (link.joint !== null) {
+        const name = link.joint.replace("-", "");
+        const joint = (name === "l" ? "rail" : name) as Joint;
+        this.joints.push({ group, link, joint, sign: link.joint.startsWith("-") ? -1 : 1, at });
+      }
+    }
+    for (const [link, sign] of [
+      ["jaw_left", 1],
+      ["jaw_right", -1],
+    ] as const) {
+      const group = new Group();
+      this.tip.add(group);
+      groups.set(link, group);
+      this.jaws.push({ group, sign });
+    }
+    for (const [name, group] of groups) {
+      const own = parts.filter(({ link }) => link === name);
+      if (own.length > 0) this.dress(group, own, FIRM.includes(name));
+    }
+    this.mark();
+    this.setOpacity(this.opacity, true);
+    this.open(0);
+  }
+
+  private dress(group: Group, parts: readonly Part[], isFirm: boolean): void {
+    const mesh = new Mesh(merged(parts), isFirm ? this.firm : this.faint);
+    mesh.castShadow = mesh.receiveShadow = true;
+    group.add(mesh);
+    if (isFirm) return;
+    const twin = new Mesh(mesh.geometry, this.depth);
+    [twin.renderOrder, mesh.renderOrder] = [1, 2];
+    group.add(twin);
+    this.fading.push(mesh);
+    this.twins.push(twin);
+  }
+
+  /** What is at the tip: its axes, and the beam of a laser. */
+  private mark(): void {
+    this.axes.geometry = merged([
+      { color: "#e5484d", solid: plate("yz", [[0, 0, 0.8]], 2, AXIS, 0.2) },
+      {
+        color: "#2f9e64",
+        solid: lathe(
+          [
+            [0.8, 2],
+            [0.8, AXIS],
+          ],
+          "y",
+        ),
+      },
+      { color: "#3b82f6", solid: rod(2, AXIS, 0.8) },
+      { color: ACCENT, solid: lathe(BALL) },
+    ]);
+    this.axes.material = new MeshBasicMaterial({ vertexColors: true, depthTest: false, transparent: true });
+    this.axes.renderOrder = 4;
+    const light = (color: string, solid: number[], opacity: number) => {
+      const look = { color, opacity, transparent: true, depthWrite: false };
+      const mesh = new Mesh(merged([{ color, solid }]), new MeshBasicMaterial(look));
+      mesh.renderOrder = 3;
+      return mesh;
+    };
+    const [core, halo] = [light(BEAM, rod(0, 1, 0.9), 1), light(BEAM, rod(0, 1, 2.8), 0.28)];
+    const [spot, ember] = [light("#fff1c9", rod(0.2, 0.8, 2), 1), light("#ff7a29", rod(0, 0.3, 6.5), 0.5)];
+    for (const part of [core, halo]) part.name = "ray";
+    this.beam.add(halo, core, ember, spot);
+    this.beam.visible = false;
+    this.tip.add(this.axes, this.beam);
+  }
+
+  pose(joints: Joints): void {
+    for (const { group, link, joint, sign, at } of this.joints) {
+      const axis = new Vector3().fromArray(link.axis);
+      const value = sign * joints[joint];
+      if (joint === "rail") group.position.copy(at).addScaledVector(axis, value);
+      else group.quaternion.setFromAxisAngle(axis, (value * Math.PI) / 180);
+    }
+  }
+
+  /** The beam from the laser to what is `below` its tip, mm; none where it is null. */
+  burn(below: number | null): void {
+    this.beam.visible = below !== null;
+    // The axis that leads up would lie in it.
+    this.axes.visible = below === null;
+    if (below === null) return;
+    this.beam.position.z = -below;
+    for (const part of this.beam.children) if (part.name === "ray") part.scale.z = 19 + below;
+  }
+
+  /** How far the gripper is to be open; `width` is that of what it holds, mm. */
+  setGripper(gripper: Gripper | null, width: number | null): void {
+    this.wantedGap = gripper === "closed" && width !== null ? Math.min(JAWS.open, width / 2) : JAWS[gripper ?? "off"];
+  }
+
+  /** Moves the jaws by a share of their way; whether they are still under way. */
+  open(share = CLOSES): boolean {
+    const left = this.wantedGap - this.gap;
+    this.gap = Math.abs(left) < 0.2 || share >= 1 ? this.wantedGap : this.gap + left * share;
+    for (const { group, sign } of this.jaws) group.position.y = sign * this.gap;
+    return this.gap !== this.wantedGap && this.jaws.length > 0;
+  }
+
+  /** Lets what lies below the arm through: 1 is solid. */
+  setOpacity(opacity: number, anew = false): void {
+    if (opacity === this.opacity && !anew) return;
+    const isFaint = opacity < 1;
+    if (isFaint !== this.faint.transparent) {
+      this.faint.transparent = isFaint;
+      this.faint.needsUpdate = true;
+    }
+    this.opacity = this.faint.opacity = opacity;
+    for (const mesh of this.fading) mesh.castShadow = !isFaint;
+    for (const twin of this.twins) twin.visible = isFaint;
+  }
+
+  /** A translucent tool for where the arm is to go. */
+  ghost(model: Model, tool: ToolName | null, lift: number): Group {
+    const hang = lift - measuresOf(model).tool[2];
+    const parts = toolOf(tool, hang).map(({ link, color, solid }) => {
+      const sign = { jaw_left: 1, jaw_right: -1 }[link] ?? 0;
+      return { color, solid: moved(solid, [0, sign * JAWS.off, 0]) };
+    });
+    const geometry = merged([...parts, { color: ACCENT, solid: rod(hang - 19, hang - 11.5, 15) }]);
+    const look = { color: ACCENT, transparent: true };
+    const twin = new Mesh(geometry, new MeshBasicMaterial({ ...look, colorWrite: false }));
+    const mesh = new Mesh(geometry, new MeshLambertMaterial({ ...look, opacity: 0.45 }));
+    [twin.renderOrder, mesh.renderOrder] = [2, 3];
+    return new Group().add(twin, mesh);
+  }
+
+  /** Takes the arm apart: materials that the next one wears again come back by themselves. */
+  clear(): void {
+    drop(this.axes);
+    drop(this.beam);
+    this.beam.clear();
+    for (const child of [...this.root.children]) drop(child);
+    this.joints = [];
+    this.jaws = [];
+    this.fading.length = this.twins.length = 0;
+  }
+}

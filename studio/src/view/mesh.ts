@@ -1,0 +1,38 @@
+// Solids as geometries of three, and their end.
+import { BufferGeometry, Color, Float32BufferAttribute, type Material, type Mesh, type Object3D } from "three";
+import type { Part } from "./body";
+import { normalsOf } from "./solid";
+
+/** One geometry of many solids, each in its colour. */
+export function merged(parts: ReadonlyArray<Pick<Part, "color" | "solid">>): BufferGeometry {
+  const [positions, normals, colors]: [number[], number[], number[]] = [[], [], []];
+  for (const { solid, color } of parts) {
+    const { r, g, b } = new Color(color);
+    for (const value of solid) positions.push(value);
+    for (const value of normalsOf(solid)) normals.push(value);
+    for (let corner = 0; corner < solid.length; corner += 3) colors.push(r, g, b);
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(positions, 3));
+  geometry.setAttribute("normal", new Float32BufferAttribute(normals, 3));
+  geometry.setAttribute("color", new Float32BufferAttribute(colors, 3));
+  return geometry;
+}
+
+/** The geometry of one solid, for a material that has the colour. */
+export function solidGeometry(solid: number[]): BufferGeometry {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(solid, 3));
+  geometry.setAttribute("normal", new Float32BufferAttribute(normalsOf(solid), 3));
+  return geometry;
+}
+
+/** Takes a part out of the picture and gives back what it had in the graphics memory. */
+export function drop(part: Object3D): void {
+  part.removeFromParent();
+  part.traverse((one: Object3D) => {
+    const { geometry, material } = one as Partial<Mesh>;
+    geometry?.dispose();
+    (material as Material | undefined)?.dispose();
+  });
+}

@@ -1,0 +1,446 @@
+// The picture of one arm in 3D: drawn when something changes, and not otherwise. One unit is a millimetre.
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Float32BufferAttribute,
+  Group,
+  Line,
+  LineBasicMaterial,
+  LineLoop,
+  type Mesh,
+  PCFShadowMap,
+  Plane,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import type { State } from "../api";
+import type { Model } from "../store";
+import { measuresOf, type ToolName } from "./body";
+import { opacityOf } from "./camera";
+import { Contacts } from "./contacts";
+import { Eye } from "./eye";
+import { Figure, type Joints } from "./figure";
+import { boundsOf } from "./flat";
+import { Ground, LETTERS } from "./ground";
+import type { Layer, Shapes, Target } from "./layers";
+import { drop } from "./mesh";
+import { type Css, dragging, shapesOf } from "./shapes";
+import type { Point } from "./solid";
+import { type Stand, standOn } from "./stand";
+
+const TRAIL = 400;
+/** For so long a piece of the path is seen, ms. */
+const FADES = 20_000;
+/** A new reading is reached within this time, ms: about as long as two lie apart. */
+const GLIDE = 60;
+/** Where so many frames one after the other take longer than this, ms, no graphics chip draws them. */
+const SLOW = 36;
+const SLOW_FRAMES = 20;
+/** So many pixels are drawn then for each of the page's. */
+const COARSE = 0.5;
+/** While the picture moves it is told at most so often where tip and camera are, ms. */
+const TELLS = 250;
+/** A press on the table moves less than this, px. */
+const STILL = 6;
+/** Farther out the camera does not look for work, mm. */
+const WORK = 330;
+export interface Drawn {
+  /** The tool's tip, css pixels from the upper left. */
+  tip: [number, number];
+  camera: number[];
+}
+
+/** What drivers that compute pictures without a graphics chip are called: Chromium does not tell it in another way. */
+const PROCESSORS = /SwiftShader|llvmpipe|softpipe|Basic Render|Software/i;
+
+function isDrawnByProcessor(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {
+  const named = gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
+  return PROCESSORS.test(String(gl.getParameter(named)));
+}
+
+export class ArmScene {
+  /** Where tip and camera are, when the picture stands or has moved for a while. */
+  onDrawn: (drawn: Drawn) => void = () => {};
+  /** Where the letters of the axes are, whenever the camera has moved. */
+  onTurned: (letters: Record<"x" | "y", [number, number]>) => void = () => {};
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  readonly eye: Eye;
+  private readonly figure = new Figure();
+  private readonly ground = new Ground();
+  private readonly reach = new Group();
+  private readonly contacts = new Contacts();
+  private ghost: Group | null = null;
+  private model: Model | null = null;
+  private tool: ToolName | null = null;
+  private stand: Stand = standOn(null, 0);
+  private built = "";
+  private readonly shown: Joints = { j1: 0, j2: 0, j3: 0, j4: 0, rail: 0 };
+  private wanted: Joints | null = null;
+  private from: Joints = { ...this.shown };
+  private moveAt = 0;
+  private state: State | null = null;
+  private target: Target | null = null;
+  private readonly trail: Array<{ at: Vector3; t: number }> = [];
+  private readonly trailLine: Line;
+  private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
+  private frame = 0;
+  private faded: ReturnType<typeof setTimeout> | undefined;
+  private due: ReturnType<typeof setTimeout> | undefined;
+  private lastDraw = 0;
+  private told = 0;
+  private seenFrom = "";
+  private slow = 0;
+  /** One picture for each reading, without shadows and with fewer pixels: what is beside it is shown first. */
+  private spares = false;
+  private readonly sizes: ResizeObserver;
+  private readonly layers = new Map<Layer, { group: Group; shapes: Shapes }>();
+  private readonly over = new AbortController();
+  private readonly endDragging: () => void;
+
+  constructor(
+    private readonly place: HTMLElement,
+    press: (x: number, y: number) => void,
+  ) {
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.renderer.domElement.setAttribute("aria-hidden", "true");
+    place.prepend(this.renderer.domElement);
+    this.eye = new Eye(this.renderer.domElement, this.still, () => this.wake());
+    this.eye.sights = () => this.sights();
+    if (isDrawnByProcessor(this.renderer.getContext())) this.spare();
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(TRAIL * 3), 3));
+    geometry.setAttribute("color", new BufferAttribute(new Float32Array(TRAIL * 4), 4));
+    this.trailLine = new Line(
+      geometry,
+      new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
+    );
+    this.trailLine.frustumCulled = false;
+    const { ground } = this;
+    this.scene.add(this.figure.root, ground.group, ground.lights, this.reach, this.contacts.group, this.trailLine);
+    this.sizes = new ResizeObserver(() => this.resize());
+    this.sizes.observe(place);
+    this.resize();
+    this.eye.look("corner", true);
+    const turned = (is: boolean) => (this.eye.controls.enabled = is);
+    const objects = () => this.layers.get("objects")?.group;
+    this.endDragging = dragging(place, this.eye.camera, objects, turned, () => this.wake());
+    this.listen(press);
+  }
+
+  /** Presses on the table from above: a finger that turns the picture presses nothing. */
+  private listen(press: (x: number, y: number) => void): void {
+    let down: { x: number; y: number } | null = null;
+    const { signal } = this.over;
+    const canvas = this.renderer.domElement;
+    // A second finger pinches.
+    const begin = ({ isPrimary, clientX, clientY }: PointerEvent) =>
+      (down = isPrimary ? { x: clientX, y: clientY } : null);
+    canvas.addEventListener("pointerdown", begin, { signal });
+    const up = (event: PointerEvent) => {
+      const from = down;
+      down = null;
+      if (from === null || Math.hypot(event.clientX - from.x, event.clientY - from.y) > STILL) return;
+      const at = this.tableAt(event);
+      if (this.eye.isAbove() && at !== null) press(at.x, at.y);
+    };
+    canvas.addEventListener("pointerup", up, { signal });
+  }
+
+  private tableAt({ clientX, clientY }: PointerEvent): Vector3 | null {
+    const { left, top, width, height } = this.place.getBoundingClientRect();
+    const ray = new Raycaster();
+    const at = new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
+    ray.setFromCamera(at, this.eye.camera);
+    return ray.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -this.stand.surface), new Vector3());
+  }
+
+  /** The arm of a table, with this tool, on a table of this height. */
+  setModel(model: Model, tool: ToolName | null, table: number | null): void {
+    const { base, turret } = measuresOf(model);
+    const stand = standOn(table, base + turret, model.tool.bias[2] ?? 0);
+    const key = JSON.stringify([model.links, tool, stand]);
+    if (key === this.built) return;
+    this.built = key;
+    [this.model, this.tool, this.stand] = [model, tool, stand];
+    this.figure.build(model, tool, stand.lift);
+    this.ground.group.position.z = stand.floor;
+    this.trail.length = 0;
+    this.figure.pose(this.shown);
+    this.haunt();
+    this.settle();
+  }
+
+  setState(state: State): void {
+    const { j1, j2, j3, j4, rail } = state;
+    const next = { j1, j2, j3, j4, rail: rail ?? 0 };
+    const before = this.wanted;
+    const tools = this.state?.tool;
+    this.state = state;
+    const isSame = tools?.laser === state.tool.laser && tools?.gripper === state.tool.gripper;
+    if (!isSame) this.grip();
+    // An arm that stands costs no frame.
+    if (
+      before !== null &&
+      isSame &&
+      (Object.keys(next) as Array<keyof Joints>).every((name) => next[name] === before[name])
+    )
+      return;
+    this.from = { ...this.shown };
+    this.wanted = next;
+    this.moveAt = performance.now();
+    if (before === null) {
+      Object.assign(this.shown, next);
+      this.from = { ...next };
+      this.figure.pose(this.shown);
+    }
+    this.wake();
+  }
+
+  private boxesOf(layer: Layer): Shapes["boxes"] {
+    return this.layers.get(layer)?.shapes.boxes ?? [];
+  }
+
+  private grip(): void {
+    const things = this.boxesOf("objects");
+    const width = things.find(({ held }) => held)?.size[1] ?? null;
+    this.figure.setGripper(this.state?.tool.gripper ?? null, width);
+  }
+
+  setReach(outlines: number[][][], z: number, color: string): void {
+    for (const child of [...this.reach.children]) drop(child);
+    for (const outline of outlines) {
+      const points = outline.flatMap(([x, y]) => [x ?? 0, y ?? 0, 0]);
+      const geometry = new BufferGeometry();
+      geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
+      const line = new LineLoop(geometry, new LineBasicMaterial({ color, transparent: true, opacity: 0.6 }));
+      line.position.z = z;
+      const shadow = new LineLoop(geometry, new LineBasicMaterial({ color, transparent: true, opacity: 0.2 }));
+      shadow.position.z = this.stand.surface + 0.6;
+      this.reach.add(line, shadow);
+    }
+    this.wake();
+  }
+
+  /** Where the arm is to go; no ghost where that is not known. */
+  setTarget(target: Target | null): void {
+    this.target = target;
+    this.haunt();
+    this.wake();
+  }
+
+  private haunt(): void {
+    if (this.ghost !== null) drop(this.ghost);
+    this.ghost = null;
+    const { target, model } = this;
+    if (target === null || model === null) return;
+    this.ghost = this.figure.ghost(model, this.tool, this.stand.lift);
+    this.ghost.position.set(target.x, target.y, target.z);
+    this.ghost.rotation.z = (target.r * Math.PI) / 180;
+    this.scene.add(this.ghost);
+  }
+
+  /** Shows these layers and no others. */
+  setLayers(layers: ReadonlyMap<Layer, Shapes>, css: Css, anew = false): void {
+    for (const [name, { group, shapes }] of this.layers) {
+      if (!anew && layers.get(name) === shapes) continue;
+      drop(group);
+      this.layers.delete(name);
+    }
+    for (const [name, shapes] of layers) {
+      if (this.layers.has(name)) continue;
+      const group = shapesOf(shapes, css);
+      this.layers.set(name, { group, shapes });
+      this.scene.add(group);
+    }
+    const things = (this.layers.get("objects")?.group.children ?? []) as Mesh[];
+    this.contacts.take(things, this.boxesOf("belt"), this.state);
+    this.grip();
+    this.settle();
+  }
+
+  setColors(lines: string, strong: string, top: string): void {
+    this.ground.setColors(lines, strong, top);
+    this.wake();
+  }
+
+  /** What the picture has to show: the arm, and what lies before it. */
+  private sights(): { points: Point[]; side: number } {
+    const { floor, lift } = this.stand;
+    const points: Point[] = [
+      [-80, -79, floor],
+      [-80, 79, floor],
+      [80, -79, floor],
+      [80, 79, floor],
+      [-40, 0, lift + 150],
+      [110, 0, lift + 150],
+      [270, -30, lift + 40],
+      [270, 30, lift + 40],
+    ];
+    const within = (value: number) => Math.min(WORK, Math.max(-WORK, value));
+    const work: Point[] = [];
+    for (const name of ["paper", "objects", "belt"] as const) {
+      for (const { at, size, turn = 0 } of this.boxesOf(name)) {
+        const [x = 0, y = 0, z = 0] = at;
+        const [length = 0, width = 0, height = 0] = size;
+        const [c, s] = [Math.cos((turn * Math.PI) / 180) / 2, Math.sin((turn * Math.PI) / 180) / 2];
+        for (const [a, b] of [
+          [1, 1],
+          [1, -1],
+          [-1, 1],
+          [-1, -1],
+        ] as const) {
+          const px = x + a * length * c - b * width * s;
+          work.push([Math.max(-100, within(px)), within(y + a * length * s + b * width * c), z + height]);
+        }
+      }
+    }
+    // A program that nobody has run yet lies on no sheet.
+    const planned = (this.layers.get("planned")?.shapes.lines ?? []).flatMap(({ points }) => points);
+    if (planned.length > 0) {
+      const { x, y, width, height } = boundsOf(planned);
+      const [left, right, low, high] = [within(x), within(x + width), within(y), within(y + height)];
+      work.push([left, low, floor], [left, high, floor], [right, low, floor], [right, high, floor]);
+    }
+    if (work.length === 0) work.push([300, -150, floor], [300, 150, floor]);
+    const side = work.reduce((sum, [, y]) => sum + y, 0) / work.length;
+    return { points: [...points, ...work], side };
+  }
+
+  /** Something else is on the table: the camera looks at it, unless the person has turned it. */
+  private settle(): void {
+    const fixed = (["paper", "belt"] as const).map((name) => this.boxesOf(name).map(({ at, size }) => [at, size]));
+    const seen = JSON.stringify([this.stand, fixed, this.boxesOf("objects").map(({ name }) => name)]);
+    if (seen !== this.seenFrom) {
+      const isFirst = this.told === 0;
+      this.seenFrom = seen;
+      this.eye.arrange(isFirst);
+    }
+    this.wake();
+  }
+
+  end(): void {
+    cancelAnimationFrame(this.frame);
+    clearTimeout(this.due);
+    clearTimeout(this.faded);
+    this.over.abort();
+    this.sizes.disconnect();
+    this.endDragging();
+    for (const { group } of this.layers.values()) drop(group);
+    for (const group of [this.reach, this.contacts.group, this.trailLine, this.ghost]) if (group !== null) drop(group);
+    this.figure.clear();
+    this.ground.end();
+    this.eye.controls.dispose();
+    this.renderer.dispose();
+    // A browser keeps few contexts, and forgets one that is not let go when it likes.
+    this.renderer.forceContextLoss();
+    this.renderer.domElement.remove();
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.place;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height);
+    this.eye.setSize(width, height);
+    this.eye.arrange(true);
+    this.wake();
+  }
+
+  private wake(): void {
+    if (this.frame !== 0) return;
+    // A frame waits for every canvas in it: the numbers of this reading go ahead of its picture.
+    this.frame = requestAnimationFrame(() => {
+      if (this.spares) this.due = setTimeout(() => this.draw());
+      else this.draw();
+    });
+  }
+
+  private draw(): void {
+    this.frame = 0;
+    clearTimeout(this.faded);
+    const now = performance.now();
+    let goesOn = this.figure.open(this.still.matches || this.spares ? 1 : undefined);
+    if (this.wanted !== null) {
+      const share = this.spares ? 1 : Math.min(1, (now - this.moveAt) / GLIDE);
+      for (const joint of Object.keys(this.shown) as Array<keyof Joints>) {
+        this.shown[joint] = this.from[joint] + (this.wanted[joint] - this.from[joint]) * share;
+      }
+      this.figure.pose(this.shown);
+      goesOn ||= share < 1;
+    }
+    this.figure.root.updateMatrixWorld(true);
+    const tip = new Vector3().setFromMatrixPosition(this.figure.tip.matrixWorld);
+    goesOn = this.eye.step(tip, now) || goesOn;
+    const goal = this.ghost?.position;
+    // There the ghost would only lie in the tool.
+    if (this.ghost !== null && goal) this.ghost.visible = goal.distanceTo(tip) > 2;
+    const burns = this.tool === "laser" && this.state?.tool.laser === true;
+    this.figure.burn(burns ? Math.max(0, tip.z - this.stand.surface) : null);
+    this.contacts.carry(this.figure.tip, this.stand.surface);
+    const fades = this.drawTrail(tip, now);
+    const { camera, controls } = this.eye;
+    controls.update();
+    this.figure.setOpacity(opacityOf(this.eye.elevation()));
+    camera.updateMatrixWorld();
+    this.renderer.render(this.scene, camera);
+    this.measure(now);
+    this.tell(tip, now, goesOn);
+    if (goesOn) this.wake();
+    else if (fades) this.faded = setTimeout(() => this.wake(), 150);
+  }
+
+  /** The way of the tip, older pieces fainter; whether any is still seen. */
+  private drawTrail(tip: Vector3, now: number): boolean {
+    const last = this.trail[this.trail.length - 1];
+    if (this.wanted !== null && this.model !== null && (last === undefined || last.at.distanceTo(tip) > 0.8)) {
+      this.trail.push({ at: tip.clone(), t: now });
+      if (this.trail.length > TRAIL) this.trail.shift();
+    }
+    while (this.trail.length > 1 && now - (this.trail[0]?.t ?? 0) > FADES) this.trail.shift();
+    const { position, color } = this.trailLine.geometry.attributes as Record<string, BufferAttribute>;
+    this.trail.forEach(({ at, t }, place) => {
+      position?.setXYZ(place, at.x, at.y, at.z);
+      color?.setXYZW(place, 0.18, 0.56, 1, Math.max(0, 1 - (now - t) / FADES));
+    });
+    if (position && color) position.needsUpdate = color.needsUpdate = true;
+    this.trailLine.geometry.setDrawRange(0, this.trail.length);
+    return this.trail.length > 1;
+  }
+
+  /** Frames that follow each other slowly are no graphics chip's. */
+  private measure(now: number): void {
+    const gap = now - this.lastDraw;
+    this.lastDraw = now;
+    if (gap > 120) return;
+    this.slow = gap > SLOW ? this.slow + 1 : 0;
+    if (this.slow > SLOW_FRAMES) this.spare();
+  }
+
+  private spare(): void {
+    if (this.spares) return;
+    this.spares = true;
+    this.ground.sun.castShadow = false;
+    this.renderer.setPixelRatio(COARSE);
+  }
+
+  private tell(tip: Vector3, now: number, goesOn: boolean): void {
+    const { clientWidth: width, clientHeight: height } = this.place;
+    const pixel = (at: Vector3): [number, number] => {
+      const { x, y } = at.clone().project(this.eye.camera);
+      return [((x + 1) / 2) * width, ((1 - y) / 2) * height];
+    };
+    const letter = ([x, y]: readonly [number, number]) => pixel(new Vector3(x, y, this.stand.floor));
+    this.onTurned({ x: letter(LETTERS.x), y: letter(LETTERS.y) });
+    if (goesOn && now - this.told < TELLS) return;
+    this.told = now;
+    const { projectionMatrix, matrixWorldInverse } = this.eye.camera;
+    const camera = projectionMatrix.clone().multiply(matrixWorldInverse);
+    this.onDrawn({ tip: pixel(tip), camera: camera.toArray() });
+  }
+}

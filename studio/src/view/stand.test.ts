@@ -1,0 +1,46 @@
+import { expect, test } from "vitest";
+import { mountedOf } from "./mounted";
+import { standOn, supportOf } from "./stand";
+import { tinted } from "./tint";
+
+const SHOULDER = 138;
+test("the base stands on the table, a sheet's thickness below what the tip touches", () => {
+  expect(standOn(-60, SHOULDER)).toEqual({ lift: 76, floor: -62, surface: -60 });
+  expect(standOn(null, SHOULDER)).toEqual(standOn(-60, SHOULDER));
+});
+
+test("a tool is neither too short nor too long to be one, and the floor is below the table all the same", () => {
+  expect(standOn(-130, SHOULDER).lift).toBe(48);
+  expect(standOn(-130, SHOULDER).floor).toBe(-132);
+  expect(standOn(40, SHOULDER).lift).toBe(110);
+  expect(standOn(40, SHOULDER).floor).toBe(-28);
+  // A bias in z is part of the tool's length.
+  expect(standOn(-130, SHOULDER, 20).lift).toBe(28);
+});
+
+test("what lies below a point is the highest thing under it that is not above it", () => {
+  const belt = { at: [260, 0], size: [600, 80], turn: 90, top: -30 };
+  expect(supportOf([260, 200, -30], [belt], -60)).toBe(-30);
+  expect(supportOf([200, 200, -30], [belt], -60)).toBe(-60);
+  expect(supportOf([260, 0, -50], [belt], -60)).toBe(-60);
+});
+
+const tool = { name: "suction", bias: null, suction: null, gripper: null, laser: null } as const;
+test("the tool is what leaves lines, else what was switched, else what was chosen", () => {
+  expect(mountedOf(tool, "pen")).toBe("pen");
+  expect(mountedOf(tool, null)).toBe("suction");
+  expect(mountedOf({ ...tool, gripper: "open" }, null)).toBe("gripper");
+  expect(mountedOf({ ...tool, gripper: "off" }, null)).toBe("suction");
+  expect(mountedOf({ ...tool, gripper: "closed", suction: true }, null)).toBe("suction");
+  expect(mountedOf({ ...tool, name: "laser", gripper: "closed" }, null)).toBe("laser");
+  expect(mountedOf({ ...tool, name: null }, undefined)).toBe(null);
+});
+
+test("glaring colours are softened, others are kept", () => {
+  expect(tinted("#ff0000")).toBe("#d8544f");
+  expect(tinted("#00a000")).toBe("#46a671");
+  expect(tinted("#0000ff")).toBe("#4479d4");
+  expect(tinted("#c08070")).toBe("#c08070");
+  expect(tinted("#808080")).toBe("#808080");
+  expect(tinted("--belt")).toBe("--belt");
+});

@@ -1,0 +1,52 @@
+// Leaves out of three what the page's pictures never use: headsets, reflections of surroundings, and the
+// shaders of physical materials. three is one file, so that a bundler cannot; its version is pinned, and a
+// text that is not found fails the build.
+import type { Plugin } from "vite";
+
+const HEADSET =
+  "{ enabled: false, isPresenting: false, getEnvironmentBlendMode() {}, dispose() {}, addEventListener() {}, removeEventListener() {}, setAnimationLoop() {} }";
+
+const REPLACED: ReadonlyArray<readonly [text: string, by: string]> = [
+  ["new WebXRManager( _this, _gl )", HEADSET],
+  ["new WebGLEnvironments( _this )", "{ get: () => null, dispose() {} }"],
+  ["m_uniforms.dfgLUT.value = getDFGLUT();", ""],
+];
+
+/** Shader texts of materials and lights that no picture has. */
+const UNUSED = [
+  "lights_physical_pars_fragment",
+  "lights_physical_fragment",
+  "lightprobes_pars_fragment",
+  "transmission_pars_fragment",
+  "transmission_fragment",
+  "iridescence_fragment",
+  "iridescence_pars_fragment",
+  "envmap_physical_pars_fragment",
+  "lights_toon_pars_fragment",
+  "clearcoat_pars_fragment",
+  "bumpmap_pars_fragment",
+  "normalmap_pars_fragment",
+  "displacementmap_pars_vertex",
+  "batching_pars_vertex",
+  "skinning_pars_vertex",
+];
+const NAMED = /"#define (STANDARD|TOON|MATCAP|NORMAL)\\n/;
+
+export const leanThree: Plugin = {
+  name: "lean-three",
+  transform(code, id) {
+    if (!/three.build.three\.module\.js$/.test(id)) return null;
+    let lean = code;
+    for (const [text, by] of REPLACED) {
+      if (!lean.includes(text)) throw new Error(`three has no ${text}`);
+      lean = lean.replace(text, () => by);
+    }
+    for (const name of UNUSED) {
+      const found = new RegExp(`^var ${name} = ".*";$`, "m");
+      if (!found.test(lean)) throw new Error(`three has no shader ${name}`);
+      lean = lean.replace(found, `var ${name} = "";`);
+    }
+    const whole = lean.split("\n").map((line) => (NAMED.test(line) ? line.replace(/".*"/, '""') : line));
+    return { code: whole.join("\n"), map: null };
+  },
+};
