@@ -1,7 +1,7 @@
 // The bundle is committed and rebuilt byte for byte: fixed names, no source maps, no hashes.
 import { defineConfig, type Plugin } from "vite";
-import { help } from "./help";
-import { leanThree } from "./three.lean";
+import { help } from "./help.ts";
+import { leanThree } from "./three.lean.ts";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
 const SHELL =

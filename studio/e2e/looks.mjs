@@ -6,7 +6,20 @@ import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { is } from "./bench.mjs";
 
-const ROUTES = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "class", "arms", "settings"];
+const ROUTES = [
+  "move",
+  "gallery",
+  "teach",
+  "draw",
+  "engrave",
+  "run",
+  "io",
+  "plots",
+  "world",
+  "class",
+  "arms",
+  "settings",
+];
 const SIZES = { phone: [360, 740], tablet: [768, 1024], desktop: [1280, 860], "at-200": [640, 450] };
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -43,6 +56,13 @@ export function looks(test, { browser, station, shots }) {
           if (size !== "at-200") await page.screenshot({ path: join(shots, `${route}-${colorScheme}-${size}.png`) });
           assert.deepEqual(await findings(page), [], `${route} ${size}`);
         }
+        await page.getByTestId("help").click();
+        await page.getByTestId("help-page").locator("h1").waitFor();
+        assert.deepEqual(await findings(page), [], `help ${size}`);
+        await page.getByTestId("tour").click();
+        await page.getByTestId("tour-card").waitFor();
+        assert.deepEqual(await findings(page), [], `tour ${size}`);
+        await page.getByTestId("tour-end").click();
         if (inControl) {
           await page.getByTestId("lease-release").click();
           await is(page, "lease", "free");
@@ -51,6 +71,16 @@ export function looks(test, { browser, station, shots }) {
       }
     });
   }
+
+  test("no route that is opened at its address complains before it is connected", async () => {
+    for (const route of ROUTES) {
+      const page = await browser.page(`${station.url}#/${route}`);
+      await is(page, "link", "up");
+      await sleep(300);
+      assert.equal(await page.getByTestId("notice").textContent(), "", route);
+      await page.context().close();
+    }
+  });
 
   test("the picture of the guide", async () => {
     const page = await browser.inControl(station.url, { viewport: { width: 1280, height: 800 } });

@@ -41,9 +41,10 @@ const load = (text: string) =>
 
 function Scenario({ off }: { off: boolean }) {
   const all = useSignal<Array<{ name: string; title: string | null; text: string }>>([]);
+  const isUp = store.socket.value === "up";
   useEffect(() => {
-    call("world.scenarios", shown()).then(({ scenarios }) => (all.value = scenarios), complain);
-  }, [store.armName.value]);
+    if (isUp) call("world.scenarios", shown()).then(({ scenarios }) => (all.value = scenarios), complain);
+  }, [store.armName.value, isUp]);
   const title = world.value?.title ?? null;
   const current =
     title === null && world.value?.table == null ? "" : (all.value.find((one) => one.title === title)?.name ?? "own");

@@ -1,1 +1,1 @@
-import{_r as e}from"./shell.js";import{t}from"./sheet.js";import{t as n}from"./preact.js";var r=()=>n(t,{tool:`pen`,name:e(`nav.draw`),hint:e(`draw.empty`),first:[`passes`,`speed`]});export{r as Draw};
+import{tr as e}from"./shell.js";import{r as t,t as n}from"./sheet.js";import{t as r}from"./preact.js";var i=()=>r(n,{bench:t.pen,name:e(`nav.draw`),hint:e(`draw.empty`),first:[`passes`,`speed`]});export{i as Draw};
