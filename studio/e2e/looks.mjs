@@ -78,6 +78,12 @@ export function looks(test, { browser, station, shots }) {
       await is(page, "link", "up");
       await sleep(300);
       assert.equal(await page.getByTestId("notice").textContent(), "", route);
+      // And its pictures are there.
+      const images = page.locator("main img");
+      for (const image of await images.all()) {
+        await image.scrollIntoViewIfNeeded();
+        await image.evaluate((image) => image.decode());
+      }
       await page.context().close();
     }
   });

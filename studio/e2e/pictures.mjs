@@ -1,6 +1,6 @@
 // Pictures of the gallery: node e2e/pictures.mjs [WORD of their names]. Each example runs in the page's own virtual arm, and is shown as the page's picture has it.
 import { spawnSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
@@ -9,7 +9,7 @@ import { Files, Sim } from "./sim.mjs";
 
 const root = join(import.meta.dirname, "../..");
 const program = process.env.MAGICIAN ?? join(root, "target/debug/magician");
-const to = join(root, "studio/public/assets/examples");
+const to = join(root, "studio/public/assets");
 const WIDE = 440;
 
 const done = (page) => is(page, "job", "done", 120_000);
@@ -46,7 +46,6 @@ const files = new Files(folder);
 await files.start();
 const browser = new Browser();
 await browser.start();
-mkdirSync(to, { recursive: true });
 try {
   for (const [name, [speed, moment]] of Object.entries(MOMENTS).filter(([name]) => name.includes(word))) {
     const page = await browser.page(`${files.url}?speed=${speed}#/gallery`, { deviceScaleFactor: 2 });
@@ -82,7 +81,7 @@ try {
       },
       [shot, WIDE],
     );
-    writeFileSync(join(to, `${name}.webp`), Buffer.from(made));
+    writeFileSync(join(to, `example-${name}.webp`), Buffer.from(made));
     console.log(`${name}: ${made.length} bytes`);
     await page.context().close();
   }

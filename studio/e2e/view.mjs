@@ -213,7 +213,7 @@ export function views(test, { browser, station, shots, closed }) {
           })
         : (await seen(page, [[200, -60, -60]])).at[0];
       await view.click({ position: { x: place[0], y: place[1] } });
-      assert.ok(near(Number(await page.getByTestId("goto-x").inputValue()), 200, 2), `${flat}`);
+      await page.waitForFunction(() => Math.abs(document.querySelector("[data-testid=goto-x]").value - 200) < 2);
       assert.ok(near(Number(await page.getByTestId("goto-y").inputValue()), -60, 2), `${flat}`);
       if (flat) await page.locator(".plan .goal").waitFor();
       const still = await station.stands();

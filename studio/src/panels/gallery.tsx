@@ -22,7 +22,7 @@ function Tile({ example, off, opens }: { example: Example; off: boolean; opens: 
         aria-describedby={off ? "gallery-why" : undefined}
         onClick={opens}
       >
-        <img src={`assets/examples/${name}.webp`} alt="" width="320" height="200" loading="lazy" />
+        <img src={`assets/example-${name}.webp`} alt="" width="320" height="200" loading="lazy" />
         <b>{w(`${name}.title`)}</b>
         <span class="hint">{w(`${name}.text`)}</span>
         <small>{t(`nav.${panel}`)}</small>

@@ -100,7 +100,7 @@ export function Paper({ off }: { off: boolean }) {
           id="paper-lift"
           off={off || store.state.value?.moving === true}
           why="touch-why"
-          text={w("paper.lift")}
+          text={w("paper.lift", { by: LIFT })}
           press={lift}
         />
         <Do id="paper-close" class="quiet" text={w("paper.close")} press={() => (surface.isMeasuring.value = false)} />

@@ -70,7 +70,13 @@ fn the_page_knows_no_command_and_no_number_of_the_arm() {
             .iter()
             .any(|end| name.ends_with(end))
     };
-    all.retain(|name, _| ours(name) && name != "api.ts");
+    // A test may name a number, and the gallery's programs are what a person brings.
+    let is_free = |name: &str| {
+        [".test.ts", ".plan.json"]
+            .iter()
+            .any(|end| name.ends_with(end))
+    };
+    all.retain(|name, _| ours(name) && name != "api.ts" && !is_free(name));
     assert!(all.len() > 20, "the page has moved");
     let wrong: Vec<_> = { all.iter() }
         .flat_map(|(name, source)| {
@@ -124,34 +130,6 @@ fn every_language_has_every_sentence_and_its_values() {
             })
             .collect();
         assert!(differs.is_empty(), "{name}: {differs:?}");
-    }
-}
-
-#[test]
-fn sentences_of_panels_are_in_every_language_with_their_values() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src");
-    for file in [
-        "panels/class/words.json",
-        "panels/pins.json",
-        "panels/plot.json",
-        "panels/sheet.json",
-        "panels/world.json",
-        "teach/words.json",
-    ] {
-        let json = std::fs::read(source.join(file)).expect("the sentences");
-        let mut texts: BTreeMap<String, BTreeMap<String, String>> =
-            serde_json::from_slice(&json).expect("sentences by language and key");
-        let english = texts.remove("en").expect("English");
-        assert!(!texts.is_empty() && english.len() > 4, "{file}");
-        for (name, texts) in &texts {
-            let differs: Vec<_> = { english.keys().chain(texts.keys()) }
-                .filter(|key| {
-                    let in_both = english.get(*key).zip(texts.get(*key));
-                    in_both.is_none_or(|(english, text)| values(english) != values(text))
-                })
-                .collect();
-            assert!(differs.is_empty(), "{file}, {name}: {differs:?}");
-        }
     }
 }
 
