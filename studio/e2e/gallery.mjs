@@ -112,3 +112,18 @@ export function gallery(test, { browser, station, url }) {
     await page.context().close();
   });
 }
+
+/** At a station, whose virtual arm nobody has. */
+export function galleryAtStation(test, { browser, station }) {
+  test("examples: at a station one press takes control that is free, and runs", async () => {
+    const page = await browser.page(`${station.url}#/gallery`);
+    await page.getByTestId("gallery-write").click();
+    await is(page, "job", "running", 30_000);
+    await is(page, "route", "draw");
+    await page.getByTestId("stop").click();
+    await is(page, "job", "stopped");
+    await page.getByTestId("lease-release").click();
+    await is(page, "lease", "free");
+    await page.context().close();
+  });
+}

@@ -12,6 +12,7 @@ import { Browser, is, near, Station } from "./bench.mjs";
 import { client } from "./client.mjs";
 import { drawing } from "./draw.mjs";
 import { firsts } from "./firsts.mjs";
+import { galleryAtStation } from "./gallery.mjs";
 import { lesson } from "./lesson.mjs";
 import { looks } from "./looks.mjs";
 import { running } from "./run.mjs";
@@ -448,6 +449,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
 app(test, { browser, program });
 worlds(test, { browser, station, shots, closed });
 views(test, { browser, station, shots, closed });
+galleryAtStation(test, { browser, station });
 classes(test, { browser, program, shots });
 lesson(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });

@@ -13,6 +13,8 @@ use crate::{errors, program};
 type SheetParts = (Pair, f64, f64, Pair, Option<Pair>);
 /// Two numbers, as a tuple of Python's.
 type Pair = (f64, f64);
+/// The sheet, height and slope of the surface, and the tool that the settings keep.
+type KeptSettings = (Option<SheetParts>, Option<(f64, Pair)>, Option<String>);
 
 /// The sheet whose lower left, lower right and upper left corner were touched.
 #[pyfunction]
@@ -93,11 +95,9 @@ pub(crate) fn keep_tip(
     kept(py, |file| file.with("tool", &tool))
 }
 
-/// What the file of settings says: the sheet, height and slope of the surface, the tool; and what of it `MAGICIAN_TOOL` says instead.
+/// Returns what the file of settings keeps; `MAGICIAN_TOOL` goes before its tool.
 #[pyfunction]
-pub(crate) fn kept_settings(
-    py: Python<'_>,
-) -> PyResult<(Option<SheetParts>, Option<(f64, Pair)>, Option<String>)> {
+pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<KeptSettings> {
     let read = || -> Result<_, SettingsError> {
         let file = SettingsFile::load()?;
         let sheet = file.value::<Sheet>("sheet")?;

@@ -1,6 +1,7 @@
 // Opens an example: the world that it needs round a virtual arm, its panel, and there it runs. A real arm does nothing before its person starts it.
 import { computed } from "@preact/signals";
 import { take, tried } from "../actions";
+import { t } from "../i18n";
 import { benches } from "../run/bench";
 import * as check from "../run/check";
 import * as library from "../run/programs";
@@ -12,8 +13,8 @@ import { load } from "../ui/routes";
 import { loadBuiltIn } from "../view/seen";
 import type { Example } from "./examples";
 
-/** The page's own virtual arm is there within this, ms. */
-const PATIENCE = 30_000;
+/** The page's own virtual arm is there within this, and the station tells who has control within that, ms. */
+const [PATIENCE, SOON] = [30_000, 3000];
 
 /** Whether an example runs by itself: only a virtual arm may be switched off and moved without a further question. */
 export const runs = computed(() => store.backend.value === "none" || store.arm.value?.virtual === true);
@@ -23,27 +24,25 @@ export const why = computed(() => {
   return store.backend.value === "none" || reason === "why.free" ? null : reason;
 });
 
-/** An arm, and control of it: the page's own where there is none. */
-async function ready(): Promise<void> {
+/** An arm, and control of it: the page's own where there is none. False if the person did not take control. */
+async function ready(): Promise<boolean> {
   if (store.backend.value === "none") connectSim();
-  await until(() => store.isUp.value && store.state.value !== null);
+  if (!(await becomes(() => store.isUp.value && store.state.value !== null, PATIENCE))) throw new Error(t("why.lost"));
   // The page takes control of its own arm by itself.
-  if (store.backend.value === "sim") await until(() => store.lease.value === "mine");
-  else if (store.lease.value === "free") await take();
+  if (store.backend.value !== "sim" && store.lease.value === "free") await take();
+  return (await becomes(() => store.lease.value === "mine", SOON)) && store.why.value === null;
 }
 
-const until = (is: () => boolean) =>
-  new Promise<void>((done, failed) => {
-    const late = setTimeout(() => {
-      end();
-      failed(new Error("no arm"));
-    }, PATIENCE);
-    const end = computed(is).subscribe((now) => {
-      if (!now) return;
+/** Whether it becomes so within a time, ms. */
+const becomes = (is: () => boolean, within: number) =>
+  new Promise<boolean>((done) => {
+    const ended = (found: boolean) => {
       clearTimeout(late);
       queueMicrotask(() => end());
-      done();
-    });
+      done(found);
+    };
+    const late = setTimeout(() => ended(false), within);
+    const end = computed(is).subscribe((now) => now && ended(true));
   });
 
 async function contentOf({ name, text, url }: NonNullable<Example["file"]>): Promise<File> {
@@ -66,8 +65,7 @@ async function taken(example: Example, title: string): Promise<Shop> {
 
 export const open = (example: Example) =>
   tried(async () => {
-    await ready();
-    if (store.why.value !== null) return;
+    if (!(await ready())) return;
     const plays = store.arm.value?.virtual === true && (await loadBuiltIn(example.world));
     location.hash = `#/${example.panel}`;
     await load(example.panel);
