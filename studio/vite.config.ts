@@ -53,7 +53,8 @@ export default defineConfig({
             },
           ],
         },
-        chunkFileNames: "assets/[name].js",
+        chunkFileNames: ({ facadeModuleId }) =>
+          facadeModuleId?.includes("/said/") ? "assets/said-[name].js" : "assets/[name].js",
         // What the page begins with is `app`, what a panel brings has the panel's name.
         assetFileNames: ({ names }) => (names.includes("index.css") ? "assets/app.css" : "assets/[name][extname]"),
       },

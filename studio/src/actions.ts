@@ -3,7 +3,7 @@
 import { queues, stopsAll } from "./class";
 import type { Params } from "./client";
 import { LINE_ENDED, RpcError } from "./client";
-import { t, told } from "./i18n";
+import { type Sentence, sentence, t, told } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
 import { call, giveBack, renamed, shown, takeControl } from "./session";
@@ -20,10 +20,12 @@ export function complain(error: unknown): void {
   store.say(text, true);
 }
 
-/** What the station answered; in other languages with its kind in front. */
-export function inWords({ code, message }: RpcError): string {
+/** What the station answered, in the page's language; a sentence that has no other gets its kind in front there. */
+export function inWords({ code, message, data }: RpcError): string {
   if (code === LINE_ENDED) return t("why.lost");
   const kind = told(`error.${code}`, "");
+  const { template } = data as Sentence;
+  if (template !== undefined && (kind === "" || told(template, "") !== "")) return sentence(data);
   return kind === "" ? message : `${kind}: ${message}`;
 }
 

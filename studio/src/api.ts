@@ -121,6 +121,8 @@ export type JobError = {
   from?: number;
   to?: number;
   remedies?: Remedy[];
+  template?: string;
+  values?: SentenceValue[];
   report?: Report;
   expected?: Pose;
   pose?: Pose;
@@ -159,6 +161,8 @@ export type ErrorData = {
   from?: number;
   to?: number;
   remedies?: Remedy[];
+  template?: string;
+  values?: SentenceValue[];
   report?: Report;
   expected?: Pose;
   pose?: Pose;
@@ -187,6 +191,14 @@ export type Remedy = {
   without?: string;
   system?: string;
   effect?: string;
+};
+
+export type SentenceValue = {
+  name: string;
+  text?: string;
+  option?: string;
+  template?: string;
+  values?: SentenceValue[];
 };
 
 export type Turns = {
@@ -723,6 +735,8 @@ export type Complaint = {
   name?: string;
   kind: string;
   message: string;
+  template: string;
+  values?: SentenceValue[];
   beyond?: number;
   code?: string;
   command?: string;
@@ -738,6 +752,12 @@ export type Complaint = {
 export type Note = {
   code: string;
   text: string;
+  template: string;
+  values?: SentenceValue[];
+  help?: {
+    template: string;
+    values?: SentenceValue[];
+  };
   line?: number;
   element?: string;
   remedies?: Remedy[];

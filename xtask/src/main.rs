@@ -17,6 +17,8 @@ mod protocol;
 mod python;
 mod recorded_jog;
 #[cfg(test)]
+mod said;
+#[cfg(test)]
 mod sentences;
 mod soak;
 mod station;

@@ -100,11 +100,11 @@ impl Strings {
     }
 }
 
-fn is_sign(token: &TokenTree, wanted: char) -> bool {
+pub(crate) fn is_sign(token: &TokenTree, wanted: char) -> bool {
     matches!(token, TokenTree::Punct(sign) if sign.as_char() == wanted)
 }
 
-fn is_group(token: &TokenTree, wanted: Delimiter) -> bool {
+pub(crate) fn is_group(token: &TokenTree, wanted: Delimiter) -> bool {
     matches!(token, TokenTree::Group(group) if group.delimiter() == wanted)
 }
 
@@ -150,31 +150,45 @@ fn home(path: &Path) -> PathBuf {
     }
 }
 
-/// What a crate says in the words of one door: `file:line: text`.
-fn said_by(name: &str) -> Vec<String> {
+/// The sources of a crate that are not for tests only, by their paths from the root.
+pub(crate) fn production_sources(name: &str) -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let directory = root.join("crates").join(name).join("src");
     let mut paths = Vec::new();
     sources(&directory, &mut paths);
     assert!(!paths.is_empty(), "{name} has sources");
-    let read: Vec<(PathBuf, Strings)> = (paths.into_iter())
+    let read: Vec<(PathBuf, String)> = (paths.into_iter())
         .map(|path| {
             let source = fs::read_to_string(&path).expect("a source");
-            (path, Strings::of(&source))
+            (path, source)
         })
         .collect();
     let tests: Vec<PathBuf> = (read.iter())
-        .flat_map(|(path, strings)| strings.tests.iter().map(|name| home(path).join(name)))
+        .flat_map(|(path, source)| {
+            let tests = Strings::of(source).tests.into_iter();
+            tests.map(|name| home(path).join(name)).collect::<Vec<_>>()
+        })
         .collect();
     let for_tests =
         |path: &Path| (tests.iter()).any(|test| path.with_extension("").starts_with(test));
-    let read = read.iter().filter(|(path, _)| !for_tests(path));
-    read.flat_map(|(path, strings)| {
+    let read = read.into_iter().filter(|(path, _)| !for_tests(path));
+    read.map(|(path, source)| {
         let place = path.strip_prefix(&root).expect("under the root");
-        let said = strings.found.iter().filter(|(_, text)| is_of_a_door(text));
-        said.map(|(line, text)| format!("{}:{line}: {text}", place.display()))
+        (place.display().to_string(), source)
     })
     .collect()
+}
+
+/// What a crate says in the words of one door: `file:line: text`.
+fn said_by(name: &str) -> Vec<String> {
+    { production_sources(name).into_iter() }
+        .flat_map(|(place, source)| {
+            let said = Strings::of(&source).found.into_iter();
+            let said = said.filter(|(_, text)| is_of_a_door(text));
+            said.map(|(line, text)| format!("{place}:{line}: {text}"))
+                .collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn draw_by(
 ) -> String {
     let excerpt = text.and_then(|text| Excerpt::of(text, &problem.origin));
     let message = match &excerpt {
-        Some(_) => problem.message.clone(),
+        Some(_) => problem.message.as_str().to_owned(),
         None => format!("{file}: {problem}"),
     };
     // The library colours the drawing, so that what it is given has to be harmless before.

@@ -109,7 +109,7 @@ impl Output {
             self.notes.extend(Note::all(&Command, [note]))
         } else {
             let label = Paint::for_stderr().note("note:");
-            let text = advised(&Command, note.message.clone(), note);
+            let text = advised(&Command, note.message.as_str().to_owned(), note);
             tell(format_args!("{label} {}", visible_lines(&text)));
         }
     }

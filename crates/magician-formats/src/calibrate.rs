@@ -1,6 +1,6 @@
 //! The true position of the paper and of the tool's tip, from points that were touched with it.
 
-use magician_host::ToolBias;
+use magician_host::{ToolBias, message};
 
 use crate::artwork::Sheet;
 use crate::{Diagnostic, Surface};
@@ -86,11 +86,13 @@ fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
             }
         }
     }
-    let help = "touch three places far apart, as at the corners of a triangle";
+    let help = message!("touch three places far apart, as at the corners of a triangle");
     if longest < APART {
-        let message = format!(
-            "the touched points lie within {longest:.1} mm, at least {APART} mm are needed to find \
-                a slope"
+        let message = message!(
+            "the touched points lie within {longest:.1} mm, at least {least} mm are needed to find \
+                a slope",
+            longest,
+            least = APART
         );
         return Err(Diagnostic::of_file(message).help(help));
     }
@@ -101,9 +103,11 @@ fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
     };
     let widest = points.iter().map(beside).fold(0.0, f64::max);
     if widest < LEAST_TRIANGLE {
-        let message = format!(
+        let message = message!(
             "the touched points are nearly in line, {widest:.1} mm beside it at most: at least \
-                {LEAST_TRIANGLE} mm are needed"
+                {least} mm are needed",
+            widest,
+            least = LEAST_TRIANGLE
         );
         return Err(Diagnostic::of_file(message).help(help));
     }
@@ -113,16 +117,19 @@ fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
 fn check_tilt(surface: Surface) -> Result<(), Diagnostic> {
     let tilt = libm::atan(libm::hypot(surface.slope[0], surface.slope[1])).to_degrees();
     if tilt > TILT {
-        let message = format!("the surface is tilted by {tilt:.1} deg, limit {TILT} deg");
-        return Err(
-            Diagnostic::of_file(message).help("touch the paper each time, not the air above it")
+        let message = message!(
+            "the surface is tilted by {tilt:.1} deg, limit {limit} deg",
+            tilt,
+            limit = TILT
         );
+        return Err(Diagnostic::of_file(message)
+            .help(message!("touch the paper each time, not the air above it")));
     }
     Ok(())
 }
 
 fn not_finite() -> Diagnostic {
-    Diagnostic::of_file("the touched points are not finite numbers")
+    Diagnostic::of_file(message!("the touched points are not finite numbers"))
 }
 
 /// A corner of a sheet, as its reader has it before them.
@@ -176,12 +183,15 @@ impl TouchedCorners {
             };
             let length = libm::hypot(to[0] - at[0], to[1] - at[1]);
             if length < APART {
-                let message = format!(
+                let message = message!(
                     "this corner is {length:.1} mm from the one that was touched before, at least \
-                        {APART} mm are needed"
+                        {least} mm are needed",
+                    length,
+                    least = APART
                 );
-                return Err(Diagnostic::of_file(message)
-                    .help("bring the tip to the corner that the sketch shows, then take it"));
+                return Err(Diagnostic::of_file(message).help(message!(
+                    "bring the tip to the corner that the sketch shows, then take it"
+                )));
             }
         }
         let mut next = self;
@@ -215,24 +225,34 @@ impl Sheet {
         let [origin, right, up] = corners;
         let along = [right[0] - origin[0], right[1] - origin[1]];
         let across = [up[0] - origin[0], up[1] - origin[1]];
-        for (side, name) in [(along, "lower edge"), (across, "left edge")] {
+        let sides = [
+            (along, message!("lower edge")),
+            (across, message!("left edge")),
+        ];
+        for (side, name) in sides {
             let length = libm::hypot(side[0], side[1]);
             if length < APART {
-                let message = format!(
-                    "the {name} is {length:.1} mm long by the touched points, at least {APART} mm \
-                        are needed to find its direction"
+                let message = message!(
+                    "the {name} is {length:.1} mm long by the touched points, at least {least} mm \
+                        are needed to find its direction",
+                    name,
+                    length,
+                    least = APART
                 );
-                return Err(
-                    Diagnostic::of_file(message).help("touch corners that are farther apart")
-                );
+                return Err(Diagnostic::of_file(message)
+                    .help(message!("touch corners that are farther apart")));
             }
         }
         let rotation = libm::atan2(along[1], along[0]).to_degrees();
         let angle = turn(libm::atan2(across[1], across[0]).to_degrees() - rotation);
         if (angle - 90.0).abs() > SKEW {
-            let message =
-                format!("the corner at the first point has {angle:.1} deg, that of a sheet has 90");
-            let help = "touch lower left, lower right and upper left, in this order, as seen with the arm's X to the right";
+            let message = message!(
+                "the corner at the first point has {angle:.1} deg, that of a sheet has 90",
+                angle
+            );
+            let help = message!(
+                "touch lower left, lower right and upper left, in this order, as seen with the arm's X to the right"
+            );
             return Err(Diagnostic::of_file(message).help(help));
         }
         let surface = plane(corners);
@@ -329,12 +349,15 @@ impl Tip {
         let [[x1, y1, r1], [x2, y2, r2]] = touches;
         let turned = turn(r2 - r1).abs();
         if turned < TURN {
-            let message = format!(
-                "the tool was turned by {turned:.1} deg between the touches, at least {TURN} deg \
-                    are needed"
+            let message = message!(
+                "the tool was turned by {turned:.1} deg between the touches, at least {least} deg \
+                    are needed",
+                turned,
+                least = TURN
             );
-            return Err(Diagnostic::of_file(message)
-                .help("turn it by half a turn and touch the same point again"));
+            return Err(Diagnostic::of_file(message).help(message!(
+                "turn it by half a turn and touch the same point again"
+            )));
         }
         // Each pose plus the offset, turned by r, is the same point: (R(r1) - R(r2)) offset = p2 - p1.
         let [(sin1, cos1), (sin2, cos2)] = [r1, r2].map(|r: f64| libm::sincos(r.to_radians()));
@@ -344,12 +367,13 @@ impl Tip {
         let offset = [(c * dx + s * dy) / det, (c * dy - s * dx) / det];
         let off = libm::hypot(offset[0], offset[1]);
         if off > FAR {
-            let message = format!(
-                "the tip would be {off:.0} mm from that of the current tool, limit {FAR} mm"
+            let message = message!(
+                "the tip would be {off:.0} mm from that of the current tool, limit {limit} mm",
+                off,
+                limit = FAR
             );
-            return Err(
-                Diagnostic::of_file(message).help("touch the same point with the tip both times")
-            );
+            return Err(Diagnostic::of_file(message)
+                .help(message!("touch the same point with the tip both times")));
         }
         Ok(Self {
             offset,

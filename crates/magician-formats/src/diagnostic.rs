@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use magician_host::{Act, Action, Given, Remedy, Setting, Voice};
+use magician_host::{Act, Action, Given, Message, Remedy, Setting, Voice, message};
 use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
@@ -16,9 +16,9 @@ pub struct Diagnostic {
     /// Its kind.
     pub code: DiagnosticCode,
     /// What.
-    pub message: String,
+    pub message: Message,
     /// Advice that names nothing to be done to the arm and no option.
-    pub help: Option<String>,
+    pub help: Option<Message>,
     /// What to do about it; a door says it in its own words: [`advice`](Self::advice).
     pub remedies: Vec<Remedy>,
     /// What is missing, where nothing is wrong with the file.
@@ -107,7 +107,7 @@ pub enum Missing {
 impl Diagnostic {
     /// At a place.
     #[must_use]
-    pub fn new(origin: Origin, message: impl Into<String>) -> Self {
+    pub fn new(origin: Origin, message: impl Into<Message>) -> Self {
         Self {
             origin,
             name: None,
@@ -121,7 +121,7 @@ impl Diagnostic {
 
     /// Of the file as a whole.
     #[must_use]
-    pub fn of_file(message: impl Into<String>) -> Self {
+    pub fn of_file(message: impl Into<Message>) -> Self {
         Self::new(Origin::NONE, message)
     }
 
@@ -148,7 +148,7 @@ impl Diagnostic {
 
     /// With advice that names nothing to be done to the arm and no option: "save it as UTF-8".
     #[must_use]
-    pub fn help(mut self, help: impl Into<String>) -> Self {
+    pub fn help(mut self, help: impl Into<Message>) -> Self {
         self.help = Some(help.into());
         self
     }
@@ -178,7 +178,7 @@ impl Diagnostic {
     /// Says that the height of the work surface is missing.
     #[must_use]
     pub fn unknown_surface() -> Self {
-        Self::of_file("work surface height unknown")
+        Self::of_file(message!("work surface height unknown"))
             .remedy(Action::CalibrateSurface, "measures it")
             .remedy(Action::TouchOff, "takes it from where the tool touches")
             .remedy(
@@ -197,7 +197,7 @@ impl Diagnostic {
     /// All that there is to do about it, in the words of a door.
     #[must_use]
     pub fn advice(&self, voice: &impl Voice) -> Option<String> {
-        let parts = self.help.iter().cloned();
+        let parts = self.help.iter().map(|help| help.as_str().to_owned());
         let parts: Vec<String> = parts.chain(voice.remedies(&self.remedies)).collect();
         (!parts.is_empty()).then(|| parts.join("; "))
     }
@@ -227,12 +227,41 @@ impl fmt::Display for Diagnostic {
 
 impl std::error::Error for Diagnostic {}
 
+impl Diagnostic {
+    /// The message with the place before it, as `Display` prints it.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
+        let Origin { line, column, .. } = self.origin;
+        let what = &self.message;
+        let name = self.name.as_deref().filter(|name| !name.is_empty());
+        let name = name.map(|name| visible(name).to_string());
+        let placed = match (line, column, name) {
+            (0, _, None) => return what.clone(),
+            (0, _, Some(name)) => message!("({name}): {what}", name, what),
+            (line, 0, None) => message!("line {line}: {what}", line, what),
+            (line, 0, Some(name)) => message!("line {line} ({name}): {what}", line, name, what),
+            (line, column, None) => {
+                message!("line {line}, column {column}: {what}", line, column, what)
+            }
+            (line, column, Some(name)) => message!(
+                "line {line}, column {column} ({name}): {what}",
+                line,
+                column,
+                name,
+                what
+            ),
+        };
+        debug_assert_eq!(visible_lines(&placed).to_string(), self.to_string());
+        placed
+    }
+}
+
 /// As an error of the driver: invalid input.
 impl From<Diagnostic> for magician_host::Error {
     fn from(diagnostic: Diagnostic) -> Self {
         let error = Self::new(
             magician_host::ErrorCode::InvalidProgram,
-            diagnostic.to_string(),
+            diagnostic.sentence(),
         );
         let remedies = diagnostic.remedies.into_iter();
         remedies.fold(error, |error, remedy| {

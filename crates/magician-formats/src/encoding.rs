@@ -4,6 +4,7 @@
 //! DXF), else UTF-8 if the bytes are that, else a guess, which a note tells. A carriage return alone ends a line as well. Places
 //! of a [`Diagnostic`] are those of this text, so that every door that shows a line of the file takes it from here.
 
+use magician_host::message;
 use std::borrow::Cow;
 
 use crate::{Diagnostic, DiagnosticCode, Lines};
@@ -133,7 +134,7 @@ pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'
         let good = with_line_feeds(String::from_utf8_lossy(good));
         Lines::new(&good).origin(good.len()..good.len())
     };
-    let refused = || Err(Diagnostic::new(place(), "this is not UTF-8 text"));
+    let refused = || Err(Diagnostic::new(place(), message!("this is not UTF-8 text")));
     match otherwise {
         Otherwise::Refused => refused(),
         Otherwise::Bytes => Ok(Decoded {
@@ -143,11 +144,13 @@ pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'
         // No text of any encoding of one byte has a zero.
         Otherwise::Western if bytes.contains(&0) => refused(),
         Otherwise::Western => {
-            let message = "the file is not UTF-8 from here on, and names no encoding: it is read as Windows-1252";
+            let message = message!(
+                "the file is not UTF-8 from here on, and names no encoding: it is read as Windows-1252"
+            );
             let note = Diagnostic::new(place(), message).coded(DiagnosticCode::Assumed);
             Ok(Decoded {
                 text: western(bytes).into(),
-                note: Some(note.help("save it as UTF-8 if characters are wrong")),
+                note: Some(note.help(message!("save it as UTF-8 if characters are wrong"))),
             })
         }
     }
@@ -163,8 +166,8 @@ fn of_wide(bytes: &[u8], order: Wide) -> Result<String, Diagnostic> {
     match (text, rest) {
         (Ok(text), []) => Ok(text),
         _ => Err(
-            Diagnostic::of_file("it begins as UTF-16, and is damaged or cut off")
-                .help("save it as UTF-8"),
+            Diagnostic::of_file(message!("it begins as UTF-16, and is damaged or cut off"))
+                .help(message!("save it as UTF-8")),
         ),
     }
 }
@@ -220,8 +223,11 @@ fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, 
     let encoding = encoding_rs::Encoding::for_label_no_replacement(name.as_bytes());
     let Some(encoding) = encoding else {
         // UTF-8 is what most files are that say something else of themselves.
-        let message = format!("the file says that its encoding is {name}, which is unknown");
-        let refused = Diagnostic::of_file(message).help("save it as UTF-8");
+        let message = message!(
+            "the file says that its encoding is {name}, which is unknown",
+            name
+        );
+        let refused = Diagnostic::of_file(message).help(message!("save it as UTF-8"));
         return std::str::from_utf8(bytes).is_err().then_some(Err(refused));
     };
     if encoding == encoding_rs::UTF_8 {
@@ -229,9 +235,9 @@ fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, 
     }
     let (text, damaged) = encoding.decode_without_bom_handling(bytes);
     let note = damaged.then(|| {
-        let message = format!(
-            "characters that {} does not have are left out",
-            encoding.name()
+        let message = message!(
+            "characters that {encoding} does not have are left out",
+            encoding = encoding.name()
         );
         Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
     });

@@ -1,5 +1,6 @@
 //! Files packed with gzip (`.svgz`).
 
+use magician_host::message;
 use std::borrow::Cow;
 use std::io::Read;
 
@@ -18,10 +19,16 @@ pub(crate) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Di
         .take(largest as u64 + 1)
         .read_to_end(&mut unpacked)
         .map_err(|error| {
-            Diagnostic::of_file(format!("it is compressed (gzip) and damaged: {error}"))
+            Diagnostic::of_file(message!(
+                "it is compressed (gzip) and damaged: {error}",
+                error = error.to_string()
+            ))
         })?;
     if unpacked.len() > largest {
-        let message = format!("uncompressed it has more than {largest} bytes, the limit");
+        let message = message!(
+            "uncompressed it has more than {largest} bytes, the limit",
+            largest
+        );
         return Err(Diagnostic::of_file(message));
     }
     Ok(unpacked.into())

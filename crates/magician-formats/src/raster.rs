@@ -3,6 +3,7 @@
 mod adjust;
 
 pub use adjust::Adjust;
+use magician_host::message;
 
 use crate::Diagnostic;
 
@@ -69,22 +70,22 @@ impl Raster {
     /// A [`Diagnostic`] that names both counts.
     pub fn validate(&self) -> Result<(), Diagnostic> {
         if self.width == 0 || self.height == 0 {
-            return Err(Diagnostic::of_file("the image has no pixels"));
+            return Err(Diagnostic::of_file(message!("the image has no pixels")));
         }
         if self.width.checked_mul(self.height) != Some(self.grey.len()) {
-            return Err(Diagnostic::of_file(format!(
-                "an image of {} by {} pixels cannot have {} of them",
-                self.width,
-                self.height,
-                self.grey.len()
+            return Err(Diagnostic::of_file(message!(
+                "an image of {width} by {height} pixels cannot have {grey} of them",
+                width = self.width,
+                height = self.height,
+                grey = self.grey.len()
             )));
         }
         if !self.opacity.is_empty() && self.opacity.len() != self.grey.len() {
-            return Err(Diagnostic::of_file(format!(
-                "an image of {} by {} pixels cannot have {} opacities",
-                self.width,
-                self.height,
-                self.opacity.len()
+            return Err(Diagnostic::of_file(message!(
+                "an image of {width} by {height} pixels cannot have {opacity} opacities",
+                width = self.width,
+                height = self.height,
+                opacity = self.opacity.len()
             )));
         }
         Ok(())
@@ -100,7 +101,9 @@ pub fn positive(size: [f64; 2]) -> Result<[f64; 2], Diagnostic> {
         return Ok(size);
     }
     let [width, height] = size;
-    Err(Diagnostic::of_file(format!(
-        "an image cannot be {width} mm by {height} mm"
+    Err(Diagnostic::of_file(message!(
+        "an image cannot be {width} mm by {height} mm",
+        width,
+        height
     )))
 }

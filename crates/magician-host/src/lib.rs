@@ -22,6 +22,7 @@ mod error;
 #[cfg(any(test, feature = "faults"))]
 pub mod faults;
 pub mod gate;
+mod message;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 pub mod picture;
@@ -43,6 +44,7 @@ pub use magician_motion::{
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };
+pub use message::{Message, MessageValue, OptionName, ToMessageValue, message_decimals};
 pub use picture::{ArmOutputs, ArmPicture, GripperState};
 #[cfg(feature = "counters")]
 #[doc(hidden)]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use magician::commands::Pose;
-use magician::{AlarmSet, Error, Lifted};
+use magician::{AlarmSet, Error, Lifted, Message, message};
 use magician_program::resume::{DoubtReason, ResumePoint, StepRange};
 use magician_program::{Diagnostic, RemainingProgram, Report};
 
@@ -160,39 +160,61 @@ impl From<Diagnostic> for JobError {
     }
 }
 
+impl JobError {
+    /// Why, in a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
+        match &self.fault {
+            Fault::Stopped { .. } => message!("stopped"),
+            Fault::Arm(error) => error.sentence().clone(),
+            Fault::Program(problem) => problem.sentence(),
+            Fault::Refused { report, .. } => match report.refused_steps.first() {
+                Some(first) => {
+                    let (step, cause) = (report.number(first.step), first.error.sentence());
+                    message!("step {step} is refused: {cause}", step, cause)
+                }
+                None => message!("the check failed"),
+            },
+            Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
+                message!("nothing to resume")
+            }
+            Fault::Journal(JournalError::Unreadable { place }) => {
+                message!(
+                    "the journal {place} cannot be read",
+                    place = place.to_string()
+                )
+            }
+            Fault::AllDone => message!("nothing to resume: all steps are done"),
+            Fault::Doubt { span, why } => message!(
+                "{least} steps are certainly done, and {most} at most: {why}",
+                least = span.least,
+                most = span.most,
+                why = why.to_string()
+            ),
+            Fault::Stands { waiting } => message!(
+                "{waiting} commands of the last job wait in the queue, and nothing moves",
+                waiting
+            ),
+            Fault::BeginsElsewhere => {
+                message!("the program depends on where the arm was when it began")
+            }
+        }
+    }
+}
+
 /// For logs: what people read is made by the program that runs the job.
 impl fmt::Display for JobError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.fault {
-            Fault::Stopped { .. } => f.write_str("stopped"),
+            // With the command before it.
             Fault::Arm(error) => error.fmt(f),
             Fault::Program(problem) => problem.fmt(f),
-            Fault::Refused { report, .. } => match report.refused_steps.first() {
-                Some(first) => {
-                    let step = report.number(first.step);
-                    write!(f, "step {step} is refused: {}", first.error)
-                }
-                None => f.write_str("the check failed"),
-            },
-            Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
-                f.write_str("nothing to resume")
+            Fault::Refused { report, .. } if !report.refused_steps.is_empty() => {
+                let first = &report.refused_steps[0];
+                let step = report.number(first.step);
+                write!(f, "step {step} is refused: {}", first.error)
             }
-            Fault::Journal(JournalError::Unreadable { place }) => {
-                write!(f, "the journal {place} cannot be read")
-            }
-            Fault::AllDone => f.write_str("nothing to resume: all steps are done"),
-            Fault::Doubt { span, why } => write!(
-                f,
-                "{} steps are certainly done, and {} at most: {why}",
-                span.least, span.most
-            ),
-            Fault::Stands { waiting } => write!(
-                f,
-                "{waiting} commands of the last job wait in the queue, and nothing moves"
-            ),
-            Fault::BeginsElsewhere => {
-                f.write_str("the program depends on where the arm was when it began")
-            }
+            _ => f.write_str(&self.sentence()),
         }
     }
 }

@@ -100,7 +100,7 @@ pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};
 pub use signals::{SECOND_STOP_DELAY, StopOrder, StopRule, StopSignal};
 pub use spec::{JobSpec, Start};
-pub use touch::{SHEET_COUNTS, Touch, WorkSurface, touch_off};
+pub use touch::{Touch, WorkSurface, sheet_counts, touch_off};
 #[cfg(feature = "settings")]
 pub use touch::{keep_surface, kept_surface, surface_of};
 

@@ -4,8 +4,9 @@
 
 use std::time::Duration;
 
+use magician::message;
 use magician::preflight::doubt_in_words;
-use magician::report::{ErrorFigures, FenceReport, remedies};
+use magician::report::{ErrorFigures, FenceReport, SentenceReport, remedies};
 use magician::{Action, ArmOutputs, GripperState, Remedy, Voice};
 use magician_program::{
     AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, PreparedProgram,
@@ -193,6 +194,9 @@ pub struct Refusal {
     pub kind: &'static str,
     /// What is wrong.
     pub message: String,
+    /// The same without the command before it, as data.
+    #[serde(flatten)]
+    pub sentence: SentenceReport,
     /// How far the place is beyond the reach, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beyond: Option<f64>,
@@ -252,6 +256,7 @@ impl Refusal {
             name: refused_step.name.clone(),
             kind: error.kind().name(),
             message: error.to_string(),
+            sentence: SentenceReport::of(error.sentence()),
             beyond: refused_step.beyond(),
             figures,
         }
@@ -309,6 +314,12 @@ pub struct Note {
     pub code: &'static str,
     /// What, with what to do about it in the words of a program.
     pub text: String,
+    /// What, without what to do about it, as data.
+    #[serde(flatten)]
+    pub sentence: SentenceReport,
+    /// Advice that is no remedy, as data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub help: Option<SentenceReport>,
     /// Its line in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
@@ -365,7 +376,9 @@ impl Note {
     ) -> Vec<Self> {
         let told = |note: &Diagnostic| Self {
             code: note.code.name(),
-            text: advised(voice, note.message.clone(), note),
+            text: advised(voice, note.message.as_str().to_owned(), note),
+            sentence: SentenceReport::of(&note.message),
+            help: note.help.as_ref().map(SentenceReport::of),
             line: Some(note.origin.line).filter(|line| *line > 0),
             element: note.name.clone().filter(|name| !name.is_empty()),
             remedies: note.remedies.clone(),
@@ -386,8 +399,10 @@ pub fn advised(voice: &impl Voice, text: String, problem: &Diagnostic) -> String
 /// Note of a job whose progress cannot be kept ([`JobEvent::Unkept`](crate::JobEvent::Unkept)).
 #[must_use]
 pub fn unkept(cause: &str) -> Diagnostic {
-    let text = "after a stop this job starts again from the beginning";
-    Diagnostic::of_file(format!("the progress cannot be kept: {cause}: {text}"))
+    Diagnostic::of_file(message!(
+        "the progress cannot be kept: {cause}: after a stop this job starts again from the beginning",
+        cause
+    ))
 }
 
 /// Outputs that a stop leaves switched on, each with what switches it off.
@@ -395,12 +410,14 @@ pub fn unkept(cause: &str) -> Diagnostic {
 pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
     let mut left = Vec::new();
     if outputs.suction == Some(true) {
-        let note = Diagnostic::of_file("the suction cup is still on");
+        let note = Diagnostic::of_file(message!("the suction cup is still on"));
         left.push(note.remedy(Action::SuctionOff, "switches it off"));
     }
     let gripper = match outputs.gripper {
-        Some(GripperState::Closed) => Some("the gripper is still closed, and its pump runs"),
-        Some(GripperState::Open) => Some("the gripper's pump still runs"),
+        Some(GripperState::Closed) => {
+            Some(message!("the gripper is still closed, and its pump runs"))
+        }
+        Some(GripperState::Open) => Some(message!("the gripper's pump still runs")),
         Some(GripperState::Off) | None => None,
     };
     if let Some(gripper) = gripper {
@@ -408,7 +425,7 @@ pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
         left.push(note.remedy(Action::GripperOff, "switches its pump off"));
     }
     if outputs.pump_is_contested && left.is_empty() {
-        let note = Diagnostic::of_file("suction cup or gripper is still on");
+        let note = Diagnostic::of_file(message!("suction cup or gripper is still on"));
         let note = note.remedy(Action::SuctionOff, "switches the cup off");
         left.push(note.remedy(Action::GripperOff, "switches the pump off"));
     }
@@ -430,11 +447,11 @@ pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagno
     let mut warnings = Vec::new();
     if let Some(placed) = placed.filter(AppliedPlacement::is_tiny) {
         let percent = 100.0 * placed.scale;
-        let what = format!("it becomes very small: {percent:.1} % of its size");
+        let what = message!("it becomes very small: {percent:.1} % of its size", percent);
         warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Placed));
     }
     if let Some(time) = report.time.filter(|time| *time > LONG) {
-        let what = format!("it takes {}", clock(time));
+        let what = message!("it takes {time}", time = clock(time));
         warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Long));
     }
     warnings
@@ -445,12 +462,17 @@ pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagno
 pub fn doubts(report: &Report) -> Vec<Diagnostic> {
     let told = report.doubtful.iter().map(|doubtful| {
         let step = report.number(doubtful.step);
-        let more = match doubtful.count {
-            0 | 1 => String::new(),
-            count => format!("; so do {} more steps", count - 1),
-        };
         let cause = doubt_in_words(&doubtful.cause);
-        let mut note = Diagnostic::of_file(format!("step {step} leads where {cause}{more}"));
+        let what = match doubtful.count {
+            0 | 1 => message!("step {step} leads where {cause}", step, cause),
+            count => message!(
+                "step {step} leads where {cause}; so do {more} more steps",
+                step,
+                cause,
+                more = count - 1
+            ),
+        };
+        let mut note = Diagnostic::of_file(what);
         note.origin = doubtful.origin;
         note.coded(DiagnosticCode::Doubtful)
     });

@@ -2,7 +2,8 @@
 //! height or a corner of the paper from where the tool is, and where the result is kept.
 
 use magician::commands::{EndEffectorParams, Pose};
-use magician::{Arm, Error, ErrorCode, Geometry, JointAngles, Result, ToolBias};
+use magician::message;
+use magician::{Arm, Error, ErrorCode, Geometry, JointAngles, Message, Result, ToolBias};
 use magician_program::artwork::Sheet;
 use magician_program::{Surface, Tool, rounded_height, rounded_surface};
 
@@ -88,21 +89,27 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
     arm.laser().check_off().await?;
     // A hand or another program moves it, too: then two poses differ.
     if !arm.stands().await? {
-        let why = "the arm moves: its tool touches nothing yet";
+        let why = message!("the arm moves: its tool touches nothing yet");
         return Err(Error::new(ErrorCode::Busy, why));
     }
     let bias = arm.get::<EndEffectorParams>().await?;
     let pose = arm.get::<Pose>().await?;
     let mounted = Tool::from(&bias);
     if !same_height(mounted.bias(), draws.bias()) {
-        let why = format!(
+        let why = message!(
             "the arm's poses are for the tool {mounted}, but drawings use the tool {draws}: the \
-                measured height would be wrong"
+                measured height would be wrong",
+            mounted,
+            draws
         );
         return Err(Error::new(ErrorCode::InvalidValue, why));
     }
-    let touch = Touch::of([pose.x, pose.y, pose.z].map(f64::from))
-        .ok_or_else(|| Error::new(ErrorCode::BadAnswer, "the arm's pose is not finite"))?;
+    let touch = Touch::of([pose.x, pose.y, pose.z].map(f64::from)).ok_or_else(|| {
+        Error::new(
+            ErrorCode::BadAnswer,
+            message!("the arm's pose is not finite"),
+        )
+    })?;
     let joints = JointAngles::from(pose.joint_angle.map(f64::from));
     let [from, to] = [mounted, draws].map(|tool| Geometry::magician(tool.bias()).forward(&joints));
     let [x, y] = touch.at;
@@ -167,7 +174,7 @@ pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
     };
     let edited = match surface.map(WorkSurface::rounded) {
         Some(WorkSurface::Plane(_)) if has("sheet")? => {
-            return Err(Error::new(ErrorCode::InvalidSettings, SHEET_COUNTS));
+            return Err(Error::new(ErrorCode::InvalidSettings, sheet_counts()));
         }
         Some(WorkSurface::Plane(surface)) if surface.slope == [0.0, 0.0] => {
             file.with("surface", &surface.height.to_string())
@@ -196,9 +203,14 @@ pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
     file.change(edited).map_err(unkept)
 }
 
-/// Why a touch is refused while there is a sheet.
-pub const SHEET_COUNTS: &str = "the settings keep a calibrated sheet, whose height takes \
-    precedence over a touched surface";
+/// Reason for refusing a touch while there is a sheet.
+#[must_use]
+pub fn sheet_counts() -> Message {
+    message!(
+        "the settings keep a calibrated sheet, whose height takes precedence over a \
+            touched surface"
+    )
+}
 
 #[cfg(feature = "settings")]
 fn unkept(error: crate::settings::SettingsError) -> Error {

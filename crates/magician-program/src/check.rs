@@ -9,6 +9,7 @@ mod would_fit;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use magician_host::message;
 use magician_host::preflight::Preflight;
 use magician_host::{Action as Deed, Error, Geometry, Limits, PtpMove, Set};
 use magician_motion::MotionError;
@@ -70,7 +71,7 @@ impl From<&RefusedStep> for Diagnostic {
             origin: refused_step.origin,
             name: refused_step.name.clone(),
             code: DiagnosticCode::Problem,
-            message: refused_step.error.to_string(),
+            message: refused_step.error.in_words(),
             help: None,
             remedies: refused_step.error.remedies().to_vec(),
             missing: None,
@@ -329,8 +330,10 @@ impl CheckRun {
         if self.arm.is_on_rail() {
             return Ok(());
         }
-        let message =
-            format!("needs a rail, for its place at {l} mm, and the arm is not told of one");
+        let message = message!(
+            "needs a rail, for its place at {l} mm, and the arm is not told of one",
+            l
+        );
         let error = Error::invalid(message).with_command(command.row().set_name);
         Err(error.remedy(
             Deed::UseRail,
@@ -341,7 +344,9 @@ impl CheckRun {
     fn follow(&mut self, step: usize, command: &Set) -> Result<Option<MotionError>, Error> {
         let before = self.arm.arm().copied();
         if !command.row().queueable {
-            return Err(Error::invalid("cannot be queued").with_command(command.row().set_name));
+            return Err(
+                Error::invalid(message!("cannot be queued")).with_command(command.row().set_name)
+            );
         }
         self.check_rail(command)?;
         let done = self.arm.check(command)?;

@@ -5,6 +5,7 @@ mod settings;
 pub(crate) mod within;
 
 use magician_host::build;
+use magician_host::message;
 use magician_host::preflight::Preflight;
 use magician_host::{Error, JointAngles, MotionSettings, PtpMove, Set};
 use magician_motion::Pose;
@@ -78,10 +79,10 @@ impl Continuation {
         start: &Preflight,
     ) -> Result<Self, Diagnostic> {
         if step >= whole.steps.len() && step > 0 {
-            let message = format!(
-                "there is no step {}: the plan has {}",
-                step + 1,
-                whole.steps.len()
+            let message = message!(
+                "there is no step {step}: the plan has {steps}",
+                step = step + 1,
+                steps = whole.steps.len()
             );
             return Err(Diagnostic::of_file(message));
         }
@@ -105,7 +106,7 @@ impl Continuation {
     }
 }
 
-fn diagnostic_at(plan: &Plan, step: usize, message: String) -> Diagnostic {
+fn diagnostic_at(plan: &Plan, step: usize, message: magician_host::Message) -> Diagnostic {
     let origin = plan
         .steps
         .get(step)
@@ -187,26 +188,32 @@ impl<'p> LeadIn<'p> {
             };
             let from = arm.arm().map(|at| at.pose.z);
             let done = arm.check(&command).map_err(|error| {
-                let message = format!("the earlier step {} cannot be done: {error}", at + 1);
+                let message = message!(
+                    "the earlier step {at} cannot be done: {error}",
+                    at = at + 1,
+                    error
+                );
                 diagnostic_at(plan, at, message)
             })?;
             settings.note(&command);
             height.note(&command, from, done.end.map(|end| end.pose.z));
         }
         let Some(at) = arm.arm() else {
-            let message = format!(
-                "the position of the arm is unknown when step {} begins",
-                step + 1
+            let message = message!(
+                "the position of the arm is unknown when step {step} begins",
+                step = step + 1
             );
             return Err(diagnostic_at(plan, step, message).help(places_known_after(plan, step)));
         };
         if settings.has_lost_the_rail() {
-            let message = format!(
-                "the position on the rail is unknown when step {} begins",
-                step + 1
+            let message = message!(
+                "the position on the rail is unknown when step {step} begins",
+                step = step + 1
             );
-            let help = "begin with a step that moves it to a position on the rail, or with the \
-                first";
+            let help = message!(
+                "begin with a step that moves it to a position on the rail, or with the \
+                first"
+            );
             return Err(diagnostic_at(plan, step, message).help(help));
         }
         let begins = at.pose;
@@ -232,9 +239,10 @@ impl<'p> LeadIn<'p> {
     fn make(&mut self, start: &Preflight) -> Result<(), Diagnostic> {
         let mut arm = start.clone().summing();
         let refused = |error: Error| {
-            let message = format!(
-                "the arm cannot reach the begin of step {}: {error}",
-                self.step + 1
+            let message = message!(
+                "the arm cannot reach the begin of step {step}: {error}",
+                step = self.step + 1,
+                error
             );
             diagnostic_at(self.plan, self.step, message)
         };
@@ -255,9 +263,9 @@ impl<'p> LeadIn<'p> {
         }
         self.approach(&mut arm, &mut steps).map_err(refused)?;
         if !self.has_arrived(&arm) {
-            return Err(refused(Error::invalid(
-                "its coordinates are too large for the precision of 32 bits",
-            )));
+            return Err(refused(Error::invalid(message!(
+                "its coordinates are too large for the precision of 32 bits"
+            ))));
         }
         if self.settings.is_lit() {
             steps.push(Action::Laser(true));

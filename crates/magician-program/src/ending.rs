@@ -1,6 +1,7 @@
 //! What the arm does when a program has ended, or was stopped.
 
 use magician_host::build::move_to;
+use magician_host::message;
 use magician_host::{Error, Result};
 
 use crate::{Depths, Plan, RemainingProgram, Surface};
@@ -121,7 +122,8 @@ fn above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
     if deep <= ROUNDING {
         return Ok(());
     }
-    Err(Error::invalid(format!(
-        "that is {deep:.1} mm below the surface"
+    Err(Error::invalid(message!(
+        "that is {deep:.1} mm below the surface",
+        deep
     )))
 }

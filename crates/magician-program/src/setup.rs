@@ -1,6 +1,7 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
 use magician_host::build;
+use magician_host::message;
 use magician_host::preflight::Preflight;
 use magician_host::{Action, Given, Set, Setting};
 use magician_motion::{ArmModel, Fence, ToolBias};
@@ -264,7 +265,7 @@ impl Setup {
             self.check_burns()?;
         }
         if !burns && plan.tool == Some(Tool::Laser) && matches!(self.work, Work::Draw(_)) {
-            let what = "the laser stays dark: a drawing is done with a pen";
+            let what = message!("the laser stays dark: a drawing is done with a pen");
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Power);
             notes.push(note.remedy(Action::Engrave, "burns it"));
         }
@@ -272,11 +273,11 @@ impl Setup {
             .tool
             .filter(|tool| matches!(tool, Tool::Pen | Tool::Suction | Tool::Gripper));
         if let (true, Work::Engrave(_), Some(tool)) = (burns, &self.work, other) {
-            let what = format!("the laser is lit, and the tool is said to be {tool}");
+            let what = message!("the laser is lit, and the tool is said to be {tool}", tool);
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));
         }
         if self.power.is_some() && !burns {
-            let what = "nothing burns here: the given power has no effect";
+            let what = message!("nothing burns here: the given power has no effect");
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));
         }
         notes.extend(above_ceiling(&plan));
@@ -294,7 +295,7 @@ impl Setup {
         if !matches!(self.work, Work::Engrave(_)) {
             return Ok(());
         }
-        Err(Diagnostic::of_file("nothing would burn")
+        Err(Diagnostic::of_file(message!("nothing would burn"))
             .remedy(
                 (Setting::Dialect, Given::Word("laser")),
                 "takes it for a laser's program",
@@ -318,7 +319,7 @@ impl Setup {
             plan.tool = self.default_tool;
             if format == Format::Playback && plan.tool.is_none() {
                 plan.tool = Some(Tool::Suction);
-                let what = "the file does not name its tool: the suction cup is assumed";
+                let what = message!("the file does not name its tool: the suction cup is assumed");
                 let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
                 notes.push(note.remedy((Setting::Tool, Given::Any("NAME")), "sets it"));
             }
@@ -583,8 +584,10 @@ fn above_ceiling(plan: &Plan) -> Option<Diagnostic> {
     let fastest = speeds.fold(0.0, f64::max);
     let ceiling = ArmModel::MAGICIAN.ceilings.linear_velocity;
     (fastest > ceiling).then(|| {
-        let what = format!(
-            "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s"
+        let what = message!(
+            "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s",
+            fastest,
+            ceiling
         );
         Diagnostic::of_file(what).coded(DiagnosticCode::Speed)
     })

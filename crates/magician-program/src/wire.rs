@@ -9,7 +9,9 @@ mod codec;
 
 use std::fmt;
 
-use magician_host::{Act, Action as Deed, Given, JointAngles, PinUse, Remedy, Setting};
+use magician_host::{
+    Act, Action as Deed, Given, JointAngles, Message, MessageValue, PinUse, Remedy, Setting,
+};
 use magician_motion::{Cuboid, Fence};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 
@@ -399,6 +401,59 @@ impl Wire for Fence {
         }
         Some(fence)
     }
+}
+
+/// Messages within messages that keep their templates, at most. Bytes that nest deeper are refused, so that none exhausts
+/// the stack.
+const DEEPEST_MESSAGE: usize = 8;
+
+impl Wire for Message {
+    fn put(&self, out: &mut Vec<u8>) {
+        put_message(self, DEEPEST_MESSAGE, out);
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        take_message(DEEPEST_MESSAGE, input)
+    }
+}
+
+fn put_message(message: &Message, depth: usize, out: &mut Vec<u8>) {
+    message.as_str().to_owned().put(out);
+    message.template().unwrap_or_default().into_owned().put(out);
+    message.values().len().put(out);
+    for (name, value) in message.values() {
+        name.put(out);
+        match value {
+            MessageValue::Message(message) if depth > 0 => {
+                out.push(1);
+                put_message(message, depth - 1, out);
+            }
+            MessageValue::Option(name) => {
+                out.push(2);
+                name.put(out);
+            }
+            text => {
+                out.push(0);
+                text.to_string().put(out);
+            }
+        }
+    }
+}
+
+fn take_message(depth: usize, input: &mut Input<'_>) -> Option<Message> {
+    let (text, template) = (String::take(input)?, String::take(input)?);
+    let mut values = Vec::new();
+    for _ in 0..input.count::<u8>()? {
+        let name = Wire::take(input)?;
+        let value = match u8::take(input)? {
+            0 => MessageValue::Text(Wire::take(input)?),
+            1 => MessageValue::Message(take_message(depth.checked_sub(1)?, input)?),
+            2 => MessageValue::Option(Wire::take(input)?),
+            _ => return None,
+        };
+        values.push((name, value));
+    }
+    Some(Message::from_parts(text, template, values))
 }
 
 /// As their JSON, which says all but that a file is done as it is. A font in a file has none, and no client can name one.

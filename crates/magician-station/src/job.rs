@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use magician::message;
 use magician::preflight::Preflight;
 use magician::{Fence, Voice};
 use magician_job::beside::BesideTurns;
@@ -125,7 +126,7 @@ pub(crate) fn setup_and_preset(
     };
     let options = options.map_err(|error| {
         let message = format!("`setup`: {}", visible(&error.message));
-        RpcError::param(&format!("setup.{}", visible(&error.key)), message)
+        RpcError::param(&format!("setup.{}", visible(&error.key)), message).said(&error.message)
     })?;
     Ok((Some(Box::new(options)), preset))
 }
@@ -193,7 +194,7 @@ pub trait Reader: Send + Sync {
     /// What is wrong with it, and a name that says no format.
     fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {
         let _ = (source, to);
-        let why = "this station converts no programs";
+        let why = message!("this station converts no programs");
         Err(RpcError::arm(magician::ErrorKind::Unsupported, why))
     }
 }
@@ -289,7 +290,7 @@ impl FormatReader {
                 if let Some(foreign) = magician_program::foreign(source.bytes.name(), &bytes) {
                     return RpcError::param("format", foreign.to_string());
                 }
-                let why = "the type of the program is not recognised: name it";
+                let why = message!("the type of the program is not recognised: name it");
                 RpcError::param("format", why)
             })?,
         };

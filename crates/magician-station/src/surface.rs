@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use magician::{Arm, Error, ErrorCode, Result};
-use magician_job::{SHEET_COUNTS, Touch, WorkSurface, touch_off};
+use magician_job::{Touch, WorkSurface, sheet_counts, touch_off};
 use magician_program::artwork::Sheet;
 use magician_program::{
     Diagnostic, FittedSurface, SetupDefaults, SheetCorner, Tool, TouchedCorners,
@@ -147,7 +147,7 @@ impl ArmSurface {
     ) -> std::result::Result<Value, RpcError> {
         let known = self.known().await?;
         if let KnownSurface::Measured(WorkSurface::Sheet(_)) = known {
-            return Err(Error::new(ErrorCode::InvalidSettings, SHEET_COUNTS).into());
+            return Err(Error::new(ErrorCode::InvalidSettings, sheet_counts()).into());
         }
         let touch = touch_off(&arm, draws).await?;
         let point = point(touch.at, touch);

@@ -103,9 +103,9 @@ pub use magician_host::picture::{
     ArmSnapshot, Level, LightsOut, Pin, StateReadings, sets_in_motion,
 };
 pub use magician_host::{
-    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, PinUse,
-    REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting, Voice, build, burns,
-    connection, preflight, proxy, stream,
+    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, Message,
+    MessageValue, OptionName, PinUse, REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result,
+    Setting, Voice, build, burns, connection, message, preflight, proxy, stream,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,

@@ -11,8 +11,8 @@ use magician_protocol::commands::{
 use magician_protocol::{Alarm, AlarmSet};
 
 use crate::{
-    Act, Arm, ArmOutputs, Cuboid, Error, ErrorKind, Fence, Given, GripperState, Link, Remedy,
-    Result, Status,
+    Act, Arm, ArmOutputs, Cuboid, Error, ErrorKind, Fence, Given, GripperState, Link, Message,
+    MessageValue, Remedy, Result, Status,
 };
 
 /// A pose: the tip's (mm, deg) and the joints' (deg).
@@ -287,6 +287,9 @@ pub struct ErrorFigures {
     /// Address of the station of this machine that has the port.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub station: Option<String>,
+    /// What is wrong as a sentence that other languages can say.
+    #[serde(skip)]
+    pub sentence: SentenceReport,
     /// What is wrong, without the command of the protocol before it.
     #[serde(skip)]
     pub fact: Option<String>,
@@ -308,7 +311,78 @@ impl ErrorFigures {
             to: error.to_index(),
             remedies: error.remedies().to_vec(),
             station: error.station().map(str::to_owned),
+            sentence: SentenceReport::of(error.sentence()),
             fact: error.command().map(|_| error.message().to_owned()),
+        }
+    }
+}
+
+/// A sentence as data beside its text: with the template and the values a program says it in another language, or calls
+/// options by its own names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SentenceReport {
+    /// English sentence with the names of its values in braces; a sentence that was made without a template is its own.
+    pub template: String,
+    /// Its values.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<SentenceValue>,
+}
+
+/// A value in a sentence. One of `text`, `option` and `sentence` is there.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SentenceValue {
+    /// Its name in the template.
+    pub name: String,
+    /// A number or a quotation, as it is printed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
+    /// The name of an option, in `snake_case`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub option: Option<String>,
+    /// Words that are a sentence of their own.
+    #[serde(flatten)]
+    pub sentence: Option<SentenceReport>,
+}
+
+impl SentenceReport {
+    /// The parts of a message.
+    #[must_use]
+    pub fn of(message: &Message) -> Self {
+        let Some(template) = message.template() else {
+            return Self {
+                template: message.as_str().to_owned(),
+                ..Self::default()
+            };
+        };
+        let values = message.values().iter();
+        let values = values.map(|(name, value)| SentenceValue {
+            name: name.to_string(),
+            ..SentenceValue::from(value)
+        });
+        Self {
+            template: template.into_owned(),
+            values: values.collect(),
+        }
+    }
+}
+
+impl From<&MessageValue> for SentenceValue {
+    fn from(value: &MessageValue) -> Self {
+        match value {
+            MessageValue::Text(text) => Self {
+                text: Some(text.clone()),
+                ..Self::default()
+            },
+            MessageValue::Message(message) => Self {
+                sentence: Some(SentenceReport::of(message)),
+                ..Self::default()
+            },
+            MessageValue::Option(name) => Self {
+                option: Some(name.to_string()),
+                ..Self::default()
+            },
+            #[cfg(not(magician_workspace))]
+            _ => unreachable!(),
         }
     }
 }

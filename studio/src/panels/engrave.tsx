@@ -6,7 +6,11 @@ import { benches } from "../run/bench";
 import { isArmed, watchArmed } from "../run/laser";
 import * as store from "../store";
 import { Card, Do, Switch, TextField } from "../ui/parts";
+import { sentencesOf } from "../words";
+import texts from "./engrave.json";
 import { Workshop, why } from "./workshop";
+
+const w = sentencesOf(texts);
 
 /** What is typed of a test grid; the rest is the station's. */
 const grid = signal<Record<string, string>>({});
@@ -28,7 +32,7 @@ function TestGrid() {
   const off = !store.isUp.value;
   return (
     <Card title={t("laser.grid")} class="grid-card">
-      <p class="hint">{t("laser.grid.text")}</p>
+      <p class="hint">{w("laser.grid.text")}</p>
       <div class="setup">
         {GRID.map((name) => (
           <TextField
@@ -45,7 +49,7 @@ function TestGrid() {
           id="laser-testgrid"
           aria-pressed={isGrid()}
           off={off}
-          text={t("laser.grid.lay")}
+          text={w("laser.grid.lay")}
           press={() => lay(grid.value)}
         />
       </div>
@@ -57,7 +61,7 @@ export function Engrave() {
   useEffect(watchArmed, []);
   const off = why() !== null;
   const frame = () =>
-    bench.start(t("laser.frame.of", { title: bench.title.value }), () => t("laser.frame.text"), {
+    bench.start(w("laser.frame.of", { title: bench.title.value }), () => w("laser.frame.text"), {
       setup: { frame: "box" },
     });
   const before = (
@@ -66,13 +70,13 @@ export function Engrave() {
         id="laser-frame"
         off={off || bench.chosen.value === null}
         why="draw-why"
-        text={t("laser.frame")}
+        text={w("laser.frame")}
         press={frame}
-        title={t("laser.frame.text")}
+        title={w("laser.frame.text")}
       />
       <Switch
         id="laser-arm"
-        label={t("laser.arm")}
+        label={w("laser.arm")}
         on={isArmed.value}
         off={off}
         why="draw-why"
@@ -86,7 +90,7 @@ export function Engrave() {
     <Workshop
       bench={bench}
       name={t("nav.engrave")}
-      hint={t("engrave.empty")}
+      hint={w("engrave.empty")}
       first={["power", "speed", "passes"]}
       because={because}
       before={before}

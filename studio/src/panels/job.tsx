@@ -6,16 +6,9 @@ import { t } from "../i18n";
 import { clock } from "../log";
 import * as jobs from "../run/jobs";
 import * as strip from "../run/strip";
-import { w } from "../run/strip.words";
 import { Card, Do, Heads } from "../ui/parts";
 
 const stateOf = (job: Job) => t(`job.${job.state}` as "job.running");
-
-/** A note in the words of the page, where it has some. What there is to do about it stands beside it as a button. */
-export function textOf({ code, text, remedies }: NonNullable<Job["notes"]>[number]): string {
-  if (code === "nothing-picked") return w("note.nothing-picked");
-  return remedies === undefined ? text : text.replace(/ \([^()]*\)$/, "");
-}
 
 /** What ran before, the newest first. */
 export function PastJobs() {

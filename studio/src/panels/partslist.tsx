@@ -7,7 +7,7 @@ import * as check from "../run/check";
 import { duration } from "../run/jobs";
 import { Card, Choice, Heads, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
-import texts from "./workshop.json";
+import texts from "./partslist.json";
 
 const w = sentencesOf(texts);
 
@@ -51,7 +51,7 @@ export function PartsCard({ bench }: { bench: Bench }) {
   const asked = bench.values.value.no_pause;
   const pauses = bench.isComposed.value ? asked === "false" : bench.valueOf("no_pause") !== "true";
   return (
-    <Card title={t("parts.title")} class="parts-card">
+    <Card title={w("parts.title")} class="parts-card">
       {parts.length < 2 ? null : (
         <>
           <Choice
@@ -80,8 +80,8 @@ export function PartsCard({ bench }: { bench: Bench }) {
       {parts.length < 2 ? null : (
         <table data-testid="parts">
           <Heads
-            names={[t("parts.drawn"), t("parts.name"), t("parts.length"), t("parts.time")]}
-            unseen={[t("parts.drawn")]}
+            names={[w("parts.drawn"), w("parts.name"), w("parts.length"), w("parts.time")]}
+            unseen={[w("parts.drawn")]}
           />
           <tbody>
             {parts.map((part) => (
@@ -89,7 +89,7 @@ export function PartsCard({ bench }: { bench: Bench }) {
                 <td>
                   <input
                     type="checkbox"
-                    aria-label={t("parts.draw", { name: labelOf(part) })}
+                    aria-label={w("parts.draw", { name: labelOf(part) })}
                     checked={isWanted(part)}
                     disabled={isWanted(part) && wanted.length === 1}
                     data-testid={`part-only-${part.n}`}
@@ -110,10 +110,10 @@ export function PartsCard({ bench }: { bench: Bench }) {
         <details class="more">
           <summary>{w("pens.more")}</summary>
           <Pick
-            title={t("parts.by")}
+            title={w("parts.by")}
             id="parts-by"
             value={bench.valueOf("parts")}
-            options={[{ value: "", text: t("parts.auto") }, ...options]}
+            options={[{ value: "", text: w("parts.auto") }, ...options]}
             choose={(to) => bench.setValue("parts", to)}
           />
         </details>

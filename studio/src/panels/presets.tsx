@@ -11,8 +11,8 @@ import * as store from "../store";
 import { Card, Do, OpenFile, TextField } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./presets.css";
+import texts from "./presets.json";
 import { Swatch } from "./swatch";
-import texts from "./workshop.json";
 
 const w = sentencesOf(texts);
 
@@ -56,12 +56,12 @@ const keep = (bench: Bench, to: string, content: { setup: Record<string, unknown
     // As the library does: another page may have saved one since.
     await list();
     const replaces = all.value.some((one) => one.name === to);
-    if (replaces && !(await store.ask(t("replace.title", { name: to }), t("preset.replace.text"), t("replace"))))
+    if (replaces && !(await store.ask(t("replace.title", { name: to }), w("preset.replace.text"), t("replace"))))
       return;
     await call("preset.save", { name: to, ...content });
     await list();
     await choose(bench, to);
-    store.say(t("preset.saved", { name: to }));
+    store.say(w("preset.saved", { name: to }));
   });
 
 /** What stands on the tile of one. */
@@ -100,8 +100,8 @@ export function Presets({ bench }: { bench: Bench }) {
         keep(bench, file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), { text: await file.text() }),
     );
   return (
-    <Card title={t("preset.title")} class="preset-card">
-      <div class="presets" role="group" aria-label={t("preset.choose")}>
+    <Card title={w("preset.title")} class="preset-card">
+      <div class="presets" role="group" aria-label={w("preset.choose")}>
         {fitting.map((one) => (
           <Do
             key={one.name}
@@ -127,7 +127,7 @@ export function Presets({ bench }: { bench: Bench }) {
         <div class="preset-keep">
           <TextField
             id="preset-name"
-            label={t("preset.name")}
+            label={w("preset.name")}
             value={name.value}
             most={64}
             live
@@ -142,7 +142,7 @@ export function Presets({ bench }: { bench: Bench }) {
               press={() => keep(bench, name.value, { setup: own(bench) })}
             />
             <OpenFile id="preset-open" accept=".toml" off={off} text={t("programs.open")} open={open} />
-            <Do id="preset-file" off={preset === undefined} text={t("preset.file")} press={download} />
+            <Do id="preset-file" off={preset === undefined} text={w("preset.file")} press={download} />
             <Do
               id="preset-remove"
               off={off || preset === undefined || preset.shipped}

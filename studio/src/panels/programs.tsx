@@ -5,6 +5,10 @@ import * as check from "../run/check";
 import * as library from "../run/programs";
 import * as store from "../store";
 import { Card, Do, Drop, Heads, OpenFile } from "../ui/parts";
+import { sentencesOf } from "../words";
+import texts from "./programs.json";
+
+const w = sentencesOf(texts);
 
 export const ACCEPT =
   ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
@@ -21,7 +25,7 @@ export function Programs() {
   const off = !store.isUp.value || store.role.value === "viewer";
   return (
     <Card
-      title={t("programs.title")}
+      title={w("programs.title")}
       class="programs"
       more={
         <OpenFile
@@ -36,12 +40,12 @@ export function Programs() {
     >
       <Drop off={off} open={check.openFiles}>
         {all.length === 0 ? (
-          <p class="hint">{t("programs.empty")}</p>
+          <p class="hint">{w("programs.empty")}</p>
         ) : (
-          <div class="scroll" tabIndex={0} role="group" aria-label={t("programs.title")}>
+          <div class="scroll" tabIndex={0} role="group" aria-label={w("programs.title")}>
             <table>
               <Heads
-                names={[t("programs.name"), t("programs.format"), t("programs.size"), t("programs.delete")]}
+                names={[w("programs.name"), t("programs.format"), w("programs.size"), t("programs.delete")]}
                 unseen={[t("programs.delete")]}
               />
               <tbody>
@@ -81,7 +85,7 @@ function Program({ program }: { program: library.Entry }) {
         <Do
           id={`delete-${name}`}
           class="quiet small icon"
-          label={t("programs.deleteOne", { name })}
+          label={w("programs.deleteOne", { name })}
           off={store.role.value === "viewer"}
           text="✕"
           press={remove}

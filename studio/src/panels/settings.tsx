@@ -6,6 +6,10 @@ import * as store from "../store";
 import { Card, Choice, TextField } from "../ui/parts";
 import type { Sides as Bounds } from "../view/fence";
 import { ArmView } from "../view/view";
+import { sentencesOf } from "../words";
+import texts from "./settings.json";
+
+const w = sentencesOf(texts);
 
 function Sides({ name, sides }: { name: string; sides: Bounds }) {
   const text = Object.entries(sides).map(([axis, [least, most]]) => `${axis} ${least} … ${most}`);
@@ -25,24 +29,24 @@ function Fence() {
   const name = store.armName.value;
   const fence = store.fence.value;
   return (
-    <Card title={t("fence.title", { arm: name ?? "–" })}>
+    <Card title={w("fence.title", { arm: name ?? "–" })}>
       <div data-testid="fence">
         {name === null ? (
-          <p class="hint">{t("fence.off")}</p>
+          <p class="hint">{w("fence.off")}</p>
         ) : fence === null ? (
-          <p>{t("fence.none")}</p>
+          <p>{w("fence.none")}</p>
         ) : (
           <>
             <dl class="facts">
-              {fence.floor === null ? null : <Row name={t("fence.floor")} value={`z ≥ ${fence.floor} mm`} />}
-              {fence.box === null ? null : <Sides name={t("fence.box")} sides={fence.box} />}
+              {fence.floor === null ? null : <Row name={w("fence.floor")} value={`z ≥ ${fence.floor} mm`} />}
+              {fence.box === null ? null : <Sides name={w("fence.box")} sides={fence.box} />}
               {fence.keep_out.map((sides, at) => (
-                <Sides key={at} name={`${t("fence.out")} ${at + 1}`} sides={sides} />
+                <Sides key={at} name={`${w("fence.out")} ${at + 1}`} sides={sides} />
               ))}
-              {fence.speed === null ? null : <Row name={t("fence.speed")} value={`${fence.speed} mm/s`} />}
-              {fence.power === null ? null : <Row name={t("fence.power")} value={`${fence.power} %`} />}
+              {fence.speed === null ? null : <Row name={w("fence.speed")} value={`${fence.speed} mm/s`} />}
+              {fence.power === null ? null : <Row name={w("fence.power")} value={`${fence.power} %`} />}
             </dl>
-            <p class="hint">{t("fence.text")}</p>
+            <p class="hint">{w("fence.text")}</p>
           </>
         )}
       </div>

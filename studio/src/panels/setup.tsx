@@ -3,11 +3,11 @@ import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../actions";
 import type { Option, Report } from "../api";
-import { t, told } from "../i18n";
+import { sentence, t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
-import { labelOf, named } from "../run/words";
+import { labelOf, named, noteOf } from "../run/words";
 import * as store from "../store";
 import { Do, Pick, TextField } from "../ui/parts";
 import { loadBuiltIn, world } from "../view/seen";
@@ -39,7 +39,7 @@ export function Asked({ option }: { option: Option }) {
     return <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={all} choose={set} />;
   }
   const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
-  const placeholder = option.default === null ? t("setup.unset") : String(option.default);
+  const placeholder = option.default === null ? named(`${name}.hint`, t("setup.unset")) : String(option.default);
   return (
     <TextField
       id={`setup-${name}`}
@@ -146,7 +146,7 @@ function Complaints({ report, program }: { report: Report; program: library.Entr
                   ? t("run.step", { step: complaint.step })
                   : t("run.line", { line: complaint.line })}
               </b>{" "}
-              {complaint.message}
+              {sentence(complaint)}
             </button>
           </li>
         ))}
@@ -204,7 +204,7 @@ export function Found() {
         .filter(({ code }) => code !== QUIET)
         .map((note, nth) => (
           <p key={nth} class="hint">
-            {note.text}
+            {noteOf(note)}
           </p>
         ))}
     </>

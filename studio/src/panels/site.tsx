@@ -31,6 +31,10 @@ import type { FleetScene } from "../view/fleet";
 import { isTeachers, TeacherTile } from "./class/tile";
 import { w } from "./class/words";
 import "./arms.css";
+import { sentencesOf } from "../words";
+import texts from "./site.json";
+
+const own = sentencesOf(texts);
 
 /** Up to so many arms each has a larger place. */
 const FEW = 4;
@@ -90,7 +94,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
         <label hidden={store.arms.value.length < 2}>
           <input
             type="checkbox"
-            aria-label={t("site.choose", { name })}
+            aria-label={own("site.choose", { name })}
             data-testid={`choose-${name}`}
             checked={chosen.value.has(name)}
             onChange={(event) => (chosen.value = toggled(chosen.value, name, event.currentTarget.checked))}
@@ -134,10 +138,10 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
           </span>
         ) : null}
         {alarms.length > 0 ? (
-          <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span>
+          <span class="alarm">{own("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span>
         ) : null}
-        {asks === null ? null : <span data-testid={`hand-${name}`}>{t("site.asks", { name: asks })}</span>}
-        {waits > 0 ? <span>{t("site.waits", { n: waits })}</span> : null}
+        {asks === null ? null : <span data-testid={`hand-${name}`}>{own("site.asks", { name: asks })}</span>}
+        {waits > 0 ? <span>{own("site.waits", { n: waits })}</span> : null}
         {job === null ? null : <span class="job">{job}</span>}
       </div>
     </li>
@@ -241,7 +245,7 @@ function Bar() {
   const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
   const off = none || isViewer || store.socket.value !== "up";
   return (
-    <div class="site-bar" role="group" aria-label={t("site.bar")}>
+    <div class="site-bar" role="group" aria-label={own("site.bar")}>
       <Do id="stop-all" class="stop-all" text={t("site.stopAll")} press={() => stop(true)} />
       <Do
         id="choose-all"
@@ -253,9 +257,9 @@ function Bar() {
       <Do id="site-give" off={off} why="site-why" text={t("lease.release")} press={() => said(each(mine, give))} />
       <Pick
         id="site-program"
-        label={t("site.program")}
+        label={own("site.program")}
         value={program.value}
-        options={[{ value: "", text: t("site.program") }, ...programs.value]}
+        options={[{ value: "", text: own("site.program") }, ...programs.value]}
         choose={(name) => (program.value = name)}
       />
       <Do
@@ -265,13 +269,13 @@ function Bar() {
         why="site-why"
         press={() => said(send(mine, { program: program.value }, program.value))}
       >
-        {t("site.send", { n: mine.length })}
+        {own("site.send", { n: mine.length })}
       </Do>
       <OpenFile
         id="site-file"
         off={off}
         why="site-why"
-        text={t("site.file")}
+        text={own("site.file")}
         open={async ([file]) => file && said(send(mine, { data: base64(await file.arrayBuffer()) }, file.name))}
       />
       <span id="site-why" class="unseen">
@@ -285,7 +289,7 @@ function Pictures() {
   if (pictures.value.length === 0) return null;
   const clear = async () => {
     const names = pictures.value.map(({ name }) => name);
-    if (await store.ask(t("site.pictures.clear.title"), t("site.pictures.clear.text"), t("programs.delete")))
+    if (await store.ask(own("site.pictures.clear.title"), own("site.pictures.clear.text"), t("programs.delete")))
       await drop(names);
   };
   const more = (
@@ -295,9 +299,9 @@ function Pictures() {
         class="quiet small"
         press={() => save("results.html", page(t("site.pictures"), pictures.value), "text/html")}
       >
-        {t("site.pictures.all")}
+        {own("site.pictures.all")}
       </Do>
-      <Do id="pictures-clear" class="quiet small" text={t("site.pictures.clear")} press={clear} />
+      <Do id="pictures-clear" class="quiet small" text={own("site.pictures.clear")} press={clear} />
     </div>
   );
   return (
@@ -312,7 +316,7 @@ function Pictures() {
             <div key={name} class="picture">
               <Do
                 id={`picture-${name}`}
-                label={t("site.picture", { name })}
+                label={own("site.picture", { name })}
                 press={() => save(`${name}.svg`, toReader(svg))}
               >
                 <svg viewBox={viewBox(box)} aria-hidden="true">
@@ -323,7 +327,7 @@ function Pictures() {
               <Do
                 id={`picture-delete-${name}`}
                 class="quiet small icon"
-                label={t("site.picture.delete", { name })}
+                label={own("site.picture.delete", { name })}
                 text="✕"
                 press={() => drop([name])}
               />
@@ -347,7 +351,7 @@ function Count() {
   };
   return (
     <p class="hint" data-testid="site-count" role="status">
-      {t("site.count", values)}
+      {own("site.count", values)}
     </p>
   );
 }

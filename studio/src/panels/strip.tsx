@@ -2,13 +2,13 @@
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import type { Remedy } from "../actions";
 import type { Job } from "../api";
-import { t } from "../i18n";
+import { sentence, t } from "../i18n";
 import * as jobs from "../run/jobs";
 import * as strip from "../run/strip";
 import { w } from "../run/strip.words";
+import { plainNoteOf } from "../run/words";
 import * as store from "../store";
 import { Do } from "../ui/parts";
-import { textOf } from "./job";
 import { Remedies } from "./remedies";
 import "./strip.css";
 
@@ -43,13 +43,13 @@ function Words({ job, why }: { job: Job; why: string | null }) {
       {waits === null ? null : <p class="strip-words">{waits}</p>}
       {error === null ? null : (
         <div class="strip-words bad">
-          <p role="alert">{error.message}</p>
+          <p role="alert">{error.template ? sentence(error) : error.message}</p>
           <Remedies of={(error as { remedies?: Remedy[] }).remedies ?? []} />
         </div>
       )}
       {(job.notes ?? []).map((note) => (
         <div class="strip-words" key={note.text}>
-          <p data-testid={`job-note-${note.code}`}>{textOf(note)}</p>
+          <p data-testid={`job-note-${note.code}`}>{plainNoteOf(note)}</p>
           <Remedies of={(note.remedies ?? []) as Remedy[]} />
         </div>
       ))}

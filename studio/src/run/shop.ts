@@ -20,6 +20,8 @@ const CHECK_FAILED = -32004;
 /** Larger files are checked when they are asked for: it takes a while. */
 const AT_ONCE = 1024 * 1024;
 const PAUSE = 400;
+/** A range as people write it. */
+const RANGE = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
 
 const tables = new Map<string, Promise<Option[]>>();
 /** The options of a format: asked of the station once. */
@@ -43,7 +45,7 @@ export function setupOf(options: readonly Option[], values: Values): Record<stri
     else if (kind === "number" || kind === "integer") set[name] = numbers[0];
     else if (kind === "point" || kind === "place" || kind === "area") set[name] = numbers;
     else if (kind === "list") set[name] = text.split("\n");
-    else if (kind !== "pens") set[name] = text;
+    else if (kind !== "pens") set[name] = name === "power" ? text.replace(RANGE, "$1..$2") : text;
   }
   return set;
 }

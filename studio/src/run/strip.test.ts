@@ -48,7 +48,7 @@ describe("the strip", () => {
   it("stays where there is something to read", () => {
     expect(isPlain(job({ state: "done" }))).toBe(true);
     expect(isPlain(job({ state: "stopped" }))).toBe(false);
-    expect(isPlain(job({ state: "done", notes: [{ code: "nothing-picked", text: "" }] }))).toBe(false);
+    expect(isPlain(job({ state: "done", notes: [{ code: "nothing-picked", text: "", template: "" }] }))).toBe(false);
   });
 
   it("says how long a job took", () => {

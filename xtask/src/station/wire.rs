@@ -69,7 +69,9 @@ const OTHERS: [(&str, &str); 4] = [
     ),
     (
         "Note",
-        "A `code`, a `text` for people, where it has one the `line` or the `element` of the file, and `remedies`.",
+        "A `code`, a `text` for people, where it has one the `line` or the `element` of the file, and `remedies`. \
+            `template` and `values` are the sentence without what to do about it, and `help` is advice that is no \
+            remedy: see [errors](#errors).",
     ),
     (
         "PlanStep",
@@ -103,6 +105,11 @@ pub(super) fn errors() -> String {
 
 An error has a `code`, a sentence as `message`, and `data`. Codes from -32700 to -32600 are JSON-RPC's own. Decide by `code`, then by `data.kind`, of the driver's errors by `data.code`; never by the message.
 [ErrorData](#errordata) says what the members of `data` are.
+
+A client that says it in another language, or calls options by its own names, does so by two further members: `template` is the English
+sentence with the names of its `values` in braces, and stays the same whatever the values are. Notes, complaints and the error of a job
+have them too. A value is a `text` (a number or a quotation, as it is printed), an `option` by its name, or has a `template` of its own.
+A sentence whose template is not known is shown in English: the template with its values.
 
 | code | `data.kind` | meaning | further `data`, where it applies |
 |---|---|---|---|

@@ -290,7 +290,7 @@ fn check(option: &str, text: &str) -> Result<(), String> {
     let value = SetupOptions::option(option).map(|row| row.value_of(text));
     let fields = [(option.to_owned(), value.unwrap_or_default())];
     let read = SetupOptions::from_fields_of_some(&fields.into_iter().collect());
-    read.map(|_| ()).map_err(|error| error.message)
+    read.map(|_| ()).map_err(|error| error.message.into())
 }
 
 /// The texts of a list as a person types it.

@@ -96,7 +96,7 @@ fn by_station(format: Format, bytes: &[u8], setup: &Value, files: Arc<dyn FilePr
         Ok(ProgramReading::Done(program)) => {
             let notes = program.notes.iter().map(|note| {
                 let line = Some(note.origin.line).filter(|line| *line > 0);
-                json!([note.code.name(), note.message, line])
+                json!([note.code.name(), note.message.as_str(), line])
             });
             Ok((commands(&program), notes.collect()))
         }

@@ -1,5 +1,6 @@
 //! How a drawing lies before the arm.
 
+use magician_host::message;
 use magician_host::{Act, Given, Setting};
 use serde::{Deserialize, Serialize};
 
@@ -151,12 +152,15 @@ impl Artwork {
     ) -> Result<(PlacedArtwork, Option<FitFailure>), Diagnostic> {
         layout.check()?;
         let Some(bounds) = self.bounds() else {
-            return Err(Diagnostic::of_file("nothing to draw"));
+            return Err(Diagnostic::of_file(message!("nothing to draw")));
         };
         let reach = marking.reach(layout.surface);
         let Some([near, far]) = reach.ahead() else {
             let z = layout.surface.height;
-            let message = format!("a surface at z = {z:.1} cannot be reached with this tool");
+            let message = message!(
+                "a surface at z = {z:.1} cannot be reached with this tool",
+                z
+            );
             return Err(Diagnostic::of_file(message));
         };
         let placer = Placer::new(self, bounds, layout, &reach);
@@ -239,11 +243,14 @@ impl Layout {
         let room = self.room.unwrap_or_default();
         let numbers = [&surface[..], &sheet, &at, &room, &[self.scale, self.rotate]].concat();
         if numbers.iter().any(|number| !number.is_finite()) {
-            let message = "a drawing needs finite numbers to be placed";
+            let message = message!("a drawing needs finite numbers to be placed");
             return Err(Diagnostic::of_file(message));
         }
         if self.scale <= 0.0 {
-            let message = format!("the scale is {}, it must be above 0", self.scale);
+            let message = message!(
+                "the scale is {scale}, it must be above 0",
+                scale = self.scale
+            );
             return Err(Diagnostic::of_file(message));
         }
         Ok(())
@@ -465,17 +472,31 @@ impl<'a> Placer<'a> {
         let at = |[x, y]: [f64; 2]| (Setting::At, Given::Point(x, y));
         let size = |scale: f64| {
             let [width, height] = self.size.map(|side| scale * side);
-            format!("{width:.0} by {height:.0} mm")
+            message!("{width:.0} by {height:.0} mm", width, height)
         };
         let own = size(self.layout.scale);
         let Some(most) = most else {
-            let reached = format!("straight ahead x = {near:.0} to {far:.0} mm is reachable");
             let message = match (self.layout.at, self.layout.sheet) {
                 (Some([x, y]), _) => {
-                    format!("nothing can be drawn around x = {x:.1}, y = {y:.1}; {reached}")
+                    message!(
+                        "nothing can be drawn around x = {x:.1}, y = {y:.1}; straight ahead x = {near:.0} to {far:.0} mm is reachable",
+                        x,
+                        y,
+                        near,
+                        far
+                    )
                 }
-                (None, Some(_)) => format!("the corner of the sheet cannot be reached; {reached}"),
-                (None, None) => format!("the drawing is {own}; {reached}"),
+                (None, Some(_)) => message!(
+                    "the corner of the sheet cannot be reached; straight ahead x = {near:.0} to {far:.0} mm is reachable",
+                    near,
+                    far
+                ),
+                (None, None) => message!(
+                    "the drawing is {own}; straight ahead x = {near:.0} to {far:.0} mm is reachable",
+                    own,
+                    near,
+                    far
+                ),
             };
             let would_fit = turned.map(|scale| WouldFit::new(scale, self.layout.rotate + 90.0));
             let diagnostic = Diagnostic::of_file(message);
@@ -489,20 +510,34 @@ impl<'a> Placer<'a> {
                 would_fit: would_fit.filter(WouldFit::is_any),
             };
         };
-        let place = match (self.layout.at, self.layout.sheet) {
-            _ if self.layout.room.is_some() => {
-                "at most {} of that shape fits the page inside its margin and is reachable there"
-            }
-            (Some(_), _) => "at most {} of that shape is reachable there",
-            (None, Some(_)) => "at most {} of that shape fits the sheet and is reachable",
-            (None, None) => "at most {} of that shape is reachable",
-        };
         let other = turned.filter(|other| *other > most * 1.001);
         let free = (self.layout.at, self.layout.sheet) == (None, None);
         // What may be turned has its largest size so.
         let turns = free && self.layout.turn;
         let most = other.filter(|_| turns).unwrap_or(most);
-        let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
+        let limit = size(most);
+        let message = match (self.layout.at, self.layout.sheet) {
+            _ if self.layout.room.is_some() => message!(
+                "the drawing is {own}, at most {limit} of that shape fits the page inside its margin and is reachable there",
+                own,
+                limit
+            ),
+            (Some(_), _) => message!(
+                "the drawing is {own}, at most {limit} of that shape is reachable there",
+                own,
+                limit
+            ),
+            (None, Some(_)) => message!(
+                "the drawing is {own}, at most {limit} of that shape fits the sheet and is reachable",
+                own,
+                limit
+            ),
+            (None, None) => message!(
+                "the drawing is {own}, at most {limit} of that shape is reachable",
+                own,
+                limit
+            ),
+        };
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
         let scale = (Setting::Scale, Given::Number(would_fit.scale));
         let mut diagnostic = Diagnostic::new(self.worst(), message)

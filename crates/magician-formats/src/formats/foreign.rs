@@ -2,6 +2,7 @@
 
 use super::content;
 use crate::Diagnostic;
+use magician_host::message;
 
 /// A kind of file that people bring.
 struct Kind {
@@ -128,7 +129,11 @@ fn by_content(bytes: &[u8]) -> Option<&'static Kind> {
 
 impl Kind {
     fn diagnostic(&self) -> Diagnostic {
-        Diagnostic::of_file(format!("this is {}, which is not read", self.what)).help(self.help)
+        Diagnostic::of_file(message!(
+            "this is {what}, which is not read",
+            what = self.what
+        ))
+        .help(self.help)
     }
 }
 

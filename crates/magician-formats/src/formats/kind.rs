@@ -1,5 +1,6 @@
 //! Which format a file has.
 
+use magician_host::message;
 use std::fmt;
 use std::str::FromStr;
 
@@ -163,9 +164,11 @@ impl Format {
         let (feature, reader) = self.built_in();
         reader.ok_or_else(|| {
             let feature = feature.unwrap_or_default();
-            let message = format!(
-                "this build cannot read {self} files: it lacks the feature \
-                {feature} of magician-formats"
+            let message = message!(
+                "this build cannot read {format} files: it lacks the feature \
+                {feature} of magician-formats",
+                format = self.to_string(),
+                feature
             );
             Diagnostic::of_file(message).with_missing(Some(Missing::Feature(feature)))
         })

@@ -37,6 +37,7 @@ pub use curved::{CurvedFile, Curves};
 pub use foreign::foreign;
 pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 
+use magician_host::message;
 use magician_host::{Remedy, Setting};
 
 use crate::lettering::TextOptions;
@@ -237,7 +238,7 @@ fn lines(
     let reader = format.reader()?;
     // Text is given as it is, too, and has an answer of its own.
     if bytes.is_empty() && format != Format::Text {
-        return Err(Diagnostic::of_file("the file is empty"));
+        return Err(Diagnostic::of_file(message!("the file is empty")));
     }
     foreign::check(bytes)?;
     let mut reading = reader(bytes, options, chords)?;
@@ -253,7 +254,7 @@ fn only_recordings(resample: Option<f64>) -> Result<(), Diagnostic> {
     match resample {
         None => Ok(()),
         Some(_) => Err(Diagnostic::of_file(
-            "only a recording can be resampled: a CSV file with t, x, y, z, or an MCAP file with /pose",
+            message!("only a recording can be resampled: a CSV file with t, x, y, z, or an MCAP file with /pose"),
         )
         .with(Remedy::without(Setting::Resample))),
     }
@@ -263,8 +264,10 @@ fn only_recordings(resample: Option<f64>) -> Result<(), Diagnostic> {
 fn only_images(crop: Option<[u32; 4]>) -> Result<(), Diagnostic> {
     match crop {
         None => Ok(()),
-        Some(_) => Err(Diagnostic::of_file("only an image can be cropped")
-            .with(Remedy::without(Setting::Crop))),
+        Some(_) => Err(
+            Diagnostic::of_file(message!("only an image can be cropped"))
+                .with(Remedy::without(Setting::Crop)),
+        ),
     }
 }
 
@@ -279,7 +282,7 @@ impl Parsed {
             _ => None,
         };
         let (Content::Artwork(artwork), Some([width, height])) = (&mut self.content, page) else {
-            let message = "the file has no page size: nothing is cut off";
+            let message = message!("the file has no page size: nothing is cut off");
             return Some(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
         };
         let window = [
@@ -297,10 +300,19 @@ impl Parsed {
             cut += usize::from(pieces != [stroke]);
             artwork.strokes.extend(pieces);
         }
-        let lines = if cut == 1 { "line" } else { "lines" };
-        let message = format!(
-            "lines beyond the page ({width:.1} by {height:.1} mm) are cut off: {cut} {lines}"
-        );
+        let message = match cut {
+            1 => message!(
+                "lines beyond the page ({width:.1} by {height:.1} mm) are cut off: 1 line",
+                width,
+                height
+            ),
+            _ => message!(
+                "lines beyond the page ({width:.1} by {height:.1} mm) are cut off: {cut} lines",
+                width,
+                height,
+                cut
+            ),
+        };
         (cut > 0).then(|| Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
     }
 }

@@ -1,6 +1,7 @@
 //! What was left out or taken in a certain way, said once with how often.
 
 use crate::{Diagnostic, DiagnosticCode, Origin};
+use magician_host::message;
 
 /// More kinds of notes than this are not told apart.
 const MOST_KINDS: usize = 200;
@@ -49,12 +50,13 @@ impl Notes {
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let told = |(mut diagnostic, count): (Diagnostic, u64)| {
             if count > 1 {
-                diagnostic.message = format!("{} ({count} times)", diagnostic.message);
+                let what = &diagnostic.message;
+                diagnostic.message = message!("{what} ({times} times)", what, times = count);
             }
             diagnostic
         };
-        let more =
-            (self.more > 0).then(|| Diagnostic::of_file(format!("{} more notes", self.more)));
+        let more = (self.more > 0)
+            .then(|| Diagnostic::of_file(message!("{more} more notes", more = self.more)));
         self.found.into_iter().map(told).chain(more).collect()
     }
 }

@@ -8,14 +8,14 @@ use crate::{Diagnostic, Missing, Origin};
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SpanDiagnostic {
     pub(super) range: Range<usize>,
-    pub(super) message: String,
+    pub(super) message: magician_host::Message,
     pub(super) help: Option<&'static str>,
     pub(super) remedies: Vec<Remedy>,
     pub(super) missing: Option<Missing>,
 }
 
 impl SpanDiagnostic {
-    pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
+    pub(super) fn new(range: Range<usize>, message: impl Into<magician_host::Message>) -> Self {
         Self {
             range,
             message: message.into(),
@@ -38,7 +38,7 @@ impl SpanDiagnostic {
     /// At the place that its bytes have in the file.
     pub(super) fn into_diagnostic(self, origin: Origin) -> Diagnostic {
         let mut diagnostic = Diagnostic::new(origin, self.message).with_missing(self.missing);
-        diagnostic.help = self.help.map(str::to_owned);
+        diagnostic.help = self.help.map(Into::into);
         diagnostic.remedies = self.remedies;
         diagnostic
     }

@@ -5,6 +5,7 @@ use crate::encoding::{Otherwise, decode};
 use crate::lettering::lay_out;
 use crate::testgrid::{TestGrid, TestGridOptions};
 use crate::{BundledFont, Diagnostic, FontChoice, Origin, TextOptions};
+use magician_host::message;
 
 /// Height of a label, in sides of a cell.
 const LABEL: f64 = 0.25;
@@ -24,7 +25,10 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
             column: number(error.column()),
             ..Origin::NONE
         };
-        Diagnostic::new(origin, format!("this is no test grid: {}", said(&error)))
+        Diagnostic::new(
+            origin,
+            message!("this is no test grid: {error}", error = said(&error)),
+        )
     })?;
     wanted
         .check()

@@ -1,5 +1,6 @@
 //! XML as the readers of this crate take it: without a document type, with places.
 
+use magician_host::message;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::{Diagnostic, Origin};
@@ -21,7 +22,10 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
             length: 1,
             name: 0,
         };
-        Diagnostic::new(place, format!("this is not XML: {error}"))
+        Diagnostic::new(
+            place,
+            message!("this is not XML: {error}", error = error.to_string()),
+        )
     })
 }
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::compose::precomposed;
@@ -337,9 +338,11 @@ fn too_wide(cell: Option<&Cell>, width: f64, text: &str) -> Diagnostic {
             cell.character,
         )
     });
-    let message = format!(
-        "'{character}' is {:.1} mm wide, and lines are {width:.1} mm wide at most",
-        to - from
+    let message = message!(
+        "'{character}' is {from:.1} mm wide, and lines are {width:.1} mm wide at most",
+        character,
+        from = to - from,
+        width
     );
     Diagnostic::new(Lines::new(text).origin(range), message)
         .remedy((Setting::Size, Given::Any("MM")), "makes it smaller")

@@ -4,6 +4,7 @@ use super::{Glyph, Glyphs, LoadedFont};
 use crate::formats::ReadOptions;
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 /// The font that the texts of a drawing are written with.
@@ -61,9 +62,22 @@ impl Lettering {
 
 /// That a font does not have a character, and what helps.
 pub(crate) fn lacks(character: char, font: &str, strict: bool, origin: Origin) -> Diagnostic {
-    let code = u32::from(character);
-    let left_out = if strict { "" } else { " is left out" };
-    let message = format!("U+{code:04X} '{character}'{left_out}: the font {font} does not have it");
+    let code = format!("{:04X}", u32::from(character));
+    let message = if strict {
+        message!(
+            "U+{code} '{character}': the font {font} does not have it",
+            code,
+            character,
+            font
+        )
+    } else {
+        message!(
+            "U+{code} '{character}' is left out: the font {font} does not have it",
+            code,
+            character,
+            font
+        )
+    };
     Diagnostic::new(origin, message).remedy(
         (Setting::Font, Given::Any("FILE")),
         "writes it with a font that has it",

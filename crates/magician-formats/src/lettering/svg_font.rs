@@ -1,5 +1,6 @@
 //! Fonts of SVG (SVG 1.1, chapter 20), whose open paths are single lines.
 
+use magician_host::message;
 use std::collections::HashMap;
 
 use kurbo::{BezPath, PathEl};
@@ -68,7 +69,7 @@ impl SvgFont {
             });
         }
         if glyphs.is_empty() {
-            return Err(Diagnostic::of_file("the font has no glyph"));
+            return Err(Diagnostic::of_file(message!("the font has no glyph")));
         }
         let mut font = Self {
             glyphs,
@@ -87,7 +88,7 @@ impl SvgFont {
         if font.cap_height > LEAST_CAP * em {
             Ok(font)
         } else {
-            Err(Diagnostic::of_file("the font has no height"))
+            Err(Diagnostic::of_file(message!("the font has no height")))
         }
     }
 
@@ -168,14 +169,18 @@ impl SvgFont {
 pub(super) fn read(text: &str) -> Result<SvgFont, Diagnostic> {
     let document = super::files::document(text)?;
     let font = document.descendants().find(|node| is(node, "font"));
-    let font = font.ok_or_else(|| Diagnostic::of_file("the file has no font"))?;
+    let font = font.ok_or_else(|| Diagnostic::of_file(message!("the file has no font")))?;
     SvgFont::of(&font)
 }
 
 /// The lines of a glyph, if they are of numbers that can be drawn.
 pub(super) fn path(path: &str, character: char, square: f64) -> Result<BezPath, Diagnostic> {
     let path = BezPath::from_svg(path).map_err(|error| {
-        Diagnostic::of_file(format!("a path of '{character}' cannot be read: {error}"))
+        Diagnostic::of_file(message!(
+            "a path of '{character}' cannot be read: {error}",
+            character,
+            error = error.to_string()
+        ))
     })?;
     within(path, character, square)
 }
@@ -187,8 +192,9 @@ pub(super) fn within(path: BezPath, character: char, square: f64) -> Result<BezP
     if path.elements().is_empty() || sides.into_iter().all(is_near) {
         Ok(path)
     } else {
-        Err(Diagnostic::of_file(format!(
-            "a line of '{character}' is too far away from it"
+        Err(Diagnostic::of_file(message!(
+            "a line of '{character}' is too far away from it",
+            character
         )))
     }
 }

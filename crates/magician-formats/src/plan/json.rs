@@ -45,7 +45,11 @@ impl<'t> Json<'t> {
     }
 
     /// What is wrong with a value, and where it stands.
-    pub(crate) fn diagnostic(&self, value: &str, message: impl Into<String>) -> Diagnostic {
+    pub(crate) fn diagnostic(
+        &self,
+        value: &str,
+        message: impl Into<magician_host::Message>,
+    ) -> Diagnostic {
         Diagnostic::new(self.origin(value, value.len()), message)
     }
 

@@ -3,6 +3,7 @@
 use super::Plan;
 use crate::Diagnostic;
 use crate::plan::transform::finite;
+use magician_host::message;
 
 /// Places in rows and columns. The first is where a program is as it stands; the others follow row by row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,11 +108,15 @@ impl Plan {
                 };
                 self.at_each(places as usize, (0..places).map(way))
             }
-            Some(_) => Err(Diagnostic::of_file(format!(
-                "a pallet of {rows} rows and {columns} columns has no positions"
+            Some(_) => Err(Diagnostic::of_file(message!(
+                "a pallet of {rows} rows and {columns} columns has no positions",
+                rows,
+                columns
             ))),
-            None => Err(Diagnostic::of_file(format!(
-                "a pallet of {rows} rows and {columns} columns has too many positions"
+            None => Err(Diagnostic::of_file(message!(
+                "a pallet of {rows} rows and {columns} columns has too many positions",
+                rows,
+                columns
             ))),
         }
     }

@@ -1,5 +1,6 @@
 //! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
 
+use magician_host::message;
 use magician_host::preflight::PathProfiles;
 use magician_host::{Given, Set, Setting, VelocityProfile};
 use magician_motion::ArmModel;
@@ -97,9 +98,10 @@ impl Plan {
                 _ => false,
             };
             if lit && power.range() != Power::FULL.range() {
-                let message = format!(
-                    "step {} switches the laser on at full power: it cannot burn with {power} %",
-                    at + 1
+                let message = message!(
+                    "step {at} switches the laser on at full power: it cannot burn with {power} %",
+                    at = at + 1,
+                    power = power.to_string()
                 );
                 let diagnostic = Diagnostic::new(step.origin, message)
                     .remedy((Setting::Power, Given::Number(100.0)), "runs it as it is");
@@ -265,18 +267,21 @@ fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Dia
         (weak, strokes) if weak == strokes => "the arm".to_owned(),
         _ => format!("in {weak} of {strokes} strokes the arm"),
     };
-    let message = format!(
-        "M4: {which} never reaches F{:.0} ({feed:.1} mm/s), only {speed:.1} mm/s: it burns weaker \
-            throughout, with at most {:.0} % of S",
-        feed * 60.0,
-        100.0 * speed / feed
+    let message = message!(
+        "M4: {which} never reaches F{feed:.0} ({feed_2:.1} mm/s), only {speed:.1} mm/s: it burns weaker \
+            throughout, with at most {feed_3:.0} % of S",
+        which,
+        feed = feed * 60.0,
+        feed_2 = feed,
+        speed,
+        feed_3 = 100.0 * speed / feed
     );
     let origin = steps.get(first).map(|step| step.origin).unwrap_or_default();
     let note = Diagnostic::new(origin, message).coded(DiagnosticCode::Power);
-    Some(note.help(
+    Some(note.help(message!(
         "M3 burns with the power of S at any speed; a lower F in the program is reached on \
-            shorter lines",
-    ))
+            shorter lines"
+    )))
 }
 
 #[cfg(test)]

@@ -1,3 +1,4 @@
+use magician_host::{Message, MessageValue, ToMessageValue};
 use std::fmt;
 use std::str::FromStr;
 
@@ -120,6 +121,17 @@ impl fmt::Display for Tool {
                 let known = Self::NAMED.iter().find(|(_, tool)| tool == named);
                 f.write_str(known.map_or("none", |(name, _)| name))
             }
+        }
+    }
+}
+
+/// Its name as a word, which other languages have too.
+impl ToMessageValue for Tool {
+    fn to_message_value(&self, decimals: Option<usize>) -> MessageValue {
+        let known = Self::NAMED.iter().find(|(_, tool)| tool == self);
+        match known {
+            Some((name, _)) => Message::word(name).to_message_value(decimals),
+            None => MessageValue::Text(self.to_string()),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Where a drawing fits.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::{Fit, Reach, SheetTransform, hull};
@@ -39,15 +40,15 @@ impl Reach {
             .iter()
             .any(|number| number.abs() >= 1e9 || number.is_nan())
         {
-            return Err(Diagnostic::of_file(
-                "a point of the drawing is not a number, or out of range",
-            ));
+            return Err(Diagnostic::of_file(message!(
+                "a point of the drawing is not a number, or out of range"
+            )));
         }
         let shape = Shape::of(hull_points);
         if shape.corners.is_empty() {
-            return Err(Diagnostic::of_file(
-                "nothing to place: the drawing is empty",
-            ));
+            return Err(Diagnostic::of_file(message!(
+                "nothing to place: the drawing is empty"
+            )));
         }
         let Some([near, far]) = self.ahead() else {
             return Err(self.nothing_here());
@@ -75,19 +76,25 @@ impl Reach {
 
     fn nothing_here(&self) -> Diagnostic {
         let (height, lift) = (self.surface.at([200.0, 0.0]), self.lift);
-        let message = format!(
-            "nothing is within reach on a surface at z = {height:.1} mm with the tool lifted by {lift} mm"
+        let message = message!(
+            "nothing is within reach on a surface at z = {height:.1} mm with the tool lifted by {lift} mm",
+            height,
+            lift
         );
-        Diagnostic::of_file(message).help("check the height of the surface, the lift and the tool")
+        Diagnostic::of_file(message).help(message!(
+            "check the height of the surface, the lift and the tool"
+        ))
     }
 
     fn too_large(&self, shape: &Shape, scale: f64) -> Diagnostic {
         let [width, height] = shape.size;
-        let message = format!(
+        let message = message!(
             "the drawing is {width:.1} x {height:.1} mm; the largest of that shape that fits is \
-                {:.1} x {:.1} mm",
-            scale * width,
-            scale * height,
+                {width_2:.1} x {height_2:.1} mm",
+            width,
+            height,
+            width_2 = scale * width,
+            height_2 = scale * height
         );
         let percent = 100.0 * scale;
         Diagnostic::of_file(message)

@@ -2,6 +2,7 @@
 //! and no call.
 
 mod code;
+mod motion;
 
 use std::fmt;
 use std::io;
@@ -12,7 +13,9 @@ use magician_protocol::{
 };
 
 pub use self::code::{ErrorCode, ErrorKind};
+pub(crate) use self::motion::of_motion;
 use crate::remedy::{Act, Action, Given, Remedy, Setting};
+use crate::{Message, message};
 
 /// What the driver returns.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -30,9 +33,9 @@ pub struct Error(Box<Details>);
 
 struct Details {
     code: ErrorCode,
-    message: String,
+    message: Message,
     /// The same in the terms of the arm, where the message is in those of the caller.
-    detail: Option<String>,
+    detail: Option<Message>,
     /// How far a motion would come that leaves the reach on its way, percent.
     progress: Option<f64>,
     step: Option<usize>,
@@ -78,6 +81,26 @@ impl Error {
     #[must_use]
     pub fn message(&self) -> &str {
         &self.0.message
+    }
+
+    /// The fact as a sentence that can be said in another language.
+    #[must_use]
+    pub fn sentence(&self) -> &Message {
+        &self.0.message
+    }
+
+    /// The same with the text that `Display` prints, which names the command.
+    #[must_use]
+    pub fn in_words(&self) -> Message {
+        let sentence = &self.0.message;
+        match sentence.template() {
+            Some(template) => Message::from_parts(
+                self.to_string(),
+                template.into_owned(),
+                sentence.values().to_vec(),
+            ),
+            None => self.to_string().into(),
+        }
     }
 
     /// The fact in the terms of the arm (joints, distances from its shoulder), where the message tells it by a place.
@@ -185,7 +208,7 @@ impl Error {
 impl Error {
     /// An error with this fact as its sentence.
     #[must_use]
-    pub fn new(code: ErrorCode, message: impl Into<String>) -> Self {
+    pub fn new(code: ErrorCode, message: impl Into<Message>) -> Self {
         Self(Box::new(Details {
             code,
             message: message.into(),
@@ -209,13 +232,13 @@ impl Error {
 
     /// A value or a name that makes no sense.
     #[must_use]
-    pub fn invalid(message: impl Into<String>) -> Self {
+    pub fn invalid(message: impl Into<Message>) -> Self {
         Self::new(ErrorCode::InvalidValue, message)
     }
 
     /// A port, a network or a part of the system that does not work.
     #[must_use]
-    pub fn port(message: impl Into<String>, source: io::Error) -> Self {
+    pub fn port(message: impl Into<Message>, source: io::Error) -> Self {
         Self::new(ErrorCode::PortFailed, message).with_source(source)
     }
 
@@ -271,14 +294,15 @@ impl Error {
     }
 
     /// Tells it by a place; what was said so far is the detail.
-    pub(crate) fn in_place(mut self, message: String) -> Self {
+    pub(crate) fn in_place(mut self, message: Message) -> Self {
         self.0.detail = Some(std::mem::replace(&mut self.0.message, message));
         self
     }
 
     /// The end would be reachable, but not the way there.
     pub fn on_the_way(mut self, percent: f64) -> Self {
-        self.0.message = format!("{:.0} % of the way there: {}", percent, self.0.message);
+        let cause = &self.0.message;
+        self.0.message = message!("{percent:.0} % of the way there: {cause}", percent, cause);
         self.0.progress = Some(percent);
         self
     }
@@ -291,7 +315,7 @@ impl Error {
     }
 
     /// Refused by the guard of this name.
-    pub fn guarded(guard: &'static str, message: String) -> Self {
+    pub fn guarded(guard: &'static str, message: impl Into<Message>) -> Self {
         let mut error = Self::new(ErrorCode::Guarded, message);
         error.0.guard = Some(guard);
         error
@@ -304,28 +328,34 @@ impl Error {
             FencePart::TopSpeed | FencePart::Laser => ErrorCode::FenceLimit,
             _ => ErrorCode::Fenced,
         };
-        let error = Self::new(code, breach.to_string());
+        let error = Self::new(code, motion::of_breach(&breach));
         let mut error = error.with_limit(breach.value, breach.limit, breach.part.unit());
         error.0.breach = Some(breach);
         error
     }
 
     /// What was not sent because the laser would or could burn.
-    pub fn burning(message: impl Into<String>) -> Self {
+    pub fn burning(message: impl Into<Message>) -> Self {
         Self::new(ErrorCode::LaserNotAllowed, message)
             .remedy((Setting::AllowLaser, Given::On), "allows it")
     }
 
     /// A command that may or may not have been taken.
     pub fn uncertain(from: Option<u64>, to: Option<u64>) -> Self {
-        let which = match (from, to) {
-            (Some(from), Some(to)) => span(from, to),
-            _ => String::new(),
+        let message = match (from, to) {
+            (Some(from), Some(to)) => {
+                let which = span(from, to);
+                message!(
+                    "the reply was lost, and the arm may or may not have the command ({which}); \
+                        look at the arm before you repeat it",
+                    which
+                )
+            }
+            _ => message!(
+                "the reply was lost, and the arm may or may not have the command; look at the arm \
+                    before you repeat it"
+            ),
         };
-        let message = format!(
-            "the reply was lost, and the arm may or may not have the command{which}; look at the \
-                arm before you repeat it"
-        );
         let mut error = Self::new(ErrorCode::Uncertain, message);
         error.0.from = from;
         error.0.to = to;
@@ -339,8 +369,8 @@ impl Error {
         if self.0.code != ErrorCode::OutOfReach {
             return self;
         }
-        self.0.message += "; ";
-        self.0.message += Alarm::TOOL_UNKNOWN;
+        let (cause, tool) = (&self.0.message, Message::word(Alarm::TOOL_UNKNOWN));
+        self.0.message = message!("{cause}; {tool}", cause, tool);
         self.remedy(
             (Setting::Tool, Given::Any("NAME")),
             "tells the arm its tool",
@@ -364,7 +394,7 @@ impl Error {
 
     /// The same error with another sentence, which says the command itself if it is to be said.
     #[must_use]
-    pub fn retold(&self, message: impl Into<String>) -> Self {
+    pub fn retold(&self, message: impl Into<Message>) -> Self {
         let mut told = self.copy();
         told.0.message = message.into();
         told.0.command = None;
@@ -379,21 +409,36 @@ impl Error {
 
     /// Alarms that hold the queue; `tool_unknown` is whether they may come from a tool that the arm was never told of.
     pub fn alarm(alarms: AlarmSet, tool_unknown: bool) -> Self {
-        let mut message = String::from("the arm stopped with an alarm");
+        let mut message = message!("the arm stopped with an alarm");
         for code in alarms.codes().filter(|code| Alarm::blocks(*code)) {
-            match Alarm::with_code(code) {
-                Some(alarm) => {
-                    message += &format!(
-                        "; {code:#04x} {}: {} ({})",
-                        alarm.name, alarm.cause, alarm.remedy
+            let (before, number) = (&message, format!("{code:#04x}"));
+            message = match Alarm::with_code(code) {
+                Some(Alarm {
+                    name,
+                    cause,
+                    remedy,
+                    ..
+                }) => {
+                    let (cause, remedy) = (Message::word(cause), Message::word(remedy));
+                    message!(
+                        "{before}; {number} {name}: {cause} ({remedy})",
+                        before,
+                        number,
+                        name,
+                        cause,
+                        remedy
                     )
                 }
-                None => message += &format!("; {code:#04x}: unknown to this program"),
-            }
+                None => message!(
+                    "{before}; {number}: unknown to this program",
+                    before,
+                    number
+                ),
+            };
         }
         if tool_unknown {
-            message += "; ";
-            message += Alarm::TOOL_UNKNOWN;
+            let (cause, tool) = (&message, Message::word(Alarm::TOOL_UNKNOWN));
+            message = message!("{cause}; {tool}", cause, tool);
         }
         let mut error =
             Self::new(ErrorCode::Alarm, message).remedy(Action::ClearAlarms, "releases the queue");
@@ -403,7 +448,8 @@ impl Error {
 
     /// The queue stands although no alarm does.
     pub fn held() -> Self {
-        let message = "the arm is at rest with commands in its queue, and has no alarm now";
+        let message =
+            message!("the arm is at rest with commands in its queue, and has no alarm now");
         let mut error = Self::new(ErrorCode::Held, message)
             .remedy(
                 Action::ClearAlarms,
@@ -419,15 +465,32 @@ impl Error {
 
     /// The arm forgot its queue.
     pub fn reset(gone: Option<(u64, u64)>) -> Self {
-        let (which, from, to) = match gone {
-            Some((from, u64::MAX)) => (format!(" (from queue index {from} on)"), Some(from), None),
-            Some((from, to)) => (span(from, to), Some(from), Some(to)),
-            None => (String::new(), None, None),
+        let (message, from, to) = match gone {
+            Some((from, u64::MAX)) => {
+                let message = message!(
+                    "the arm was switched off and on, or reset: its queue is lost (from queue \
+                        index {from} on), and its progress is unknown",
+                    from
+                );
+                (message, Some(from), None)
+            }
+            Some((from, to)) => {
+                let which = span(from, to);
+                let message = message!(
+                    "the arm was switched off and on, or reset: its queue is lost ({which}), and \
+                        its progress is unknown",
+                    which
+                );
+                (message, Some(from), Some(to))
+            }
+            None => {
+                let message = message!(
+                    "the arm was switched off and on, or reset: its queue is lost, and its \
+                        progress is unknown"
+                );
+                (message, None, None)
+            }
         };
-        let message = format!(
-            "the arm was switched off and on, or reset: its queue is lost{which}, and its \
-                progress is unknown"
-        );
         let mut error =
             Self::new(ErrorCode::Reset, message).remedy(Action::Home, "is needed before going on");
         (error.0.from, error.0.to) = (from, to);
@@ -436,10 +499,11 @@ impl Error {
 
     /// More was queued than this program sent.
     pub fn unaccounted(from: u64, to: u64) -> Self {
-        let message = format!(
+        let message = message!(
             "the arm has taken more commands than this program sent (up to queue index {to}): the \
                 network duplicated one, or another program uses the arm; look at the arm before \
-            you go on"
+            you go on",
+            to
         );
         let mut error = Self::new(ErrorCode::Unaccounted, message);
         (error.0.from, error.0.to) = (Some(from), Some(to));
@@ -449,38 +513,44 @@ impl Error {
     /// The connection has ended.
     #[must_use]
     pub fn closed() -> Self {
-        Self::new(ErrorCode::Closed, "the connection is closed")
+        Self::new(ErrorCode::Closed, message!("the connection is closed"))
     }
 
     /// The task that owns the line takes no wishes.
     pub fn stuck() -> Self {
-        Self::new(ErrorCode::NotSent, "the connection is stuck")
+        Self::new(ErrorCode::NotSent, message!("the connection is stuck"))
     }
 
     /// The line failed while in use, or the program at its other end refused what was asked for
     /// (`PermissionDenied`) or is gone (`ConnectionAborted`, with words of its own).
     pub fn gone(name: &str, source: io::Error) -> Self {
         let message = match source.kind() {
-            io::ErrorKind::PermissionDenied => format!("refused: {source}"),
+            io::ErrorKind::PermissionDenied => {
+                message!("refused: {cause}", cause = source.to_string())
+            }
             // The program at the other end, or what stands for it, says in its own words why the
             // line is over: there is no cable to look at. The system's errors of this kind have no
             // words of their own.
-            io::ErrorKind::ConnectionAborted if source.get_ref().is_some() => source.to_string(),
-            _ => format!(
-                "the connection to {name} broke off: {source}; look at the cable and at the arm's power, \
-                 then connect again"
+            io::ErrorKind::ConnectionAborted if source.get_ref().is_some() => {
+                source.to_string().into()
+            }
+            _ => message!(
+                "the connection to {name} broke off: {cause}; look at the cable and at the arm's power, \
+                 then connect again",
+                name,
+                cause = source.to_string()
             ),
         };
         Self::new(ErrorCode::LineLost, message).with_source(source)
     }
 }
 
-/// An interval of queue indices, in brackets behind what they belong to.
-fn span(from: u64, to: u64) -> String {
+/// An interval of queue indices.
+fn span(from: u64, to: u64) -> Message {
     if from == to {
-        format!(" (queue index {from})")
+        message!("queue index {from}", from)
     } else {
-        format!(" (queue indices {from} to {to})")
+        message!("queue indices {from} to {to}", from, to)
     }
 }
 
@@ -540,13 +610,16 @@ impl From<RangeError> for Error {
 
 impl From<DecodeError> for Error {
     fn from(error: DecodeError) -> Self {
-        Self::new(ErrorCode::BadAnswer, format!("invalid reply: {error}"))
+        Self::new(
+            ErrorCode::BadAnswer,
+            message!("invalid reply: {cause}", cause = error.to_string()),
+        )
     }
 }
 
 impl From<MotionError> for Error {
     fn from(error: MotionError) -> Self {
-        let message = error.to_string();
+        let message = motion::of_motion(&error);
         match error {
             MotionError::Limit { value, limit, .. } => {
                 Self::new(ErrorCode::OutOfReach, message).with_limit(value, limit, "deg")

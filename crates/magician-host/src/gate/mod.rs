@@ -34,6 +34,7 @@ use magician_protocol::Frame;
 
 use crate::build::JogDirection;
 use crate::connection::Micros;
+use crate::message;
 use crate::{Action, Error, ErrorCode, Result};
 
 use self::deadline::Deadline;
@@ -479,7 +480,8 @@ pub fn refuse_unheld(command: &magician_protocol::Set) -> Result<()> {
 /// The error for a jog that nothing holds.
 #[must_use]
 pub fn unheld_jog() -> Error {
-    let message = "a jog that nothing holds goes on to the end of its axis; nothing was sent";
+    let message =
+        message!("a jog that nothing holds goes on to the end of its axis; nothing was sent");
     Error::new(ErrorCode::Guarded, message).remedy(Action::Jog, "ends when it is let go of")
 }
 

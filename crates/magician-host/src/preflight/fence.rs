@@ -7,6 +7,7 @@ use magician_protocol::Set;
 
 use super::Preflight;
 use crate::burning::{LASER_POWER, raises_laser_pin};
+use crate::message;
 use crate::{Action, Error, Result};
 
 impl Preflight {
@@ -66,12 +67,12 @@ impl Preflight {
             Set::JogCmd(jog)
                 if fence.bounds_motion() && jog.cmd != magician_protocol::JogCommand::Stop =>
             {
-                let why = "a plain jog does not stop at the fence";
+                let why = message!("a plain jog does not stop at the fence");
                 Err(unchecked(why).remedy(Action::Jog, "stops before it"))
             }
-            Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(
-                "ResetPose changes the arm's own position, and with it that of its fence",
-            )
+            Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(message!(
+                "ResetPose changes the arm's own position, and with it that of its fence"
+            ))
             .remedy(Action::Home, "corrects its position")),
             _ => Ok(()),
         }
@@ -132,10 +133,10 @@ impl Preflight {
     /// Refuses a motion that begins at an unknown position.
     pub(super) fn known_start(&self) -> Result<()> {
         if self.fence.as_ref().is_some_and(Fence::bounds_motion) {
-            Err(unchecked(
+            Err(unchecked(message!(
                 "the position of the arm by then is unknown; wait until it has stopped, or go on \
-                    in a separate program",
-            ))
+                    in a separate program"
+            )))
         } else {
             Ok(())
         }
@@ -144,9 +145,9 @@ impl Preflight {
     /// A motion that goes by rules of its own.
     pub(super) fn known_way(&self, command: &Set) -> Result<()> {
         match self.known_start() {
-            Err(_) => Err(unchecked(&format!(
-                "the end position of {} is unknown; use a move instead",
-                command.row().set_name
+            Err(_) => Err(unchecked(message!(
+                "the end position of {command} is unknown; use a move instead",
+                command = command.row().set_name
             ))),
             Ok(()) => Ok(()),
         }
@@ -181,10 +182,13 @@ impl Preflight {
 }
 
 /// What a fence cannot be held against.
-fn unchecked(why: &str) -> Error {
+fn unchecked(why: crate::Message) -> Error {
     Error::guarded(
         "fence",
-        format!("this arm has a fence, and the command cannot be checked against it: {why}"),
+        message!(
+            "this arm has a fence, and the command cannot be checked against it: {why}",
+            why
+        ),
     )
 }
 

@@ -74,9 +74,9 @@ setters! { reach unknown_start jog laser alarms require_homed }
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) with [`Error::guard`].
-pub fn refuse(on: bool, name: &'static str, why: impl std::fmt::Display) -> Result<()> {
+pub fn refuse(on: bool, name: &'static str, why: impl Into<crate::Message>) -> Result<()> {
     if on {
-        Err(Error::guarded(name, why.to_string()))
+        Err(Error::guarded(name, why))
     } else {
         Ok(())
     }

@@ -6,6 +6,7 @@ use magician_protocol::Set;
 use super::guards::refuse;
 use super::readings::Readings;
 use crate::Result;
+use crate::message;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Laser {
@@ -18,7 +19,7 @@ pub(super) struct Laser {
 /// What the arm does during a command, for a laser that burns meanwhile.
 enum Doing {
     /// It stands for a while.
-    Standing(&'static str),
+    Standing(crate::Message),
     /// It goes somewhere with its joints.
     Travelling,
     /// It draws a line.
@@ -37,10 +38,12 @@ impl Doing {
             };
         }
         match command {
-            Set::WaitCmd(wait) if wait.timeout > 0 => Self::Standing("waits"),
-            Set::TrigCmd(_) => Self::Standing("waits for an input"),
-            Set::EMotorS(motor) if motor.is_enabled.is_on() => Self::Standing("waits for a motor"),
-            Set::HomeCmd(_) => Self::Standing("homes"),
+            Set::WaitCmd(wait) if wait.timeout > 0 => Self::Standing(message!("waits")),
+            Set::TrigCmd(_) => Self::Standing(message!("waits for an input")),
+            Set::EMotorS(motor) if motor.is_enabled.is_on() => {
+                Self::Standing(message!("waits for a motor"))
+            }
+            Set::HomeCmd(_) => Self::Standing(message!("homes")),
             Set::JogCmd(_) => Self::Travelling,
             Set::ArcCmd(_) | Set::CircleCmd(_) => Self::Drawing,
             _ => Self::Other,
@@ -66,11 +69,14 @@ impl Laser {
     pub(super) fn check(self, command: &Set, guard: bool) -> Result<()> {
         let doing = match Doing::of(command) {
             Doing::Standing(doing) if self.burns() => doing,
-            Doing::Travelling if self.burns() => "travels",
-            Doing::Drawing if self.along => "leaves the path that it burns",
+            Doing::Travelling if self.burns() => message!("travels"),
+            Doing::Drawing if self.along => message!("leaves the path that it burns"),
             _ => return Ok(()),
         };
-        let why = format!("the laser would burn while the arm {doing}: switch it off first");
+        let why = message!(
+            "the laser would burn while the arm {doing}: switch it off first",
+            doing
+        );
         refuse(guard, "laser", why)
     }
 

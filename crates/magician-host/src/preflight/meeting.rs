@@ -5,6 +5,7 @@ use std::time::Duration;
 use magician_protocol::Set;
 
 use super::Preflight;
+use crate::message;
 use crate::{Error, ErrorCode, ErrorKind, Result};
 
 /// How far apart two instants are that are looked at, s.
@@ -80,9 +81,9 @@ impl Preflight {
     ) -> Result<Meeting> {
         let numbers = target.position.iter().chain(&target.velocity);
         if !numbers.into_iter().all(|number| number.is_finite()) {
-            return Err(Error::invalid(
-                "the target's place and velocity are finite numbers",
-            ));
+            return Err(Error::invalid(message!(
+                "the target's place and velocity are finite numbers"
+            )));
         }
         let (mut at, mut reached, mut refusal) = (0.0, None, None);
         while at <= LATEST {
@@ -129,16 +130,24 @@ fn missed(
         .as_ref()
         .map_or(Vec::new(), |refusal| refusal.remedies().to_vec());
     let why = match (reached, refusal) {
-        (Some((until, takes)), _) => format!(
-            "it is within reach until {until:.2} s from now, and the arm needs {:.2} s to be there",
-            takes.as_secs_f64()
+        (Some((until, takes)), _) => message!(
+            "it is within reach until {until:.2} s from now, and the arm needs {takes:.2} s to be there",
+            until,
+            takes = takes.as_secs_f64()
         ),
-        (None, Some(refusal)) => {
-            format!("no place on its way is within reach: {}", refusal.message())
-        }
-        (None, None) => "no place on its way is within reach".to_owned(),
+        (None, Some(refusal)) => message!(
+            "no place on its way is within reach: {cause}",
+            cause = refusal.sentence()
+        ),
+        (None, None) => message!("no place on its way is within reach"),
     };
-    let message = format!("the target at {x:.1}, {y:.1}, {z:.1} cannot be met: {why}");
+    let message = message!(
+        "the target at {x:.1}, {y:.1}, {z:.1} cannot be met: {why}",
+        x,
+        y,
+        z,
+        why
+    );
     let error = Error::new(ErrorCode::OutOfReach, message);
     let remedies = remedies.into_iter();
     remedies.fold(error, |error, remedy| {

@@ -36,6 +36,7 @@ pub use speeds::PathProfiles;
 pub use way::Stopping;
 
 use crate::Result;
+use crate::message;
 
 /// The time of what has no end that is known, in microseconds.
 const FOREVER: u64 = u64::MAX;
@@ -288,7 +289,8 @@ impl Preflight {
     /// # Errors
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if it leaves the laser burning.
     pub fn finish(&self) -> Result<()> {
-        let why = "the laser would keep burning after the program: switch it off at the end";
+        let why =
+            message!("the laser would keep burning after the program: switch it off at the end");
         refuse(self.guards.laser && self.laser.burns(), "laser", why)
     }
 

@@ -10,7 +10,9 @@ use magician_protocol::{CpMode, Effect, JogCommand, Set};
 
 use super::guards::refuse;
 use super::{FOREVER, Preflight};
+use crate::error::of_motion;
 use crate::{Error, ErrorKind, Result};
+use crate::{Message, message};
 
 /// No stepper follows faster pulses, pulses/s.
 const FASTEST_PULSES: f64 = 1e6;
@@ -121,7 +123,7 @@ impl Preflight {
     pub(super) fn request(&self, ptp: &PtpMove) -> Result<Move> {
         ptp.request(self.now.settings.jump()).ok_or_else(|| {
             let mode = u8::from(ptp.mode);
-            let message = format!("unknown point-to-point mode {mode}; modes are 0 to 9");
+            let message = message!("unknown point-to-point mode {mode}; modes are 0 to 9", mode);
             Error::invalid(message).with_limit(mode.into(), 9.0, "mode")
         })
     }
@@ -169,10 +171,11 @@ impl Preflight {
     }
 
     /// The start of the path is unknown.
-    pub(super) fn unknown_way(&self, what: &str) -> Result<()> {
-        let why = format!(
+    pub(super) fn unknown_way(&self, what: Message) -> Result<()> {
+        let why = message!(
             "the arm's position by then is unknown, and therefore {what}; first move it to a pose \
-                or to joint angles with all joints together"
+                or to joint angles with all joints together",
+            what
         );
         refuse(self.guards.unknown_start, "unknown_start", why)
     }
@@ -181,7 +184,7 @@ impl Preflight {
     /// within them stay there; only J2 - J3 could leave its own for a moment, where one of them is much slower.
     fn arrive(&mut self, request: &Move) -> Result<()> {
         if request.kind != MoveKind::Joint {
-            self.unknown_way("its path")?;
+            self.unknown_way(message!("its path"))?;
         }
         let end = match &request.target {
             Target::Pose(pose) => ArmState::at_pose(&self.geometry(), pose, &self.model.limits),
@@ -190,7 +193,7 @@ impl Preflight {
                 self.model.limits.check(joints).map(|()| state)
             }
             Target::PoseIncrement(_) | Target::JointIncrement(_) => {
-                self.unknown_way("its end")?;
+                self.unknown_way(message!("its end"))?;
                 self.at = None;
                 return Ok(());
             }
@@ -209,7 +212,7 @@ impl Preflight {
         let to = point.map(f64::from);
         let Some(from) = self.at else {
             self.known_start()?;
-            self.unknown_way("the begin of the path")?;
+            self.unknown_way(message!("the begin of the path"))?;
             let [x, y, z] = to;
             if mode == CpMode::Absolute {
                 let target = Target::Pose([x, y, z, 0.0].into());
@@ -249,7 +252,7 @@ impl Preflight {
     fn arc(&mut self, via: [f32; 4], to: [f32; 4]) -> Result<u64> {
         let Some(from) = self.at else {
             self.known_start()?;
-            self.unknown_way("the arc")?;
+            self.unknown_way(message!("the arc"))?;
             let (target, kind) = (Target::Pose(to.map(f64::from).into()), MoveKind::Joint);
             self.arrive(&Move { target, kind })?;
             return Ok(FOREVER);
@@ -265,7 +268,7 @@ impl Preflight {
         let points = [circle.cir_point, circle.to_point];
         let Some(from) = self.at else {
             self.known_start()?;
-            self.unknown_way("the circle")?;
+            self.unknown_way(message!("the circle"))?;
             self.check_points(points)?;
             return Ok(FOREVER);
         };
@@ -339,8 +342,10 @@ impl Preflight {
 
     /// A jog goes on until a limit ends it.
     fn jog(&mut self, command: JogCommand) -> Result<u64> {
-        let why = "a queued jog only ends at a limit, with an alarm: jog at once instead, and \
-            stop it";
+        let why = message!(
+            "a queued jog only ends at a limit, with an alarm: jog at once instead, and \
+            stop it"
+        );
         refuse(self.guards.jog, "jog", why)?;
         match command {
             JogCommand::RailPlus | JogCommand::RailMinus if !self.now.settings.has_rail() => {
@@ -356,22 +361,34 @@ impl Preflight {
 /// What is said of a motion that leaves what every arm keeps to for certain ([`Step::doubt`](super::Step::doubt)): the end of
 /// a sentence that begins with the motion, and "where".
 #[must_use]
-pub fn doubt_in_words(cause: &MotionError) -> String {
-    match cause {
+pub fn doubt_in_words(cause: &MotionError) -> Message {
+    match *cause {
         MotionError::Limit {
             bound,
             value,
             limit,
         } => {
-            let (subject, side) = (
-                bound.subject(),
-                if bound.is_upper() { "above" } else { "below" },
-            );
-            format!(
-                "{subject} is at {value:.1} degrees: arms were seen there, but not every arm is known to go {side} {limit:.1}"
-            )
+            let joint = Message::word(bound.subject());
+            if bound.is_upper() {
+                message!(
+                    "{joint} is at {value:.1} degrees: arms were seen there, but not every arm is known to go above {limit:.1}",
+                    joint,
+                    value,
+                    limit
+                )
+            } else {
+                message!(
+                    "{joint} is at {value:.1} degrees: arms were seen there, but not every arm is known to go below {limit:.1}",
+                    joint,
+                    value,
+                    limit
+                )
+            }
         }
-        other => format!("not every arm is known to go ({other})"),
+        ref other => message!(
+            "not every arm is known to go ({cause})",
+            cause = of_motion(other)
+        ),
     }
 }
 

@@ -5,6 +5,7 @@ use magician_motion::{Geometry, Limits};
 use magician_protocol::{CpMode, Set};
 
 use super::Preflight;
+use crate::message;
 use crate::{Error, ErrorCode};
 
 /// Places nearer to the base and farther from it are tried by this step first, mm.
@@ -33,8 +34,9 @@ impl Preflight {
                 .progress()
                 .filter(|_| places.iter().any(Option::is_some))
             {
-                Some(percent) => error.in_place(format!(
-                    "the way there leaves the reach of the arm after {percent:.0} % of it"
+                Some(percent) => error.in_place(message!(
+                    "the way there leaves the reach of the arm after {percent:.0} % of it",
+                    percent
                 )),
                 None => error,
             };
@@ -42,20 +44,26 @@ impl Preflight {
         let [x, y, _] = place;
         let at = told(place);
         let Some(nearest) = nearest(&geometry, limits, place) else {
-            return error.in_place(format!(
-                "{at} is out of reach at any distance from the base"
+            return error.in_place(message!(
+                "{at} is out of reach at any distance from the base",
+                at
             ));
         };
         let is_too_near = libm::hypot(nearest[0], nearest[1]) > libm::hypot(x, y);
-        let why = if is_too_near {
-            "too close to the base of the arm"
-        } else {
-            "out of reach"
-        };
         let nearest = told(nearest);
-        error.in_place(format!(
-            "{at} is {why}; the nearest place in reach is {nearest}"
-        ))
+        error.in_place(if is_too_near {
+            message!(
+                "{at} is too close to the base of the arm; the nearest place in reach is {nearest}",
+                at,
+                nearest
+            )
+        } else {
+            message!(
+                "{at} is out of reach; the nearest place in reach is {nearest}",
+                at,
+                nearest
+            )
+        })
     }
 
     /// The places that a command names, where it names some.

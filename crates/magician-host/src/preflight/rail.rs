@@ -4,6 +4,7 @@ use magician_model::PtpMove;
 
 use super::Preflight;
 use super::path::microseconds;
+use crate::message;
 use crate::{Error, ErrorCode, Result};
 
 /// A way shorter than this takes no time, mm (model section 7).
@@ -33,7 +34,7 @@ impl Preflight {
             (false, _) => l,
             (true, Some(from)) => from + l,
             (true, None) => {
-                self.unknown_way("how far the carriage on the rail may go")?;
+                self.unknown_way(message!("how far the carriage on the rail may go"))?;
                 return Ok(RailMove {
                     to: None,
                     time: None,
@@ -43,7 +44,7 @@ impl Preflight {
         let length = self.model.rail.length;
         if self.guards.reach && !(0.0..=length).contains(&to) {
             let limit = if to < 0.0 { 0.0 } else { length };
-            let message = format!("the rail would be at {to} mm, limit {limit} mm");
+            let message = message!("the rail would be at {to} mm, limit {limit} mm", to, limit);
             return Err(Error::new(ErrorCode::OutOfReach, message).with_limit(to, limit, "mm"));
         }
         let to = to.clamp(0.0, length);
@@ -52,7 +53,9 @@ impl Preflight {
             Some(way) if way < SHORTEST => Some(0),
             Some(way) => {
                 let rates = self.now.settings.rail().ok_or_else(|| {
-                    Error::invalid("speeds on the rail and their ratios must be above 0")
+                    Error::invalid(message!(
+                        "speeds on the rail and their ratios must be above 0"
+                    ))
                 })?;
                 let profile = self.model.law.rest_to_rest(way, &rates);
                 Some(microseconds(profile.duration()))

@@ -7,6 +7,7 @@ use magician_protocol::Set;
 
 use super::Preflight;
 use crate::build::{line_speed, line_to, move_to, speed};
+use crate::message;
 use crate::{Error, ErrorCode, Result};
 
 /// A lift at the speeds in force may take this long; a slower one is done at speeds of its own, so that a pen is up within
@@ -55,8 +56,9 @@ impl Preflight {
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a height below 0, and where the arm's position is unknown.
     pub fn lift(&self, height: f64) -> Result<Lift> {
         if !(height.is_finite() && height >= 0.0) {
-            return Err(Error::invalid(format!(
-                "the lift is {height} mm, it must be 0 or more"
+            return Err(Error::invalid(message!(
+                "the lift is {height} mm, it must be 0 or more",
+                height
             )));
         }
         let from = self.stands()?.pose;
@@ -136,7 +138,7 @@ impl Preflight {
                 Err(error) => refusal = refusal.or(Some(error)),
             }
         }
-        let none = || Error::new(ErrorCode::OutOfReach, "there is no path to it");
+        let none = || Error::new(ErrorCode::OutOfReach, message!("there is no path to it"));
         Err(refusal.unwrap_or_else(none))
     }
 
@@ -159,7 +161,9 @@ impl Preflight {
             if dips {
                 return Err(Error::new(
                     ErrorCode::OutOfReach,
-                    "the base is in the way, and the path around it dips below both of its ends",
+                    message!(
+                        "the base is in the way, and the path around it dips below both of its ends"
+                    ),
                 ));
             }
             kept.push(command);
@@ -168,8 +172,12 @@ impl Preflight {
     }
 
     fn stands(&self) -> Result<&ArmState> {
-        self.arm()
-            .ok_or_else(|| Error::new(ErrorCode::PositionUnknown, "the arm's position is unknown"))
+        self.arm().ok_or_else(|| {
+            Error::new(
+                ErrorCode::PositionUnknown,
+                message!("the arm's position is unknown"),
+            )
+        })
     }
 }
 

@@ -12,6 +12,7 @@ mod track;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use magician::commands::{DeviceTime, Pose};
+use magician::message;
 use magician::{Arm, Error, ErrorCode, Ran, RunOptions, SettingsBackup};
 use magician_program::Action;
 use tokio::time::Instant;
@@ -105,7 +106,10 @@ struct EndsAnyway(Arc<Shared>);
 impl Drop for EndsAnyway {
     fn drop(&mut self) {
         if self.0.state() != JobState::Ended {
-            let gone = Error::new(ErrorCode::Stopped, "the job was dropped before its end");
+            let gone = Error::new(
+                ErrorCode::Stopped,
+                message!("the job was dropped before its end"),
+            );
             self.0.end(Err(Arc::new(JobError::from(gone))));
         }
     }

@@ -7,6 +7,7 @@
 mod report;
 mod store;
 
+use magician::message;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -87,7 +88,11 @@ impl Preset {
         }
         let options = given.or(&own);
         options.check().map_err(|mut error| {
-            error.message = format!("with the preset {}: {}", self.name, error.message);
+            error.message = message!(
+                "with the preset {preset}: {why}",
+                preset = self.name,
+                why = &error.message
+            );
             error
         })?;
         let unused: Vec<_> = own.not_of(given.work).iter().map(|row| row.name).collect();
@@ -227,7 +232,9 @@ impl Presets {
         let path = self.path(name).filter(|_| !shipped);
         let read = match text.len() {
             0..=LARGEST => parse(&text),
-            _ => Err(Diagnostic::of_file("it is too large for a preset")),
+            _ => Err(Diagnostic::of_file(message!(
+                "it is too large for a preset"
+            ))),
         };
         let (note, options) = read.map_err(|problem| PresetError::Broken {
             path: path.clone().unwrap_or_else(|| name.into()),
@@ -256,7 +263,7 @@ impl Presets {
     ) -> Result<Preset, PresetError> {
         check_name(name)?;
         let text = written(note, options)?;
-        parse(&text).map_err(|problem| PresetError::Unsaid(problem.message))?;
+        parse(&text).map_err(|problem| PresetError::Unsaid(problem.message.into()))?;
         self.save_text(name, text)
     }
 
@@ -364,13 +371,16 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
         let name = key.get_ref().replace('-', "_");
         if name == NOTE {
             let Value::String(text) = value else {
-                return Err(Diagnostic::new(at_value, "note: expected a quoted string"));
+                return Err(Diagnostic::new(
+                    at_value,
+                    message!("note: expected a quoted string"),
+                ));
             };
             note = Some(text);
             continue;
         }
         if NOT_OF_A_PRESET.contains(&name.as_str()) || !SetupOptions::keys().contains(&name) {
-            let message = format!("a preset has no {}", key.get_ref());
+            let message = message!("a preset has no {option}", option = key.get_ref());
             return Err(Diagnostic::new(lines.origin(key.span()), message));
         }
         let alone = Map::from_iter([(name.clone(), value.clone())]);
@@ -379,7 +389,7 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
             .map_err(|error| Diagnostic::new(at_value, error.message))?;
         places.push((name.clone(), at_value));
         if fields.insert(name, value).is_some() {
-            let message = format!("{} is there twice", key.get_ref());
+            let message = message!("{option} is there twice", option = key.get_ref());
             return Err(Diagnostic::new(lines.origin(key.span()), message));
         }
     }
@@ -394,8 +404,8 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
 /// Options as a file.
 fn written(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetError> {
     if let Some(FontChoice::File { name, .. }) = &options.font {
-        let message = format!("a preset cannot keep the font of a file: {name}");
-        return Err(PresetError::Unsaid(message));
+        let message = message!("a preset cannot keep the font of a file: {name}", name);
+        return Err(PresetError::Unsaid(message.into()));
     }
     let mut text = String::new();
     let mut put = |key: &str, value: &Value| {
@@ -567,7 +577,7 @@ mod tests {
                 text.replace(&format!("= \"{number}\""), &format!("= {number}"))
             });
             let problem = parse(&text).expect_err(&text);
-            assert_eq!(problem.message, entry["message"], "{text}");
+            assert_eq!(entry["message"], problem.message.as_str(), "{text}");
         }
         assert_eq!(unsayable, UNSAYABLE, "of {}", table.len());
     }

@@ -1,5 +1,6 @@
 //! Coordinates of another machine, taken as the arm's.
 
+use magician_host::message;
 use magician_host::{Action, Given, Setting};
 
 use super::Report;
@@ -27,9 +28,11 @@ pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
     }
     let [least, most] = extent_of_marks(plan).or_else(|| plan.extent())?;
     let [x, y] = [0, 1].map(|axis| format!("{:.0} to {:.0}", least[axis], most[axis]));
-    let message = format!(
+    let message = message!(
         "its coordinates look like those of another machine: it draws at x {x}, y {y} mm, and x 0, y 0 is \
-            the axis of this arm's base"
+            the axis of this arm's base",
+        x,
+        y
     );
     let problem = Diagnostic::new(first.origin, message)
         .remedy((Setting::Place, Given::On), "lays it in front of the arm")

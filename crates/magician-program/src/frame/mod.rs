@@ -2,6 +2,7 @@
 
 mod outline;
 
+use magician_host::message;
 use magician_host::{Remedy, Setting};
 use magician_motion::Fence;
 
@@ -67,12 +68,14 @@ impl Framing {
         let laser = marked.tool == Some(Tool::Laser)
             || marked.steps.iter().any(|step| step.action.is_of_a_laser());
         if self.power.is_some() && !laser {
-            let message = "only the laser lights a frame, and this is for another tool";
+            let message = message!("only the laser lights a frame, and this is for another tool");
             let diagnostic = Diagnostic::of_file(message);
             return Err(diagnostic.with(Remedy::without(Setting::FramePower)));
         }
         let marks = WorkLines::of(&marked, None).map_err(|_| {
-            Diagnostic::of_file("it draws and burns nothing: there is nothing to go round")
+            Diagnostic::of_file(message!(
+                "it draws and burns nothing: there is nothing to go round"
+            ))
         })?;
         let surface = marked.surface.unwrap_or(Surface::level(marks.touch));
         let frame = Frame {
@@ -95,16 +98,21 @@ impl Framing {
             .flat_map(|stroke| stroke.points.iter().copied())
             .collect();
         let round = || vec![closed(hull(&points))];
-        let (rings, what) = match self.shape {
-            FrameShape::Box => (vec![closed(corners(&lines))], "the corners of its box are"),
-            FrameShape::Outline => (outline::of(&lines), "its outline is"),
+        let (rings, message) = match self.shape {
+            FrameShape::Box => (
+                vec![closed(corners(&lines))],
+                message!("the corners of its box are out of reach: the frame is the convex hull"),
+            ),
+            FrameShape::Outline => (
+                outline::of(&lines),
+                message!("its outline is out of reach: the frame is the convex hull"),
+            ),
             FrameShape::Hull => return Ok((frame.plan(round()), Vec::new())),
         };
         let plan = frame.plan(rings);
         if report(&plan, fence).is_good() {
             return Ok((plan, Vec::new()));
         }
-        let message = format!("{what} out of reach: the frame is the convex hull");
         let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
         Ok((frame.plan(round()), vec![note]))
     }

@@ -1,5 +1,6 @@
 //! Options as members of an object: the one way in for every door.
 
+use magician_host::{Message, OptionName, message};
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
@@ -13,19 +14,19 @@ use crate::FontChoice;
 const SHOWN_NAME: usize = 40;
 
 /// Why an option is not taken.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct OptionError {
     /// The name of the option.
     pub key: String,
     /// What is wrong, in a sentence that names the option.
-    pub message: String,
+    pub message: Message,
     /// The option that is missing beside it, if that is what is wrong.
     pub needs: Option<Need>,
 }
 
 impl OptionError {
-    fn new(key: &str, message: impl Into<String>) -> Self {
+    fn new(key: &str, message: impl Into<Message>) -> Self {
         Self {
             key: key.to_owned(),
             message: message.into(),
@@ -41,6 +42,17 @@ impl fmt::Display for OptionError {
 }
 
 impl std::error::Error for OptionError {}
+
+impl Need {
+    /// The same as `Display`, as part of a message.
+    fn in_words(&self) -> Message {
+        let name = OptionName(self.name);
+        match self.values {
+            [] => message!("{name}", name),
+            values => message!("{name}: {choices}", name, choices = either(values)),
+        }
+    }
+}
 
 /// `fill: hatch, cross or contour`, or the name alone where any value is enough.
 impl fmt::Display for Need {
@@ -81,7 +93,7 @@ impl SetupOptions {
             let Some(row) = Self::option(key) else {
                 let shown: String = key.chars().take(SHOWN_NAME).collect();
                 let known = Self::keys().join(", ");
-                let message = format!("unknown option {shown}; known are {known}");
+                let message = message!("unknown option {shown}; known are {known}", shown, known);
                 return Err(OptionError::new(&shown, message));
             };
             options.take(row, value)?;
@@ -93,7 +105,10 @@ impl SetupOptions {
     fn take(&mut self, row: &OptionSpec, value: &Value) -> Result<(), OptionError> {
         let name = row.name;
         if value.is_null() {
-            return Err(OptionError::new(name, format!("{name} has no value")));
+            return Err(OptionError::new(
+                name,
+                message!("{name} has no value", name = OptionName(name)),
+            ));
         }
         let read = if row.is_within(value) {
             self.set(name, value)
@@ -102,7 +117,7 @@ impl SetupOptions {
         };
         read.map_err(|why| {
             let message = match why {
-                Some(why) => format!("{name}: {why}"),
+                Some(why) => message!("{name}: {why}", name = OptionName(name), why),
                 None => row.refusal(value),
             };
             OptionError::new(name, message)
@@ -130,7 +145,7 @@ impl SetupOptions {
         if let Some((n, problem)) = problems.next() {
             return Err(OptionError::new(
                 "pens",
-                format!("pens: pen {n}: {problem}"),
+                message!("pens: pen {n}: {problem}", n, problem),
             ));
         }
         let mut read = Self::default();
@@ -202,18 +217,32 @@ impl SetupOptions {
             let name = row.name;
             let mut others = row.contradicts.iter();
             if let Some(other) = others.find(|other| given.contains_key(**other)) {
-                let message = format!("{name} and {other} contradict each other");
+                let message = message!(
+                    "{name} and {other} contradict each other",
+                    name = OptionName(name),
+                    other = OptionName(other)
+                );
                 return Err(OptionError::new(name, message));
             }
             let is_enough = |need: &Need| given.get(need.name).is_some_and(|it| need.is_met_by(it));
             if let Some(need) = row.needs.filter(|need| !is_enough(need)) {
                 return Err(OptionError {
                     needs: Some(need),
-                    ..OptionError::new(name, format!("{name} needs {need}"))
+                    ..OptionError::new(
+                        name,
+                        message!(
+                            "{name} needs {need}",
+                            name = OptionName(name),
+                            need = need.in_words()
+                        ),
+                    )
                 });
             }
             if let Some(why) = row.work.and_then(|work| work.excluded_by(self.work)) {
-                return Err(OptionError::new(name, format!("{name} counts where {why}")));
+                return Err(OptionError::new(
+                    name,
+                    message!("{name} counts where {why}", name = OptionName(name), why),
+                ));
             }
         }
         if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {
@@ -221,7 +250,10 @@ impl SetupOptions {
                 Some(_) => "margin",
                 None => "page",
             };
-            return Err(OptionError::new(key, format!("{key}: {problem}")));
+            return Err(OptionError::new(
+                key,
+                message!("{key}: {problem}", key = OptionName(key), problem),
+            ));
         }
         Ok(())
     }

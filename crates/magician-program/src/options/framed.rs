@@ -1,5 +1,6 @@
 //! Which work a frame goes round.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::{SetupDefaults, SetupOptions, WorkOption};
@@ -46,17 +47,27 @@ impl SetupOptions {
             return None;
         }
         let (made, tool, other, otherwise) = match work {
-            WorkOption::Engrave => ("engraved", "laser", "pen", "drawn"),
-            _ => ("drawn", "pen", "laser", "engraved"),
+            WorkOption::Engrave => (message!("engraved"), message!("laser"), "pen", "drawn"),
+            _ => (message!("drawn"), message!("pen"), "laser", "engraved"),
         };
         let why = match (known, defaults.tool) {
-            (Some(_), _) => format!("the arm has the {tool}"),
+            (Some(_), _) => message!("the arm has the {tool}", tool),
             (None, Some(_)) => {
-                format!("the {tool} is the usual tool, and that of the arm is unknown")
+                message!(
+                    "the {tool} is the usual tool, and that of the arm is unknown",
+                    tool
+                )
             }
-            (None, None) => format!("the tool of the arm is unknown, so the {tool} is assumed"),
+            (None, None) => message!(
+                "the tool of the arm is unknown, so the {tool} is assumed",
+                tool
+            ),
         };
-        let note = Diagnostic::of_file(format!("the frame goes round what would be {made}: {why}"));
+        let note = Diagnostic::of_file(message!(
+            "the frame goes round what would be {made}: {why}",
+            made,
+            why
+        ));
         Some(note.coded(DiagnosticCode::Assumed).remedy(
             (Setting::Tool, Given::Word(other)),
             format!("goes round what would be {otherwise}"),
@@ -79,7 +90,7 @@ mod tests {
             ..SetupDefaults::default()
         };
         let note = options.frame_for(&defaults, in_force);
-        (options.work, note.expect("a note").message)
+        (options.work, note.expect("a note").message.into())
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod value;
 
 pub use fields::OptionError;
 pub use grid::Grid;
+use magician_host::{Message, message};
 use magician_host::{Set, build};
 pub use pens::{PenMatch, PenOptions};
 pub use spec::{DefaultValue, Need, OptionGroup, OptionKind, OptionSpec};
@@ -47,10 +48,10 @@ impl WorkOption {
     pub const NAMES: &'static [&'static str] = &["draw", "engrave"];
 
     /// Returns why an option of this work does not count, if the other one was asked for.
-    fn excluded_by(self, asked: Option<Self>) -> Option<&'static str> {
+    fn excluded_by(self, asked: Option<Self>) -> Option<Message> {
         match (self, asked) {
-            (Self::Engrave, Some(Self::Draw)) => Some("the laser engraves: work is draw"),
-            (Self::Draw, Some(Self::Engrave)) => Some("the pen draws: work is engrave"),
+            (Self::Engrave, Some(Self::Draw)) => Some(message!("the laser engraves: work is draw")),
+            (Self::Draw, Some(Self::Engrave)) => Some(message!("the pen draws: work is engrave")),
             _ => None,
         }
     }

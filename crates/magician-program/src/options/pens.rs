@@ -1,5 +1,6 @@
 //! Pens of the parts of a drawing.
 
+use magician_host::{Message, OptionName, message};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -53,9 +54,9 @@ pub enum PenMatch {
 
 impl PenOptions {
     /// What of it is out of its range, in a sentence.
-    pub(super) fn problem(&self) -> Option<String> {
+    pub(super) fn problem(&self) -> Option<Message> {
         if self.matches == PenMatch::Number(0) {
-            return Some("match counts parts from 1".to_owned());
+            return Some(message!("match counts parts from 1"));
         }
         // As the options of the same names.
         for (key, value) in [
@@ -72,13 +73,21 @@ impl PenOptions {
         }
         let fits = |power: &f64| *power > 0.0 && *power <= 100.0;
         if let Some(power) = self.power.filter(|power| !fits(power)) {
-            return Some(format!("power is percent above 0, not {power}"));
+            return Some(message!(
+                "{name} is percent above 0, not {power}",
+                name = OptionName("power"),
+                power
+            ));
         }
         if let Some(offset) = self
             .surface_offset
             .filter(|offset| !(-100.0..=100.0).contains(offset))
         {
-            return Some(format!("surface_offset is -100 to 100 mm, not {offset}"));
+            return Some(message!(
+                "{name} is -100 to 100 mm, not {offset}",
+                name = OptionName("surface_offset"),
+                offset
+            ));
         }
         None
     }

@@ -113,7 +113,7 @@ macro_rules! setup_options {
             ///
             /// # Errors
             /// What is wrong with the value; `None` if the row says it.
-            pub(super) fn set(&mut self, name: &str, value: &Value) -> Result<(), Option<String>> {
+            pub(super) fn set(&mut self, name: &str, value: &Value) -> Result<(), Option<magician_host::Message>> {
                 match name {
                     $(name!($field $($name)?) => self.$field = Member::read(value)?,)*
                     _ => return Err(None),

@@ -1,5 +1,6 @@
 //! Values of options: their forms in JSON.
 
+use magician_host::{Message, message};
 use serde_json::{Value, json};
 
 use super::{Grid, ModeOption, PenOptions, WorkOption};
@@ -21,7 +22,7 @@ pub(super) trait OptionValue: Sized {
     ///
     /// # Errors
     /// What is wrong with it; `None` if the row says it.
-    fn from_json(value: &Value) -> Result<Self, Option<String>>;
+    fn from_json(value: &Value) -> Result<Self, Option<Message>>;
 
     /// Returns the same in JSON.
     fn to_json(&self) -> Value;
@@ -33,7 +34,7 @@ pub(super) trait Member: Sized {
     ///
     /// # Errors
     /// As of [`OptionValue::from_json`].
-    fn read(value: &Value) -> Result<Self, Option<String>>;
+    fn read(value: &Value) -> Result<Self, Option<Message>>;
 
     /// Returns its value; `None` if it is left open.
     fn given(&self) -> Option<Value>;
@@ -43,7 +44,7 @@ pub(super) trait Member: Sized {
 }
 
 impl<T: OptionValue> Member for Option<T> {
-    fn read(value: &Value) -> Result<Self, Option<String>> {
+    fn read(value: &Value) -> Result<Self, Option<Message>> {
         T::from_json(value).map(Some)
     }
 
@@ -58,7 +59,7 @@ impl<T: OptionValue> Member for Option<T> {
 
 /// A switch that is off where it is left open.
 impl Member for bool {
-    fn read(value: &Value) -> Result<Self, Option<String>> {
+    fn read(value: &Value) -> Result<Self, Option<Message>> {
         value.as_bool().ok_or(None)
     }
 
@@ -75,10 +76,15 @@ impl<T: OptionValue> Member for Vec<T>
 where
     Self: Listed,
 {
-    fn read(value: &Value) -> Result<Self, Option<String>> {
+    fn read(value: &Value) -> Result<Self, Option<Message>> {
         let items = value.as_array().ok_or(None)?;
         let read = (1..).zip(items).map(|(n, item)| {
-            T::from_json(item).map_err(|why| why.map(|why| format!("{} {n}: {why}", Self::ITEM)))
+            T::from_json(item).map_err(|why| {
+                why.map(|why| {
+                    let item = Self::ITEM;
+                    message!("{item} {n}: {why}", item, n, why)
+                })
+            })
         });
         read.collect()
     }
@@ -108,7 +114,7 @@ impl Listed for Vec<PenOptions> {
 }
 
 impl OptionValue for f64 {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         value.as_f64().ok_or(None)
     }
 
@@ -119,7 +125,7 @@ impl OptionValue for f64 {
 }
 
 impl OptionValue for bool {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         value.as_bool().ok_or(None)
     }
 
@@ -129,7 +135,7 @@ impl OptionValue for bool {
 }
 
 impl OptionValue for String {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         let text = value.as_str().ok_or(None)?;
         match text.chars().nth(LONGEST_TEXT) {
             Some(_) => Err(None),
@@ -143,8 +149,9 @@ impl OptionValue for String {
 }
 
 impl OptionValue for PenOptions {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
-        let pen: Self = serde_json::from_value(value.clone()).map_err(|error| error.to_string())?;
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
+        let pen: Self = serde_json::from_value(value.clone())
+            .map_err(|error| Message::from(error.to_string()))?;
         match pen.problem() {
             Some(problem) => Err(Some(problem)),
             None => Ok(pen),
@@ -160,7 +167,7 @@ impl OptionValue for PenOptions {
 macro_rules! whole {
     ($($type:ty),*) => {$(
         impl OptionValue for $type {
-            fn from_json(value: &Value) -> Result<Self, Option<String>> {
+            fn from_json(value: &Value) -> Result<Self, Option<Message>> {
                 let number = value.as_u64().and_then(|number| number.try_into().ok());
                 number.ok_or(None)
             }
@@ -178,7 +185,7 @@ whole!(u8, u32);
 macro_rules! numbers {
     ($($count:literal),*) => {$(
         impl OptionValue for [f64; $count] {
-            fn from_json(value: &Value) -> Result<Self, Option<String>> {
+            fn from_json(value: &Value) -> Result<Self, Option<Message>> {
                 let items = value.as_array().ok_or(None)?;
                 let numbers: Option<Vec<f64>> = items.iter().map(Value::as_f64).collect();
                 numbers.and_then(|numbers| numbers.try_into().ok()).ok_or(None)
@@ -195,7 +202,7 @@ numbers!(2, 3);
 
 /// A rectangle of pixels, which is not empty.
 impl OptionValue for [u32; 4] {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         let items = value.as_array().ok_or(None)?;
         let items: Result<Vec<u32>, _> = items.iter().map(u32::from_json).collect();
         let area = <[u32; 4]>::try_from(items?).map_err(|_| None)?;
@@ -215,7 +222,7 @@ impl OptionValue for [u32; 4] {
 macro_rules! texts {
     ($($type:ty),* $(,)?) => {$(
         impl OptionValue for $type {
-            fn from_json(value: &Value) -> Result<Self, Option<String>> {
+            fn from_json(value: &Value) -> Result<Self, Option<Message>> {
                 let text = value.as_str().ok_or(None)?;
                 text.parse().map_err(|_| None)
             }
@@ -245,7 +252,7 @@ texts!(
 );
 
 impl OptionValue for WorkOption {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         match value.as_str() {
             Some("draw") => Ok(Self::Draw),
             Some("engrave") => Ok(Self::Engrave),
@@ -265,7 +272,7 @@ impl OptionValue for WorkOption {
 
 /// Full power as a number, or a range as a text.
 impl OptionValue for Power {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         let power = match (value.as_f64(), value.as_str()) {
             (Some(most), _) => Self::new(0.0, most).ok(),
             (None, Some(text)) => text.parse().ok(),
@@ -286,7 +293,7 @@ impl OptionValue for Power {
 
 /// A tool by its name, or its bias as three numbers.
 impl OptionValue for Tool {
-    fn from_json(value: &Value) -> Result<Self, Option<String>> {
+    fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         if let Some(name) = value.as_str() {
             return name.parse().map_err(|_| None);
         }

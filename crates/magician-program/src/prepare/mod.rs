@@ -4,6 +4,7 @@ mod opened;
 
 use std::sync::Arc;
 
+use magician_host::message;
 use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 
@@ -272,7 +273,12 @@ impl PreparedProgram {
 
 /// Says that a program begins where the tool is.
 fn begins_at([x, y, z]: [f64; 3]) -> Diagnostic {
-    let what = format!("it begins at the tool's position, {x:.3},{y:.3},{z:.3}");
+    let what = message!(
+        "it begins at the tool's position, {x:.3},{y:.3},{z:.3}",
+        x,
+        y,
+        z
+    );
     let again = (Setting::Start, Given::Position([x, y, z]));
     Diagnostic::new(Origin::NONE, what)
         .coded(DiagnosticCode::Assumed)

@@ -1,5 +1,6 @@
 //! A file that is read, and what it becomes before an arm.
 
+use magician_host::message;
 use magician_host::preflight::Preflight;
 use magician_host::{Error, JointAngles};
 
@@ -260,7 +261,7 @@ impl OpenedFile {
             }
         }
         if plan.steps.is_empty() {
-            let problem = Diagnostic::of_file("nothing to do in this file");
+            let problem = Diagnostic::of_file(message!("nothing to do in this file"));
             return Err((PrepareStage::Read, problem));
         }
         if self.request.rest > 0 {

@@ -17,6 +17,7 @@ mod timetable;
 
 use std::sync::Arc;
 
+use magician_host::message;
 use magician_host::preflight::Preflight;
 use magician_host::{Ctrl, FrameBuf, Set, burns};
 
@@ -189,7 +190,7 @@ impl Program {
             return Ok(());
         }
         let step = step.saturating_add(1);
-        let message = format!("there is no step {step}: the last is {steps}");
+        let message = message!("there is no step {step}: the last is {steps}", step, steps);
         Err(Diagnostic::of_file(message))
     }
 

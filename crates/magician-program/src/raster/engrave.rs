@@ -1,5 +1,6 @@
 //! How an image is engraved.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 use magician_motion::ArmModel;
 
@@ -154,7 +155,7 @@ impl Engrave {
             }
         }
         best.as_ref().and_then(Grid::of_frame).ok_or_else(|| {
-            Diagnostic::of_file("not enough room for the run-up to the image")
+            Diagnostic::of_file(message!("not enough room for the run-up to the image"))
                 .remedy((Setting::Speed, Given::Any("MM/S")), "engraves it slower")
                 .remedy((Setting::Overscan, Given::Any("MM")), "sets the run-up")
         })
@@ -165,7 +166,12 @@ impl Engrave {
             if value > 0.0 && value.is_finite() {
                 return Ok(());
             }
-            let why = format!("{name} is {value} {unit}, it must be above 0");
+            let why = message!(
+                "{name} is {value} {unit}, it must be above 0",
+                name,
+                value,
+                unit
+            );
             Err(Diagnostic::of_file(why))
         };
         above("the line spacing", self.spacing, "mm")?;
@@ -175,14 +181,16 @@ impl Engrave {
         above("gamma", self.gamma, "")?;
         for (name, value) in [("the overscan", self.run_up()), ("the lift", self.lift)] {
             if !(value >= 0.0 && value.is_finite()) {
-                let why = format!("{name} is {value} mm, it must be 0 or more");
+                let why = message!("{name} is {value} mm, it must be 0 or more", name, value);
                 return Err(Diagnostic::of_file(why));
             }
         }
         let [least, most] = self.power;
         if !(0.0 <= least && least <= most && 0.0 < most && most <= 100.0) {
-            return Err(Diagnostic::of_file(format!(
-                "power goes from {least} % to {most} %, it must rise within 0 to 100 %"
+            return Err(Diagnostic::of_file(message!(
+                "power goes from {least} % to {most} %, it must rise within 0 to 100 %",
+                least,
+                most
             )));
         }
         Ok(())
@@ -203,7 +211,7 @@ impl Engrave {
         levels(&mut cells, &opacity, columns, self);
         if cells.iter().all(|level| *level == 0) {
             if !opacity.is_empty() && opacity.iter().all(|opacity| *opacity == 0) {
-                let message = "nothing to burn: all of it is transparent";
+                let message = message!("nothing to burn: all of it is transparent");
                 return Err(Diagnostic::of_file(message));
             }
             let inverted = if opacity.is_empty() {
@@ -211,12 +219,14 @@ impl Engrave {
             } else {
                 "burns the white parts, and nothing where it is transparent"
             };
-            return Err(Diagnostic::of_file("nothing to burn: all of it is white")
-                .remedy((Setting::Invert, Given::On), inverted)
-                .remedy(
-                    (Setting::Threshold, Given::Any("N")),
-                    "sets what counts as dark",
-                ));
+            return Err(
+                Diagnostic::of_file(message!("nothing to burn: all of it is white"))
+                    .remedy((Setting::Invert, Given::On), inverted)
+                    .remedy(
+                        (Setting::Threshold, Given::Any("N")),
+                        "sets what counts as dark",
+                    ),
+            );
         }
 
         let mut plan = Plan::new(&image.title);
@@ -238,17 +248,23 @@ fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     let finite = corners.as_flattened().iter().all(|value| value.is_finite());
     let [width, height] = super::positive(grid.size())?;
     if !finite {
-        return Err(Diagnostic::of_file(
-            "the position of the image is not a number",
-        ));
+        return Err(Diagnostic::of_file(message!(
+            "the position of the image is not a number"
+        )));
     }
     let counts = [width, height].map(|side| ((side / spacing).round() as usize).max(1));
     let [columns, rows] = counts;
     let most = Engrave::MOST_CELLS;
     if columns.checked_mul(rows).is_none_or(|count| count > most) {
-        return Err(Diagnostic::of_file(format!(
+        return Err(Diagnostic::of_file(message!(
             "{columns} by {rows} cells of {spacing} mm for {width:.1} mm by {height:.1} mm are \
-                too many, limit {most}"
+                too many, limit {most}",
+            columns,
+            rows,
+            spacing,
+            width,
+            height,
+            most
         ))
         .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
         .remedy(

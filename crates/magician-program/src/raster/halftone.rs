@@ -1,5 +1,6 @@
 //! An image as dots on a grid that is turned by 45 degrees, each as large as the image is dark around it.
 
+use magician_host::message;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use super::Trace;
@@ -16,7 +17,11 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     let pitch = trace.spacing();
     let [width, height] = shade.page();
     let cells = width * height / (pitch * pitch);
-    bounded("dots", cells, cells * pitch * pitch / trace.pen_width)?;
+    bounded(
+        message!("dots"),
+        cells,
+        cells * pitch * pitch / trace.pen_width,
+    )?;
     let dots = Dots::new(trace, pitch);
     let mut strokes = Vec::new();
     // Rows and columns of the grid lie along the diagonals, from the upper left corner on.

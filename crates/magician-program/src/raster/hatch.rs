@@ -1,5 +1,6 @@
 //! An image as hatchings laid over each other at different angles, each where the image is darker than its level.
 
+use magician_host::message;
 use std::f64::consts::PI;
 
 use super::Trace;
@@ -54,7 +55,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     let mut length = 0.0;
     for hatching in hatchings(trace) {
         length += width * height / hatching.spacing;
-        bounded("lines", 0.0, length)?;
+        bounded(message!("lines"), 0.0, length)?;
         let (sin, cos) = libm::sincos(hatching.angle.to_radians());
         // Along the lines and across them, with y down.
         let (along, across) = ([cos, -sin], [sin, cos]);
@@ -80,7 +81,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
                 }
                 back = !back;
             }
-            bounded("lines", strokes.len() as f64, length)?;
+            bounded(message!("lines"), strokes.len() as f64, length)?;
             offset += hatching.spacing;
         }
     }

@@ -1,6 +1,7 @@
 //! How dark an image is around a place, as strokes are laid that shade it.
 
 use magician_host::{Given, Setting};
+use magician_host::{Message, message};
 
 use super::resample::resample;
 use super::{Raster, Trace};
@@ -119,13 +120,15 @@ const MOST_STROKES: f64 = 200_000.0;
 const MOST_LENGTH: f64 = 5e6;
 
 /// Refuses lines of a number or a length that no arm draws.
-pub(super) fn bounded(what: &str, count: f64, length: f64) -> Result<(), Diagnostic> {
+pub(super) fn bounded(what: Message, count: f64, length: f64) -> Result<(), Diagnostic> {
     if count <= MOST_STROKES && length <= MOST_LENGTH {
         return Ok(());
     }
-    let message = format!(
-        "too many {what} for an image of this size: {count:.0}, {:.0} m",
-        length / 1000.0
+    let message = message!(
+        "too many {what} for an image of this size: {count:.0}, {length:.0} m",
+        what,
+        count,
+        length = length / 1000.0
     );
     Err(Diagnostic::of_file(message)
         .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
@@ -138,21 +141,22 @@ pub(super) fn bounded(what: &str, count: f64, length: f64) -> Result<(), Diagnos
 /// What is told of an image that leaves nothing to draw.
 pub(super) fn nothing(trace: &Trace, specks: usize) -> Diagnostic {
     if specks > 0 {
-        let message = format!(
-            "nothing to draw: all {specks} spots in the image are smaller than {} mm",
-            trace.despeckle
+        let message = message!(
+            "nothing to draw: all {specks} spots in the image are smaller than {despeckle} mm",
+            specks,
+            despeckle = trace.despeckle
         );
         return Diagnostic::of_file(message)
             .remedy((Setting::Despeckle, Given::Number(0.0)), "draws them all");
     }
     if trace.style.is_shaded() {
-        let message = "nothing to draw: the image is too light";
+        let message = message!("nothing to draw: the image is too light");
         return Diagnostic::of_file(message)
             .remedy((Setting::Invert, Given::On), "draws the white parts");
     }
-    let why = format!(
-        "nothing to draw: nothing in the image is darker than {}",
-        trace.level
+    let why = message!(
+        "nothing to draw: nothing in the image is darker than {level}",
+        level = trace.level
     );
     Diagnostic::of_file(why).remedy(
         (Setting::Threshold, Given::Any("N")),

@@ -1,5 +1,6 @@
 //! An image as lines from left to right and back that swing the wider and the faster the darker it is.
 
+use magician_host::message;
 use std::f64::consts::TAU;
 
 use super::Trace;
@@ -23,7 +24,7 @@ const THINNEST: u8 = 3;
 pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
     let [width, height] = shade.page();
     let rows = (height / trace.spacing()).round().max(1.0);
-    bounded("lines", rows, rows * width * 4.0)?;
+    bounded(message!("lines"), rows, rows * width * 4.0)?;
     let pitch = height / rows;
     let swings = Swings::new(pitch, trace.pen_width);
     let straight = swings.inked[0];

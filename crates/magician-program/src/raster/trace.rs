@@ -1,5 +1,6 @@
 //! An image as lines of a pen.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::resample::resample;
@@ -130,7 +131,11 @@ impl Trace {
         ];
         for (name, value) in lengths {
             if !(value >= 0.0 && value.is_finite()) {
-                let why = format!("the {name} is {value} mm, it must be 0 or more");
+                let why = message!(
+                    "the {name} is {value} mm, it must be 0 or more",
+                    name,
+                    value
+                );
                 return Err(Diagnostic::of_file(why));
             }
         }
@@ -140,12 +145,13 @@ impl Trace {
         ];
         for (name, value) in lengths {
             if !(value > 0.0 && value.is_finite()) {
-                let why = format!("the {name} is {value} mm, it must be above 0");
+                let why = message!("the {name} is {value} mm, it must be above 0", name, value);
                 return Err(Diagnostic::of_file(why));
             }
         }
         if self.style.is_shaded() && self.spacing() < self.pen_width * (1.0 - 1e-9) {
-            let message = "lines that are closer together than the pen is wide keep no grey";
+            let message =
+                message!("lines that are closer together than the pen is wide keep no grey");
             return Err(Diagnostic::of_file(message)
                 .remedy(
                     (Setting::Spacing, Given::Any("MM")),

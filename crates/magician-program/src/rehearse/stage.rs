@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use magician_host::build;
+use magician_host::message;
 use magician_host::preflight::Preflight;
 use magician_host::{Error, FrameBuf, Geometry, JointAngles, Set};
 use magician_motion::{ArmModel, Pose};
@@ -208,7 +209,10 @@ fn table(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Option<(f
     let table = table_of(plan, options, tool);
     match table {
         Some((height, _)) if !height.is_finite() || height.abs() > FARTHEST_TABLE => {
-            let message = format!("a table at {height} mm is out of range for this arm");
+            let message = message!(
+                "a table at {height} mm is out of range for this arm",
+                height
+            );
             Err(Error::invalid(message).with_limit(height, FARTHEST_TABLE, "mm"))
         }
         _ => Ok(table),

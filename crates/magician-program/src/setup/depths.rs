@@ -6,6 +6,7 @@ mod walk;
 
 use std::collections::BTreeMap;
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::work_lines::{Segment, TOUCH};
@@ -317,10 +318,12 @@ impl DepthTally {
         let fed = self.air + self.drawn();
         if self.air > NEARLY_ALL * fed {
             let [air, fed] = [self.air, fed].map(|mm| length(mm * scale));
-            let what = format!(
-                "nearly all of it is travel: {air} of {fed} that it feeds lie above Z{}, where \
+            let what = message!(
+                "nearly all of it is travel: {air} of {fed} that it feeds lie above Z{threshold}, where \
                  the pen draws nothing",
-                rounded(self.threshold)
+                air,
+                fed,
+                threshold = rounded(self.threshold)
             );
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
             let pen_z = (Setting::PenZ, Given::Any("Z"));
@@ -378,7 +381,10 @@ impl DepthTally {
 pub(super) fn kept(survey: &DepthSurvey) -> Option<Diagnostic> {
     let deep = survey.first - survey.deepest;
     (deep > SAME).then(|| {
-        let what = format!("the pen goes up to {deep:.1} mm below the surface, as was asked");
+        let what = message!(
+            "the pen goes up to {deep:.1} mm below the surface, as was asked",
+            deep
+        );
         Diagnostic::of_file(what).coded(DiagnosticCode::Assumed)
     })
 }

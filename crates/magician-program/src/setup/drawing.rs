@@ -1,5 +1,6 @@
 //! Lines of a drawing: tidied, filled, put in order, laid on the sheet.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::work_lines::WorkLines;
@@ -42,8 +43,12 @@ impl Setup {
         let side = bounds.map_or(0.0, |[least, most]| most[axis] - least[axis]);
         let scale = wanted / side;
         if !(scale > 0.0 && scale.is_finite()) {
-            let name = ["width", "height"][axis];
-            let message = format!("what it draws has no {name}: it cannot become {wanted} mm");
+            let name = [message!("width"), message!("height")][axis].clone();
+            let message = message!(
+                "what it draws has no {name}: it cannot become {wanted} mm",
+                name,
+                wanted
+            );
             return Err(Diagnostic::of_file(message));
         }
         setup.placement.scale *= scale;
@@ -116,9 +121,11 @@ impl Setup {
         let saving = artwork.put_in_order(&order);
         let [before, after] = [saving.before_mm, saving.after_mm].map(|way| way * scale);
         let reordered = (before - after >= 1.0).then(|| {
-            let what = format!(
+            let what = message!(
                 "drawn in another order: {after:.0} mm of travel between its lines instead of \
-                    {before:.0} mm"
+                    {before:.0} mm",
+                after,
+                before
             );
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Reordered);
             note.remedy((Setting::Order, Given::Off), "keeps the order of the file")
@@ -228,7 +235,7 @@ impl Setup {
             notes.extend(too_small(bare, fill.spacing));
             if placed.artwork.strokes.is_empty() {
                 return Err(
-                    Diagnostic::of_file("its shapes are too small to be filled").remedy(
+                    Diagnostic::of_file(message!("its shapes are too small to be filled")).remedy(
                         (Setting::FillSpacing, Given::Any("MM")),
                         "draws finer lines",
                     ),
@@ -247,12 +254,11 @@ impl Setup {
 
 /// That some lines are not drawn again.
 fn drawn_once(repeated: usize) -> Option<Diagnostic> {
-    let lines = match repeated {
+    let what = match repeated {
         0 => return None,
-        1 => "1 line".to_owned(),
-        repeated => format!("{repeated} lines"),
+        1 => message!("drawn once, though it is there twice: 1 line"),
+        count => message!("drawn once, though it is there twice: {count} lines", count),
     };
-    let what = format!("drawn once, though it is there twice: {lines}");
     let note = Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut);
     let again = "draws it as often as it is there";
     Some(note.remedy((Setting::Dedupe, Given::Off), again))
@@ -260,24 +266,36 @@ fn drawn_once(repeated: usize) -> Option<Diagnostic> {
 
 /// That some shapes have no lines.
 fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
-    let what = match shapes {
+    let message = match shapes {
         0 => return None,
-        1 => "1 shape is".to_owned(),
-        shapes => format!("{shapes} shapes are"),
+        1 => message!(
+            "1 shape is too small to be filled with lines {spacing} mm apart: left out",
+            spacing
+        ),
+        shapes => message!(
+            "{shapes} shapes are too small to be filled with lines {spacing} mm apart: left out",
+            shapes,
+            spacing
+        ),
     };
-    let message = format!("{what} too small to be filled with lines {spacing} mm apart: left out");
     Some(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
 }
 
 /// That specks of an image are not drawn.
 fn left_out(specks: usize, size: f64) -> Option<Diagnostic> {
-    let spots = match specks {
-        0 => return None,
-        1 => "1 speck".to_owned(),
-        specks => format!("{specks} specks"),
-    };
     let size = (size * 1e6).round() / 1e6;
-    let message = format!("left out of the image: {spots} smaller than {size} mm");
+    let message = match specks {
+        0 => return None,
+        1 => message!(
+            "left out of the image: 1 speck smaller than {size} mm",
+            size
+        ),
+        specks => message!(
+            "left out of the image: {specks} specks smaller than {size} mm",
+            specks,
+            size
+        ),
+    };
     let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
     Some(note.remedy((Setting::Despeckle, Given::Number(0.0)), "draws them too"))
 }

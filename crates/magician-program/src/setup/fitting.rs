@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use magician_host::message;
 use magician_host::preflight::{Guards, Preflight};
 use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
@@ -427,8 +428,20 @@ struct Lies {
 impl Lies {
     fn note(&self, format: Format) -> Diagnostic {
         let side = self.side.unwrap_or(Side::Left);
-        let [x, y] = [self.x, self.y].map(|[least, most]| format!("{least:.0} to {most:.0}"));
-        let what = format!("does not fit in front of the arm: lies at its {side}, x {x}, y {y} mm");
+        let [x, y] =
+            [self.x, self.y].map(|[least, most]| message!("{least:.0} to {most:.0}", least, most));
+        let what = match side {
+            Side::Left => message!(
+                "does not fit in front of the arm: lies at its left, x {x}, y {y} mm",
+                x,
+                y
+            ),
+            Side::Right => message!(
+                "does not fit in front of the arm: lies at its right, x {x}, y {y} mm",
+                x,
+                y
+            ),
+        };
         let note = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
         let note = match format {
             Format::Text => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
@@ -450,19 +463,27 @@ fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagn
     let percent = 100.0 * share;
     let is_smaller = share < WHOLE;
     let smaller = is_smaller.then(|| match percent {
-        percent if percent < 10.0 => format!("made smaller to fit: {percent:.1} % of its size"),
-        percent => format!("made smaller to fit: {percent:.0} % of its size"),
+        percent if percent < 10.0 => {
+            message!("made smaller to fit: {percent:.1} % of its size", percent)
+        }
+        percent => message!("made smaller to fit: {percent:.0} % of its size", percent),
     });
     let turns = turned != 0.0;
     let turned = turns.then(|| {
         if is_smaller {
-            format!("turned by {turned} degrees to be larger")
+            message!("turned by {turned} degrees to be larger", turned)
         } else {
-            format!("turned by {turned} degrees to fit in front of the arm")
+            message!(
+                "turned by {turned} degrees to fit in front of the arm",
+                turned
+            )
         }
     });
-    let done: Vec<String> = smaller.into_iter().chain(turned).collect();
-    let note = Diagnostic::of_file(done.join(", ")).coded(DiagnosticCode::Placed);
+    let what = match (smaller, turned) {
+        (Some(smaller), Some(turned)) => message!("{smaller}, {turned}", smaller, turned),
+        (one, other) => one.or(other)?,
+    };
+    let note = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
     let note = if turns {
         note.remedy((Setting::Turn, Given::Off), "leaves it as it lies")
     } else {
@@ -472,5 +493,5 @@ fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagn
         Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
         _ => note,
     };
-    (!done.is_empty()).then_some(note)
+    Some(note)
 }

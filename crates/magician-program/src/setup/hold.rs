@@ -1,5 +1,6 @@
 //! A pen is held above its surface: what leads below it lies on it.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 use magician_motion::Geometry;
 use magician_protocol::{CpMode, Set};
@@ -27,9 +28,9 @@ impl Raised {
 
     /// The note that says so.
     pub(super) fn note(self) -> Diagnostic {
-        let what = format!(
-            "it goes up to {:.1} mm below the surface: the pen draws that on the surface",
-            self.most
+        let what = message!(
+            "it goes up to {most:.1} mm below the surface: the pen draws that on the surface",
+            most = self.most
         );
         Diagnostic::of_file(what)
             .coded(DiagnosticCode::Assumed)
@@ -76,9 +77,10 @@ pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Rai
 }
 
 fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
-    let message = format!(
-        "step {} leads {deep:.1} mm below the surface by joint angles",
-        nth + 1
+    let message = message!(
+        "step {nth} leads {deep:.1} mm below the surface by joint angles",
+        nth = nth + 1,
+        deep
     );
     Diagnostic::new(origin, message).remedy(
         (Setting::Depths, Given::Word("keep")),

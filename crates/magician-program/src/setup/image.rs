@@ -1,5 +1,6 @@
 //! An image that is engraved: how large it is, and where it lies.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::placed::ROUNDED;
@@ -80,9 +81,11 @@ impl Setup {
 /// Note that the speed is above the highest at which every pixel burns evenly, mm/s.
 fn uneven(engrave: &Engrave, steady: f64) -> Diagnostic {
     let slower = ((steady + SPEED_ROUNDING) * 1000.0).floor() / 1000.0;
-    let message = format!(
-        "at {} mm/s pixels of {} mm are burnt unevenly: the arm holds at most {slower} mm/s where each differs from the next",
-        engrave.speed, engrave.spacing,
+    let message = message!(
+        "at {speed} mm/s pixels of {spacing} mm are burnt unevenly: the arm holds at most {slower} mm/s where each differs from the next",
+        speed = engrave.speed,
+        spacing = engrave.spacing,
+        slower
     );
     Diagnostic::of_file(message)
         .coded(DiagnosticCode::Speed)
@@ -107,10 +110,10 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
             .any(|(side, room)| side - ROUNDED > room)
     {
         let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
-        let message = format!(
-            "the image is {}, and the sheet {}",
-            shown(taken),
-            shown(room)
+        let message = message!(
+            "the image is {taken}, and the sheet {room}",
+            taken = shown(taken),
+            room = shown(room)
         );
         return Err(Diagnostic::of_file(message)
             .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")

@@ -3,6 +3,7 @@
 
 use magician_host::preflight::Preflight;
 use magician_host::{Given, JointAngles, Setting};
+use magician_host::{Message, message};
 
 use super::placed::middle_of_sheet;
 use super::{Frame, Setup, UNSAID, Work, WorkLines, fitted};
@@ -49,12 +50,17 @@ impl Page {
     }
 
     /// That the margin leaves nothing of it.
-    pub(crate) fn problem(&self) -> Option<String> {
+    pub(crate) fn problem(&self) -> Option<Message> {
         let [width, height] = self.paper.size();
         let nothing = self.room().iter().any(|side| *side <= 0.0);
         nothing.then(|| {
             let margin = self.margin;
-            format!("a margin of {margin} mm leaves nothing of a page of {width} x {height} mm")
+            message!(
+                "a margin of {margin} mm leaves nothing of a page of {width} x {height} mm",
+                margin,
+                width,
+                height
+            )
         })
     }
 }
@@ -131,15 +137,24 @@ impl LaidPage {
     pub(super) fn notes(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Vec<Diagnostic> {
         let [[x, y], ..] = self.corners();
         let [width, height] = self.page.paper.size();
-        let turned = match self.rotation {
-            0.0 => String::new(),
-            rotation => format!(", turned by {} degrees", rounded(rotation)),
+        let (x, y) = (rounded(x), rounded(y));
+        let what = match self.rotation {
+            0.0 => message!(
+                "the page is {width} x {height} mm: its lower left corner at x = {x:.1}, y = {y:.1}",
+                width,
+                height,
+                x,
+                y
+            ),
+            rotation => message!(
+                "the page is {width} x {height} mm: its lower left corner at x = {x:.1}, y = {y:.1}, turned by {turned} degrees",
+                width,
+                height,
+                x,
+                y,
+                turned = rounded(rotation)
+            ),
         };
-        let what = format!(
-            "the page is {width} x {height} mm: its lower left corner at x = {:.1}, y = {:.1}{turned}",
-            rounded(x),
-            rounded(y),
-        );
         let lies = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
         [lies]
             .into_iter()
@@ -169,13 +184,17 @@ impl LaidPage {
         let beyond = beyond(0).max(beyond(1));
         let margin = self.page.margin;
         let message = if beyond > FINE {
-            format!(
-                "it reaches {} mm beyond the edge of the page",
-                tenths_up(beyond)
+            message!(
+                "it reaches {by} mm beyond the edge of the page",
+                by = tenths_up(beyond)
             )
         } else if -beyond < margin - FINE {
             let left = rounded((-beyond).max(0.0));
-            format!("it comes within {left} mm of the edge of the page; the margin is {margin} mm")
+            message!(
+                "it comes within {left} mm of the edge of the page; the margin is {margin} mm",
+                left,
+                margin
+            )
         } else {
             return None;
         };

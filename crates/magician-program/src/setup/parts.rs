@@ -1,5 +1,6 @@
 //! Which parts a drawing has, which of them are drawn, and with which pens.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::Setup;
@@ -165,10 +166,12 @@ impl Setup {
             }
             if !found {
                 let what = match &rule.matches {
-                    PartMatch::Name(name) => format!("no part has the name or colour '{name}'"),
-                    PartMatch::Number(n) => format!("there is no part {n}"),
+                    PartMatch::Name(name) => message!(
+                        "a pen is not used: no part has the name or colour '{name}'",
+                        name
+                    ),
+                    PartMatch::Number(n) => message!("a pen is not used: there is no part {n}", n),
                 };
-                let what = format!("a pen is not used: {what}");
                 notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
             }
         }
@@ -238,13 +241,15 @@ impl Setup {
         artwork.strokes.retain_mut(|stroke| key(&mut stroke.style));
         artwork.areas.retain_mut(|filled| key(&mut filled.style));
         if artwork.strokes.is_empty() && artwork.areas.is_empty() {
-            return Err(Diagnostic::of_file("all parts of the drawing are left out"));
+            return Err(Diagnostic::of_file(message!(
+                "all parts of the drawing are left out"
+            )));
         }
         // Who has chosen parts knows that the others are not drawn.
         let told = self.only.is_empty();
         let left_out = |part: &&DrawingPart| told && part.skipped && part.passes > 0;
         for part in parts.iter().filter(left_out) {
-            let what = format!("left out: part {}", part.part);
+            let what = message!("left out: part {part}", part = part.part.to_string());
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
         }
         artwork.parts = parts;
@@ -261,7 +266,8 @@ impl Setup {
         .flatten()
         .next()
         {
-            let what = "only the parts of a drawing can be chosen, and have pens of their own";
+            let what =
+                message!("only the parts of a drawing can be chosen, and have pens of their own");
             return Err(Diagnostic::of_file(what).with(magician_host::Remedy::without(setting)));
         }
         if gcode {
@@ -271,7 +277,7 @@ impl Setup {
         if passes > 1 {
             let is_part = |step: &crate::Step| matches!(step.action, Action::Part(_));
             if plan.steps.iter().any(is_part) {
-                let what = "a program that has parts already cannot have passes";
+                let what = message!("a program that has parts already cannot have passes");
                 let remedy = magician_host::Remedy::without(Setting::Passes);
                 return Err(Diagnostic::of_file(what).with(remedy));
             }
@@ -314,11 +320,20 @@ fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
         .take(NAMED)
         .map(|part| part.part.to_string())
         .collect();
-    let more = if all > NAMED { "; and more" } else { "" };
-    let message = format!(
-        "no part has the name, colour or number '{wanted}'; the parts are {}{more}",
-        names.join("; ")
-    );
+    let parts = names.join("; ");
+    let message = if all > NAMED {
+        message!(
+            "no part has the name, colour or number '{wanted}'; the parts are {parts}; and more",
+            wanted,
+            parts
+        )
+    } else {
+        message!(
+            "no part has the name, colour or number '{wanted}'; the parts are {parts}",
+            wanted,
+            parts
+        )
+    };
     Diagnostic::of_file(message).remedy(
         (Setting::Parts, Given::Word("color")),
         "divides the drawing by colour",
@@ -331,7 +346,10 @@ fn draw_alike(artwork: &Artwork) -> Option<Diagnostic> {
     let pens = pens.map(|layer| layer.name.as_deref()?.strip_prefix("pen "));
     let pens: Vec<&str> = pens.collect::<Option<_>>()?;
     (pens.len() > 1 && artwork.areas.is_empty()).then(|| {
-        let what = format!("pens {} draw alike: the arm has one pen", pens.join(", "));
+        let what = message!(
+            "pens {pens} draw alike: the arm has one pen",
+            pens = pens.join(", ")
+        );
         let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
         note.remedy(
             (Setting::Parts, Given::Word("layer")),

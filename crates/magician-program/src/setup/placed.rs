@@ -2,6 +2,7 @@
 
 mod guide;
 
+use magician_host::message;
 use magician_host::{Given, Remedy, Setting};
 
 use super::depths::{DepthSurvey, DepthTally, Flat, kept};
@@ -65,17 +66,18 @@ impl Setup {
         let placement = &self.placement;
         let raw = Remedy::without(Setting::Raw);
         if placement.frame == Frame::Arm && drawing {
-            let what = "a drawing or an image has no arm coordinates to keep";
+            let what = message!("a drawing or an image has no arm coordinates to keep");
             let diagnostic = Diagnostic::of_file(what).with(raw);
             let at = (Setting::At, Given::Any("X,Y"));
             return Err(diagnostic.remedy(at, "sets the position of its centre"));
         }
         if placement.frame == Frame::Arm && self.says_where() {
-            let what = "the file's coordinates are the arm's: they cannot be placed as well";
+            let what =
+                message!("the file's coordinates are the arm's: they cannot be placed as well");
             return Err(Diagnostic::of_file(what).with(raw));
         }
         if placement.pen_z.is_some() && !(gcode && self.places()) {
-            let what = "a Z of the touching pen applies to placed G-code only";
+            let what = message!("a Z of the touching pen applies to placed G-code only");
             let mut diagnostic = Diagnostic::of_file(what);
             if gcode {
                 diagnostic = diagnostic.remedy((Setting::Place, Given::On), "places G-code");
@@ -167,11 +169,13 @@ impl Setup {
         let marking = Marking { tool, ..self.pen };
         let (placed, misfit) = marks.artwork.laid(&layout, &marking)?;
         let [x, y] = placed.middle;
-        let what = format!(
-            "it is placed: its centre at x = {x:.1}, y = {y:.1}, its Z {:.3} on the surface at z \
-                = {:.1}",
-            marks.touch,
-            surface.at(placed.middle),
+        let what = message!(
+            "it is placed: its centre at x = {x:.1}, y = {y:.1}, its Z {touch:.3} on the surface at z \
+                = {middle:.1}",
+            x,
+            y,
+            touch = marks.touch,
+            middle = surface.at(placed.middle)
         );
         let note = Diagnostic::of_file(what)
             .coded(DiagnosticCode::Placed)
@@ -255,7 +259,11 @@ impl Setup {
             return Ok(());
         }
         let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
-        let message = format!("it draws {}, and the sheet is {}", shown(size), shown(room));
+        let message = message!(
+            "it draws {size}, and the sheet is {room}",
+            size = shown(size),
+            room = shown(room)
+        );
         Err(Diagnostic::of_file(message)
             .remedy((Setting::Fit, Given::On), "shrinks it to the sheet")
             .remedy((Setting::At, Given::Any("X,Y")), "places it without one"))

@@ -1,5 +1,6 @@
 //! A test grid before the arm: each cell is an image that is engraved with a power and a speed of its own.
 
+use magician_host::message;
 use magician_host::{Remedy, Setting};
 
 use super::{Laid, Setup, Work};
@@ -56,7 +57,10 @@ impl Setup {
         let Some((setting, _)) = said.into_iter().find(|(_, said)| *said) else {
             return Ok(());
         };
-        let message = format!("a test grid has a {setting} of its own in each cell");
+        let message = message!(
+            "a test grid has a {setting} of its own in each cell",
+            setting
+        );
         Err(Diagnostic::of_file(message).with(Remedy::without(setting)))
     }
 }

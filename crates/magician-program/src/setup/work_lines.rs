@@ -1,5 +1,6 @@
 //! The lines that a program in its own coordinates draws or burns.
 
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use crate::artwork::{circle_through, distance};
@@ -30,8 +31,9 @@ impl WorkLines {
             found.map(|segment| segment.low()).reduce(f64::min)
         };
         let Some(lowest) = lowest(true).or(lowest(false)) else {
-            let message =
-                "it draws and burns nothing: it has no size and no centre to be placed by";
+            let message = message!(
+                "it draws and burns nothing: it has no size and no centre to be placed by"
+            );
             return Err(Diagnostic::of_file(message)
                 .remedy((Setting::Raw, Given::On), "runs it as it stands"));
         };
@@ -56,8 +58,11 @@ impl WorkLines {
             last = Some(ends[1]);
         }
         if strokes.is_empty() {
-            let message =
-                format!("nothing is drawn at or below Z {touch}: the lowest drawn Z is {lowest}");
+            let message = message!(
+                "nothing is drawn at or below Z {touch}: the lowest drawn Z is {lowest}",
+                touch,
+                lowest
+            );
             return Err(Diagnostic::of_file(message).remedy(
                 (Setting::PenZ, Given::Any("Z")),
                 "sets the Z at which its pen touches",

@@ -19,7 +19,7 @@ impl Bad {
     fn of(options: Map<String, Value>) -> Self {
         let shown = Value::Object(options.clone());
         let error = SetupOptions::from_fields(&options).expect_err(&shown.to_string());
-        let (key, message) = (error.key, error.message);
+        let (key, message) = (error.key, error.message.into());
         Self {
             options,
             key,

@@ -96,7 +96,11 @@ fn bounds(laid: &PreparedProgram) -> [[f64; 3]; 2] {
 }
 
 fn said(laid: &PreparedProgram) -> String {
-    let notes: Vec<_> = laid.notes.iter().map(|note| note.message.clone()).collect();
+    let notes: Vec<_> = laid
+        .notes
+        .iter()
+        .map(|note| note.message.to_string())
+        .collect();
     notes.join("; ")
 }
 

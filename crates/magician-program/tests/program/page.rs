@@ -97,7 +97,10 @@ fn assert_near(found: &[[f64; 2]], expected: &[[f64; 2]]) {
 }
 
 fn told(laid: &PreparedProgram) -> Vec<String> {
-    laid.notes.iter().map(|note| note.message.clone()).collect()
+    laid.notes
+        .iter()
+        .map(|note| note.message.to_string())
+        .collect()
 }
 
 #[test]

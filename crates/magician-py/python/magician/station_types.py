@@ -162,6 +162,7 @@ __all__ = [
     "MotionReachParams",
     "MotionReachResult",
     "Note",
+    "NoteHelp",
     "Option",
     "Part",
     "PenSetup",
@@ -238,6 +239,7 @@ __all__ = [
     "ScheduleSetParams",
     "ScheduleSetResult",
     "ScheduleSetResultSlotsItem",
+    "SentenceValue",
     "ServerEndingNotification",
     "ServerInfoParams",
     "ServerInfoResult",
@@ -564,6 +566,10 @@ class JobError(_JobErrorWords, _JobError, total=False):
     """The last index or step in doubt."""
     remedies: list[Remedy]
     """What to do about it."""
+    template: str
+    """The sentence with the names of its values in braces: its identity in other languages."""
+    values: list[SentenceValue]
+    """The values in the sentence."""
     report: Report
     """What the check of a program found."""
     expected: Pose
@@ -639,6 +645,10 @@ class ErrorData(_ErrorDataWords, total=False):
     """The last index or step in doubt."""
     remedies: list[Remedy]
     """What to do about it."""
+    template: str
+    """The sentence with the names of its values in braces: its identity in other languages."""
+    values: list[SentenceValue]
+    """The values in the sentence."""
     report: Report
     """What the check of a program found."""
     expected: Pose
@@ -693,6 +703,22 @@ class Remedy(TypedDict, total=False):
     """A command for a shell of the station's machine."""
     effect: str
     """What comes of it."""
+
+class _SentenceValue(TypedDict):
+    name: str
+    """Its name in the template."""
+
+class SentenceValue(_SentenceValue, total=False):
+    """A value in a sentence, one of `text`, `option` and `template`."""
+
+    text: str
+    """A number or a quotation, as it is printed."""
+    option: str
+    """An option by its name, which a client calls as it likes."""
+    template: str
+    """Words that are a sentence of their own."""
+    values: list[SentenceValue]
+    """The values in those."""
 
 class TurnsArmsItemJobsItem(TypedDict):
     """Part of a message."""
@@ -1728,6 +1754,7 @@ class _Complaint(TypedDict):
     step: float
     kind: str
     message: str
+    template: str
 
 _ComplaintWords = TypedDict(
     "_ComplaintWords",
@@ -1740,6 +1767,7 @@ class Complaint(_ComplaintWords, _Complaint, total=False):
     line: float
     column: float
     name: str
+    values: list[SentenceValue]
     beyond: float
     code: str
     command: str
@@ -1750,13 +1778,24 @@ class Complaint(_ComplaintWords, _Complaint, total=False):
     to: float
     remedies: list[Remedy]
 
+class _NoteHelp(TypedDict):
+    template: str
+
+class NoteHelp(_NoteHelp, total=False):
+    """Part of a message."""
+
+    values: list[SentenceValue]
+
 class _Note(TypedDict):
     code: str
     text: str
+    template: str
 
 class Note(_Note, total=False):
     """Part of a message."""
 
+    values: list[SentenceValue]
+    help: NoteHelp
     line: float
     element: str
     remedies: list[Remedy]

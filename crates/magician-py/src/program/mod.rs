@@ -97,7 +97,8 @@ impl Source {
             } = note.origin;
             let (name, help) = (note.name.clone(), note.advice(&voice::Python));
             let code = note.code.name().to_owned();
-            (line, column, length, name, note.message.clone(), help, code)
+            let message = note.message.to_string();
+            (line, column, length, name, message, help, code)
         };
         let notes = self.notes.iter().map(note).collect();
         let (name, format) = (self.name.clone(), self.format.clone());
@@ -128,8 +129,8 @@ impl Source {
                 name: 0,
             },
             name,
-            message,
-            help,
+            message: message.into(),
+            help: help.map(Into::into),
             remedies: Vec::new(),
             missing: None,
         };

@@ -1,7 +1,7 @@
 //! Errors of the API as data: a code, a sentence, and what they are about.
 
-use magician::ErrorKind;
-use magician::report::ErrorFigures;
+use magician::report::{ErrorFigures, SentenceReport};
+use magician::{ErrorKind, Message};
 use serde_json::{Map, Value, json};
 
 use super::Role;
@@ -64,17 +64,23 @@ impl RpcError {
         Self::STOPPED,
     ];
 
-    /// One of these numbers.
+    /// One of these numbers. A sentence that was made with [`message!`](magician::message) is in the data too.
     #[must_use]
-    pub fn new(code: i32, message: impl Into<String>) -> Self {
+    pub fn new(code: i32, message: impl Into<Message>) -> Self {
+        let message = message.into();
         let mut data = Map::new();
         if let Some(kind) = kind(code) {
             data.insert("kind".to_owned(), json!(kind));
         }
-        Self {
+        let error = Self {
             code,
-            message: message.into(),
+            message: message.as_str().to_owned(),
             data,
+        };
+        if message.template().is_some() {
+            error.said(&message)
+        } else {
+            error
         }
     }
 
@@ -82,6 +88,15 @@ impl RpcError {
     #[must_use]
     pub fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
         self.data.insert(name.to_owned(), value.into());
+        self
+    }
+
+    /// Adds the sentence as data: what a page says in its own words and language.
+    #[must_use]
+    pub fn said(mut self, sentence: &Message) -> Self {
+        if let Ok(Value::Object(parts)) = serde_json::to_value(SentenceReport::of(sentence)) {
+            self.data.extend(parts);
+        }
         self
     }
 
@@ -94,19 +109,19 @@ impl RpcError {
 
     /// No request.
     #[must_use]
-    pub fn request(message: impl Into<String>) -> Self {
+    pub fn request(message: impl Into<Message>) -> Self {
         Self::new(Self::REQUEST, message)
     }
 
     /// A parameter is wrong.
     #[must_use]
-    pub fn param(name: &str, message: impl Into<String>) -> Self {
+    pub fn param(name: &str, message: impl Into<Message>) -> Self {
         Self::new(Self::PARAMS, message).with("param", name)
     }
 
     /// The arm has no such thing, or does not do it.
     #[must_use]
-    pub fn arm(kind: ErrorKind, message: impl Into<String>) -> Self {
+    pub fn arm(kind: ErrorKind, message: impl Into<Message>) -> Self {
         Self::new(Self::ARM, message).with("kind", kind.name())
     }
 
@@ -121,7 +136,7 @@ impl RpcError {
     }
 
     /// A mistake of the station.
-    pub(crate) fn internal(message: impl Into<String>) -> Self {
+    pub(crate) fn internal(message: impl Into<Message>) -> Self {
         Self::new(Self::INTERNAL, message)
     }
 
@@ -217,7 +232,7 @@ impl From<&magician::Error> for RpcError {
         if let Ok(Value::Object(figures)) = serde_json::to_value(ErrorFigures::of(error)) {
             out.data.extend(figures);
         }
-        out
+        out.said(error.sentence())
     }
 }
 

@@ -33,6 +33,9 @@ const fn error(
     }
 }
 
+/// Members of `data` of any error whose sentence is told as data too.
+const SENTENCE: [&str; 2] = ["template", "values"];
+
 /// Members of `data` of the driver's own errors, and further ones.
 macro_rules! of_arms {
     ($($more:literal),*) => {
@@ -186,7 +189,7 @@ impl ErrorRow {
             );
             required.push("kind");
         }
-        for name in self.data {
+        for name in self.data.iter().chain(&SENTENCE) {
             let member = ERROR_DATA.iter().find(|member| member.name == *name);
             let schema = member.map_or_else(|| json!({}), |member| member.schema());
             properties.insert((*name).to_owned(), schema);

@@ -128,6 +128,18 @@ pub(super) const ERROR_DATA: &[Member] = &[
     is("from", Count, "the first index or step in doubt").optional(),
     is("to", Count, "the last index or step in doubt").optional(),
     is("remedies", List(&of("Remedy")), "what to do about it").optional(),
+    is(
+        "template",
+        Text,
+        "the sentence with the names of its values in braces: its identity in other languages",
+    )
+    .optional(),
+    is(
+        "values",
+        List(&of("SentenceValue")),
+        "the values in the sentence",
+    )
+    .optional(),
     is("report", of("Report"), "what the check of a program found").optional(),
     is("expected", of("Pose"), "where the arm should stand").optional(),
     is("pose", of("Pose"), "where it stands").optional(),
@@ -470,6 +482,17 @@ pub static TYPES: &[Type] = &[
             is("without", Text, "an option to leave out").optional(),
             is("system", Text, "a command for a shell of the station's machine").optional(),
             is("effect", Text, "what comes of it").optional(),
+        ],
+    },
+    Type {
+        name: "SentenceValue",
+        about: "A value in a sentence, one of `text`, `option` and `template`.",
+        members: &[
+            is("name", Text, "its name in the template"),
+            is("text", Text, "a number or a quotation, as it is printed").optional(),
+            is("option", Text, "an option by its name, which a client calls as it likes").optional(),
+            is("template", Text, "words that are a sentence of their own").optional(),
+            is("values", List(&of("SentenceValue")), "the values in those").optional(),
         ],
     },
     Type {

@@ -2,6 +2,7 @@
 
 use magician::build::{self, Axis};
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
+use magician::message;
 use magician::{Arm, Ctrl, Set};
 use magician_program::{Tool, Travel};
 use serde_json::{Value, json};
@@ -192,7 +193,7 @@ async fn raw(
     moves: bool,
 ) -> Result<Outcome, RpcError> {
     if moves && arm.fence().is_some() {
-        let why = "the arm has a fence, and where this command goes is not known";
+        let why = message!("the arm has a fence, and where this command goes is not known");
         return Err(RpcError::arm(magician::ErrorKind::Unreachable, why));
     }
     if moves {

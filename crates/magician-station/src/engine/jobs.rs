@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use magician::commands::{EndEffectorParams, Pose};
+use magician::message;
 use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
 use magician_job::report::{self, Note};
@@ -138,16 +139,22 @@ fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
     let begun = now.begun.saturating_sub(before.begun);
     let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
     if missed > 0 {
-        let times = if begun == 1 {
-            String::new()
+        let what = if begun == 1 {
+            message!(
+                "nothing was picked: no object was at the tool when it gripped, or the arm went on \
+                    before it held it"
+            )
         } else {
-            format!(" {missed} times of {begun}")
+            message!(
+                "nothing was picked {missed} times of {begun}: no object was at the tool when it \
+                    gripped, or the arm went on before it held it",
+                missed,
+                begun
+            )
         };
-        let text = format!(
-            "nothing was picked{times}: no object was at the tool when it gripped, or the arm went on \
-                before it held it"
-        );
-        left.push(Diagnostic::of_file(text).coded(DiagnosticCode::NothingPicked));
+        let note =
+            Diagnostic::of_file(what).help(message!("set the point lower, or let it wait longer"));
+        left.push(note.coded(DiagnosticCode::NothingPicked));
     }
     let notes = Note::all(&Words, &left).into_iter();
     notes.filter_map(|note| to_value(&note).ok()).collect()
@@ -157,7 +164,10 @@ fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
 fn left_on(arm: &Arm) -> Vec<Diagnostic> {
     let motors = arm.motors().running().into_iter().map(|motor| {
         let motor = u8::from(motor) + 1;
-        let note = format!("motor {motor} runs on until it is stopped, or the lease ends");
+        let note = message!(
+            "motor {motor} runs on until it is stopped, or the lease ends",
+            motor
+        );
         Diagnostic::of_file(note)
             .remedy(Action::Stop, "stops it")
             .coded(DiagnosticCode::LeftOn)
@@ -351,6 +361,7 @@ impl Work {
         if let Some(misfit) = &program.misfit {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
             let failed = RpcError::new(RpcError::CHECK_FAILED, problem.message);
+            let failed = failed.said(&misfit.sentence());
             let failed = failed.with("report", report.unwrap_or_default());
             let remedies = problem.data.get("remedies").cloned();
             return Err(match remedies {
@@ -383,7 +394,7 @@ impl Work {
     /// A request about a job that is over.
     fn over(&self, request: Option<RequestId>) {
         if let Some(request) = request {
-            let outcome = Err(refused("the job is over"));
+            let outcome = Err(refused(message!("the job is over")));
             (self.report)(ArmReport::Done { request, outcome });
         }
     }
@@ -536,7 +547,7 @@ fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-fn refused(why: &str) -> RpcError {
+fn refused(why: impl Into<magician::Message>) -> RpcError {
     RpcError::arm(ErrorKind::InvalidInput, why)
 }
 
@@ -553,7 +564,7 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
     if stands {
         return Ok(());
     }
-    let why = "the arm is not where the pause left it";
+    let why = message!("the arm is not where the pause left it");
     let error = RpcError::arm(ErrorKind::Unexpected, why);
     let expected = expected.map(|expected| reading::pose(&expected));
     Err(error
@@ -589,7 +600,7 @@ async fn read(
         while let ProgramReading::ToCome(to_come) = read {
             read = tokio::select! {
                 read = to_come => read?,
-                () = gives_up.notified() => return Err(refused("the job is over")),
+                () = gives_up.notified() => return Err(refused(message!("the job is over"))),
             };
         }
         match read {
@@ -606,7 +617,7 @@ async fn read(
                 here.stands = Some(arm.preflight_for(&[]).await?);
             }
             ProgramReading::NeedsStart => {
-                return Err(refused("it is not known where the arm stands"));
+                return Err(refused(message!("it is not known where the arm stands")));
             }
         }
     }
@@ -654,15 +665,16 @@ fn fault_of(error: &JobError, program: &PreparedProgram) -> RpcError {
         Fault::Arm(error) => RpcError::from(&**error),
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
-            let failed = RpcError::new(RpcError::CHECK_FAILED, message);
+            let failed = RpcError::new(RpcError::CHECK_FAILED, message).said(&error.sentence());
             match to_value(&job::check_report(program, rest, report)) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,
             }
         }
         Fault::Doubt { span, .. } => RpcError::arm(ErrorKind::Uncertain, message)
+            .said(&error.sentence())
             .with("from", span.least + 1)
             .with("to", span.most),
-        _ => RpcError::arm(ErrorKind::InvalidInput, message),
+        _ => RpcError::arm(ErrorKind::InvalidInput, message).said(&error.sentence()),
     }
 }

@@ -1,6 +1,7 @@
 //! The world of a virtual arm of this process, by the arm's own handle.
 
 use magician::commands::DeviceTime;
+use magician::message;
 #[cfg(feature = "sim")]
 use magician::sim::scenario::{Color, Conveyor, Table, ToolKind};
 #[cfg(feature = "sim")]
@@ -58,7 +59,9 @@ impl Work {
 }
 
 fn unsupported() -> RpcError {
-    let why = "the arm is not a virtual arm of the station's process: it has no world that can be changed";
+    let why = message!(
+        "the arm is not a virtual arm of the station's process: it has no world that can be changed"
+    );
     RpcError::arm(ErrorKind::Unsupported, why)
 }
 
@@ -83,7 +86,8 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
         WorldAct::Plug(plugged) => arm.with(|arm| arm.inject(ExternalEvent::Cable { plugged })),
         WorldAct::Guide(joints) => {
             if !arm.state().unlocked {
-                let why = "the motors hold the arm: hold the unlock key first (world.unlock)";
+                let why =
+                    message!("the motors hold the arm: hold the unlock key first (world.unlock)");
                 return Err(RpcError::arm(ErrorKind::InvalidInput, why));
             }
             arm.with(|arm| arm.guide(joints.into()));

@@ -1,5 +1,6 @@
 //! From the text of a message to what is done: the checks, in the order in which the first that fails is the answer.
 
+use magician::message;
 use std::collections::BTreeSet;
 
 use magician_protocol::HostInstant;
@@ -60,7 +61,7 @@ impl Station {
             match pace {
                 Pace::Fine => {}
                 Pace::TooMany => {
-                    let why = format!("more than {RATE} messages a second");
+                    let why = message!("more than {rate} messages a second", rate = RATE);
                     let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", RATE);
                     let id = match &parsed {
                         Ok(message) => message.id.as_ref(),
@@ -98,7 +99,10 @@ impl Station {
         if let Some(method) = Method::named(&message.method)
             && method.session
         {
-            let why = format!("{} needs a session: use a WebSocket", method.name);
+            let why = message!(
+                "{method} needs a session: use a WebSocket",
+                method = method.name
+            );
             let error = RpcError::request(why).with("method", method.name);
             self.answer(socket, message.id.as_ref(), &Err(error));
             return true;
@@ -224,7 +228,10 @@ impl Station {
         let open = self.sockets.get(&socket).filter(|open| !open.link);
         let under_way = open.map_or(0, |open| open.under_way);
         if under_way >= UNDER_WAY && !method.always {
-            let why = format!("{UNDER_WAY} requests are under way on this socket");
+            let why = message!(
+                "{under_way} requests are under way on this socket",
+                under_way = UNDER_WAY
+            );
             let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", UNDER_WAY);
             return Err(error);
         }
@@ -390,11 +397,11 @@ impl Station {
             Refusal::Lease(holder) => self.needs_lease(arm, holder),
             Refusal::Busy(Busy::Job(job)) => {
                 let job = self.job_id(job);
-                RpcError::new(RpcError::BUSY, "a job has the arm").with("job", job)
+                RpcError::new(RpcError::BUSY, message!("a job has the arm")).with("job", job)
             }
             Refusal::Busy(Busy::Jog(jog)) => {
                 let jog = self.jog_id(jog);
-                RpcError::new(RpcError::BUSY, "a jog has the arm").with("jog", jog)
+                RpcError::new(RpcError::BUSY, message!("a jog has the arm")).with("jog", jog)
             }
             #[cfg(feature = "class")]
             Refusal::Frozen => self.frozen(arm),

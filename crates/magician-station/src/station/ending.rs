@@ -1,6 +1,7 @@
 //! The end of a station: its clients are told first, and who holds an arm gets a bounded time to end
 //! what it runs over it. What a client does not end the station ends, as for a holder that is gone.
 
+use magician::message;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
@@ -121,7 +122,7 @@ impl Station {
 
     /// Why nothing begins any more, if the station ends.
     pub(super) fn refuses_at_end(&self) -> Option<RpcError> {
-        let why = RpcError::new(RpcError::STOPPED, "the station ends");
+        let why = RpcError::new(RpcError::STOPPED, message!("the station ends"));
         self.ending.as_ref().map(|_| why.with("by", Value::Null))
     }
 

@@ -1,7 +1,8 @@
 //! The fence of an arm: anybody sees it, teachers change it, and it holds for every session.
 
-#[cfg(feature = "class")]
 use magician::Fence;
+#[cfg(feature = "class")]
+use magician::message;
 use serde_json::json;
 
 use super::dispatch::{Call, Handled, forbidden};
@@ -30,11 +31,11 @@ impl Station {
         }
         // A job and a jog were planned by the fence that was there when they began.
         if let Some((job, _)) = self.job_at(arm) {
-            let error = RpcError::new(RpcError::BUSY, "a job has the arm: stop it first");
+            let error = RpcError::new(RpcError::BUSY, message!("a job has the arm: stop it first"));
             return Err(error.with("job", job.id.clone()));
         }
         if let Some((jog, _)) = self.control.jog(arm) {
-            let error = RpcError::new(RpcError::BUSY, "a jog has the arm: stop it first");
+            let error = RpcError::new(RpcError::BUSY, message!("a jog has the arm: stop it first"));
             return Err(error.with("jog", self.jog_id(jog)));
         }
         self.arm_mut(arm).entry.fence = fence;

@@ -1,6 +1,7 @@
 //! What is kept of jobs that are over: told, deleted, and taken up by the next station.
 
 use magician::ErrorKind;
+use magician::message;
 use serde_json::Value;
 
 use super::Station;
@@ -65,12 +66,14 @@ impl Station {
         let record = self.job_named(call)?;
         let (id, arm) = (record.id.clone(), record.at);
         if is_under_way(&record.state) || record.state == "queued" {
-            let why = "the job is not over: stop it first";
+            let why = message!("the job is not over: stop it first");
             return Err(RpcError::new(RpcError::BUSY, why).with("job", id));
         }
         if record.hidden.run.is_some() {
-            let why = "the job is a run of the command line, whose journal keeps it: \
-                finish it, or run it anew";
+            let why = message!(
+                "the job is a run of the command line, whose journal keeps it: \
+                finish it, or run it anew"
+            );
             return Err(RpcError::arm(ErrorKind::InvalidInput, why));
         }
         let totals = self.records.earlier(arm);

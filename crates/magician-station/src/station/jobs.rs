@@ -1,5 +1,6 @@
 //! The methods of jobs, and what becomes of jobs.
 
+use magician::message;
 use std::sync::Arc;
 
 use base64::Engine;
@@ -155,9 +156,9 @@ impl Station {
         let record = self.records.keyed(arm, key)?;
         let result = json!({"job": record.id});
         if record.hidden.digest != Some(digest(order)) {
-            let why = format!(
-                "the key is of {}, which does something else: each job has a key of its own",
-                record.id
+            let why = message!(
+                "the key is of {id}, which does something else: each job has a key of its own",
+                id = record.id
             );
             return Some(Err(
                 RpcError::param("key", why).with("job", record.id.clone())
@@ -525,7 +526,7 @@ impl Station {
                 (Wants::Checked, "done") => Ok(json!({"job": shown["job"]})),
                 (_, "done") => Err(RpcError::arm(
                     magician::ErrorKind::InvalidInput,
-                    "the job is over",
+                    message!("the job is over"),
                 )),
                 (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
                 _ => Err(error

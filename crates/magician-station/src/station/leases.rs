@@ -1,5 +1,6 @@
 //! The methods of the lease.
 
+use magician::message;
 use std::time::Duration;
 
 use serde_json::Value;
@@ -31,7 +32,8 @@ impl Station {
             ("lease.renew", _) => {
                 let lease = self.lease(call)?;
                 let renewed = self.control.renew(session, lease);
-                renewed.map_err(|_| RpcError::new(RpcError::LEASE, "the lease has ended"))?;
+                renewed
+                    .map_err(|_| RpcError::new(RpcError::LEASE, message!("the lease has ended")))?;
                 Ok(Handled::Now(Value::Null))
             }
             ("lease.release", _) => {

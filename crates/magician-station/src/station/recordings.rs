@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::time::{Duration, UNIX_EPOCH};
 
 use magician::ErrorKind;
+use magician::message;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -170,7 +171,7 @@ impl Station {
         arm: ArmId,
     ) -> Result<Handled, RpcError> {
         if !self.keeps_recordings() {
-            let why = "this station keeps no recordings";
+            let why = message!("this station keeps no recordings");
             return Err(RpcError::arm(ErrorKind::Unsupported, why));
         }
         match name {
@@ -186,7 +187,7 @@ impl Station {
         let place = self.arm_mut(arm);
         let under_way = place.recordings.under_way.as_ref();
         if let Some(one) = under_way.filter(|one| one.lost.is_none()) {
-            let error = RpcError::new(RpcError::BUSY, "the arm is being recorded");
+            let error = RpcError::new(RpcError::BUSY, message!("the arm is being recorded"));
             return Err(error.with("recording", one.name.clone()));
         }
         let name = place.recordings.name(&place.entry.name, t);
@@ -217,7 +218,7 @@ impl Station {
     fn stop_recording(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
         let (request, t) = (call.request, self.unix(call.now));
         let Some(one) = self.arm_mut(arm).recordings.under_way.take() else {
-            let why = "the arm is not being recorded";
+            let why = message!("the arm is not being recorded");
             return Err(RpcError::arm(ErrorKind::InvalidInput, why));
         };
         if let Some(why) = one.lost {
@@ -302,7 +303,7 @@ impl Station {
         let (request, t) = (call.request, self.unix(call.now));
         let seconds = call.params.number("seconds").unwrap_or(KEPT);
         let Some(name) = self.save(request, t, arm, t - seconds) else {
-            let why = format!("the arm was not read in the last {seconds} s");
+            let why = message!("the arm was not read in the last {seconds} s", seconds);
             return Err(RpcError::arm(ErrorKind::InvalidInput, why));
         };
         Ok(Handled::Later(
@@ -414,7 +415,7 @@ impl Station {
 
 /// The disk does not take it.
 fn unwritten(why: &str) -> RpcError {
-    let why = format!("the recording cannot be written: {why}");
+    let why = message!("the recording cannot be written: {why}", why);
     RpcError::arm(ErrorKind::Unexpected, why)
 }
 

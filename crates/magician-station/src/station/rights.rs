@@ -1,5 +1,6 @@
 //! Who may do what beyond the role and the lease that the table of methods asks for. Each rule is written here once.
 
+use magician::message;
 use magician::{Set, burns};
 
 use super::dispatch::{Call, forbidden};
@@ -130,7 +131,7 @@ impl Station {
                 format!("{owned}, the holder of the lease of {name}, or a teacher, moves it"),
             ),
         };
-        let why = format!("the job waits in the queue of {name}: {who}");
+        let why = message!("the job waits in the queue of {name}: {who}", name, who);
         Err(RpcError::new(RpcError::FORBIDDEN, why)
             .with("role", call.grant.role.name())
             .with("needs", Role::Teacher.name())

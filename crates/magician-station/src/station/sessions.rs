@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use magician::admission::{AdmissionLimits, NoPlace, Origin};
+use magician::message;
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
@@ -295,7 +296,12 @@ impl Station {
     ) -> Result<(), RpcError> {
         let peer = { self.sockets.get(&socket) }.map(|open| open.peer.clone());
         let peer = peer.ok_or_else(|| RpcError::internal("the socket is gone"))?;
-        let needs = || RpcError::new(RpcError::FORBIDDEN, "a token is needed from this address");
+        let needs = || {
+            RpcError::new(
+                RpcError::FORBIDDEN,
+                message!("a token is needed from this address"),
+            )
+        };
         let (entry, grant) = self.grant_of(&peer);
         let mut grant = grant.ok_or_else(needs)?;
         let most = self.most_of_all();

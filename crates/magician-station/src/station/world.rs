@@ -1,6 +1,7 @@
 //! The world of a virtual arm: looked at by anybody, changed by the holder of the lease.
 
 use magician::ErrorKind;
+use magician::message;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
@@ -22,7 +23,10 @@ impl Station {
         let act = act_of(method.name, call)?;
         let entry = &self.arm(arm).entry;
         if !entry.is_virtual {
-            let why = format!("{} is not a virtual arm: it has no world", entry.name);
+            let why = message!(
+                "{entry} is not a virtual arm: it has no world",
+                entry = entry.name
+            );
             return Err(RpcError::arm(ErrorKind::Unsupported, why));
         }
         let (Some(act), Needs::Lease(kind)) = (act, method.needs) else {

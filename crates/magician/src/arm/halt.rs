@@ -15,6 +15,7 @@ use super::gate::motors_off;
 use super::shared::held;
 use super::{Arm, Shared};
 use crate::connection::{Priority, Request};
+use crate::message;
 use crate::{Error, ErrorCode, ErrorKind, REST_READ_INTERVAL, RestDetector, Result};
 
 /// How long the arm may take to come to a stand: from full speed at twice the acceleration, and the
@@ -103,7 +104,8 @@ impl Stopper {
         match told.recv_timeout(HALT) {
             Ok(outcome) => outcome,
             Err(RecvTimeoutError::Timeout) => {
-                let message = "the arm did not confirm within a second that it has stopped";
+                let message =
+                    message!("the arm did not confirm within a second that it has stopped");
                 Err(Error::new(ErrorCode::StopUnconfirmed, message))
             }
             Err(RecvTimeoutError::Disconnected) => Err(Error::closed()),
@@ -278,7 +280,7 @@ impl Arm {
             if moves && Instant::now() >= until {
                 return Err(Error::new(
                     ErrorCode::StopUnconfirmed,
-                    "the arm still moves",
+                    message!("the arm still moves"),
                 ));
             }
             sleep(APART).await;

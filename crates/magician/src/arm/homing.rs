@@ -11,6 +11,7 @@ use tokio::time::Instant;
 
 use super::Arm;
 use super::shared::held;
+use crate::message;
 use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 
 /// A controller's crystal is better than this, per mille of the time that has passed: a clock that is further off is a virtual
@@ -157,14 +158,17 @@ impl Homing<'_> {
         if self.arm.allows_unhomed || self.arm.is_virtual() {
             return Ok(());
         }
-        let why = match self.is_homed().await? {
+        let message = match self.is_homed().await? {
             Some(true) => return Ok(()),
-            Some(false) => "the arm was not homed since power-up (alarm 0x00)",
-            None => {
-                "it is not known whether the arm was homed since power-up: this computer saw no homing"
-            }
+            Some(false) => message!(
+                "the arm was not homed since power-up (alarm 0x00), so its positions may be wrong; \
+                    nothing was sent"
+            ),
+            None => message!(
+                "it is not known whether the arm was homed since power-up: this computer saw no homing, \
+                    so its positions may be wrong; nothing was sent"
+            ),
         };
-        let message = format!("{why}, so its positions may be wrong; nothing was sent");
         Err(Error::new(ErrorCode::NotHomed, message)
             .remedy(Action::Home, "homes it")
             .remedy((Setting::Unhomed, Given::On), "goes on anyway"))
@@ -224,8 +228,10 @@ impl Homing<'_> {
         if self.arm.picture().homing().is_homed() {
             return Ok(());
         }
-        let message = "the arm did not come to its home point: a stop, or another program, broke the \
-            homing off";
+        let message = message!(
+            "the arm did not come to its home point: a stop, or another program, broke the \
+            homing off"
+        );
         Err(Error::new(ErrorCode::NotHomed, message).remedy(Action::Home, "homes it"))
     }
 

@@ -14,6 +14,7 @@ use super::{Arm, Shared};
 use crate::build::JogDirection;
 use crate::connection::{Micros, Request};
 use crate::gate::{Holder, JogEnd, JogId, JogKind, JogRequest};
+use crate::message;
 use crate::{Error, ErrorCode, Result};
 
 /// The holder of all guards of a connection: each of them may turn round on its axis what another one began.
@@ -56,15 +57,16 @@ impl JogOptions {
     fn check(&self) -> Result<()> {
         let longest = Duration::from_secs(2);
         if self.keep < Duration::from_millis(20) || self.keep > longest {
-            let message = format!(
-                "the jog's hold time is {:?}, it must be 20 ms to 2 s",
-                self.keep
+            let message = message!(
+                "the jog's hold time is {keep}, it must be 20 ms to 2 s",
+                keep = format!("{:?}", self.keep)
             );
             return Err(Error::invalid(message));
         }
         match self.ratio {
-            Some(ratio) if !(1.0..=100.0).contains(&ratio) => Err(Error::invalid(format!(
-                "the jog's speed is {ratio} %, it must be 1 to 100 %"
+            Some(ratio) if !(1.0..=100.0).contains(&ratio) => Err(Error::invalid(message!(
+                "the jog's speed is {ratio} %, it must be 1 to 100 %",
+                ratio
             ))),
             _ => Ok(()),
         }
@@ -180,8 +182,9 @@ impl Jog {
             Some(Phase::Over(_, Stands::Seen) | Phase::Over(JogEnd::Replaced, _)) => Ok(()),
             Some(Phase::Over(why @ (JogEnd::LinkLost | JogEnd::Closed), _)) => Err(self.ended(why)),
             _ => {
-                let message =
-                    "the jog's end is not confirmed: the arm does not answer, or still moves";
+                let message = message!(
+                    "the jog's end is not confirmed: the arm does not answer, or still moves"
+                );
                 Err(Error::new(ErrorCode::StopUnconfirmed, message))
             }
         }
@@ -311,7 +314,7 @@ impl Arm {
             Err(_) => return Err(Error::stuck()),
         }
         // Its life ends with this call, so what has not begun never does.
-        let silent = Error::new(ErrorCode::NoAnswer, "no answer");
+        let silent = Error::new(ErrorCode::NoAnswer, message!("no answer"));
         self.answer_or(silent, answer, &frame, deadline).await?;
         Ok(jog)
     }

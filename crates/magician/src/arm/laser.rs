@@ -8,6 +8,7 @@ use magician_protocol::{Flag, IoFunction, Set};
 use super::{Arm, Shared};
 use crate::build;
 use crate::connection::Request;
+use crate::message;
 use crate::{Action, Error, ErrorCode, ErrorKind, LightsOut, Result};
 use magician_host::{LASER_POWER, LASER_SUPPLY, burns};
 
@@ -183,7 +184,9 @@ impl Laser<'_> {
         match self.told().await? {
             Some(true) => Err(Error::new(
                 ErrorCode::LaserOn,
-                "the laser is on, and the arm would burn along its path; nothing was sent",
+                message!(
+                    "the laser is on, and the arm would burn along its path; nothing was sent"
+                ),
             )
             .remedy(Action::LaserOff, "switches it off")),
             _ => Ok(()),

@@ -5,6 +5,7 @@ use magician_protocol::{Frame, Row, Set};
 
 use super::Arm;
 use crate::gate::{frame_jogs, refuse_unheld, unheld_jog};
+use crate::message;
 use crate::{Error, Result};
 
 /// Permission of a handle: [`Arm::permission`] hands it out.
@@ -57,12 +58,20 @@ impl Permission<'_> {
         {
             0 => Ok(()),
             count => {
-                let commands = if count == 1 { "command" } else { "commands" };
                 let name = self.arm.name();
-                Err(Error::burning(format!(
-                    "{count} {commands} in the queue of the arm at {name} that this program did not put there could \
-                     light its laser; nothing was sent"
-                )))
+                Err(Error::burning(match count {
+                    1 => message!(
+                        "1 command in the queue of the arm at {name} that this program did not put there could \
+                            light its laser; nothing was sent",
+                        name
+                    ),
+                    _ => message!(
+                        "{count} commands in the queue of the arm at {name} that this program did not put there could \
+                            light its laser; nothing was sent",
+                        count,
+                        name
+                    ),
+                }))
             }
         }
     }
@@ -95,8 +104,9 @@ impl Permission<'_> {
 
     fn refusal(self) -> Error {
         let name = self.arm.name();
-        Error::burning(format!(
-            "this lights the laser of the arm at {name}; nothing was sent"
+        Error::burning(message!(
+            "this lights the laser of the arm at {name}; nothing was sent",
+            name
         ))
     }
 

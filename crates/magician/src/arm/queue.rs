@@ -10,6 +10,7 @@ use tokio::time::{Instant, timeout_at};
 use super::Arm;
 use super::flow::Flow;
 use crate::connection::Request;
+use crate::message;
 use crate::{Action, Error, ErrorCode, ErrorKind, Given, QueueIndex, Result, Setting};
 
 /// The queue of an arm: [`Arm::queue`] hands it out. [`Arm::enqueue`] and [`Arm::run`] put commands into it.
@@ -34,7 +35,9 @@ impl Queue<'_> {
                 .wait_still()
                 .await
                 .map_err(|error| match error.code() {
-                    ErrorCode::StopUnconfirmed => Error::new(ErrorCode::Busy, "the arm moves"),
+                    ErrorCode::StopUnconfirmed => {
+                        Error::new(ErrorCode::Busy, message!("the arm moves"))
+                    }
                     _ => error,
                 })?;
         }
@@ -101,20 +104,25 @@ impl<'a> Queue<'a> {
     /// Commands that other programs left in the queue are not run by accident.
     pub(super) fn refuse_foreign(self, look: &QueueLook) -> Result<()> {
         let waiting = self.foreign_commands(look);
-        let (commands, them) = match waiting {
+        let (message, them) = match waiting {
             0 => return Ok(()),
-            1 => ("1 command of an earlier program waits".to_owned(), "it"),
-            more => (
-                format!("{more} commands of an earlier program wait"),
+            1 => (
+                message!(
+                    "1 command of an earlier program waits in the arm's queue and would run first"
+                ),
+                "it",
+            ),
+            count => (
+                message!(
+                    "{count} commands of an earlier program wait in the arm's queue and would run first",
+                    count
+                ),
                 "them",
             ),
         };
-        Err(Error::new(
-            ErrorCode::ForeignCommands,
-            format!("{commands} in the arm's queue and would run first"),
-        )
-        .remedy(Action::Stop, format!("drops {them}"))
-        .remedy((Setting::Keep, Given::On), format!("runs {them}")))
+        Err(Error::new(ErrorCode::ForeignCommands, message)
+            .remedy(Action::Stop, format!("drops {them}"))
+            .remedy((Setting::Keep, Given::On), format!("runs {them}")))
     }
 
     /// How many commands wait in the queue that this connection did not put there.
@@ -137,7 +145,7 @@ impl<'a> Queue<'a> {
         let doubts = self.doubts();
         let mut flow = self.take_turn(deadline, command.row().set_name).await?;
         if self.doubts() != doubts {
-            let message = "it was not sent: an earlier command is uncertain";
+            let message = message!("it was not sent: an earlier command is uncertain");
             let error = Error::new(ErrorCode::AfterUncertain, message);
             return Err(error.with_command(command.row().set_name));
         }
@@ -149,7 +157,7 @@ impl<'a> Queue<'a> {
             self.note_room(flow.room).await?;
         }
         if flow.room == 0 {
-            let error = Error::new(ErrorCode::QueueFull, "the arm's queue is full");
+            let error = Error::new(ErrorCode::QueueFull, message!("the arm's queue is full"));
             return Err(error.with_command(command.row().set_name));
         }
         // A caller that goes away meanwhile leaves behind what has to be counted anew.
@@ -182,7 +190,7 @@ impl<'a> Queue<'a> {
     ) -> Result<MutexGuard<'a, Flow>> {
         let turn = timeout_at(deadline, self.arm.inner.flow.lock()).await;
         turn.map_err(|_| {
-            let message = "another task is filling the queue";
+            let message = message!("another task is filling the queue");
             Error::new(ErrorCode::NotSent, message).with_command(name)
         })
     }

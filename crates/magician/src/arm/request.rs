@@ -10,6 +10,7 @@ use super::Arm;
 use super::driver::{Message, command_name};
 use super::homing::homes;
 use crate::connection::{Request, is_once};
+use crate::message;
 use crate::{Error, ErrorCode, Result};
 
 /// Longer than anybody waits, and short enough to be added to any instant.
@@ -123,7 +124,7 @@ impl Arm {
         let silent = if is_once(&request.frame()) {
             Error::uncertain(None, None)
         } else {
-            Error::new(ErrorCode::NoAnswer, "no answer")
+            Error::new(ErrorCode::NoAnswer, message!("no answer"))
         };
         self.answer_or(silent, answer, request, deadline).await
     }

@@ -7,6 +7,7 @@ use magician_protocol::commands::Pose;
 
 use super::{Arm, RunOptions, SettingsBackup};
 use crate::build::{line_to, move_to};
+use crate::message;
 use crate::preflight::Preflight;
 use crate::{Error, ErrorCode, Result};
 
@@ -85,7 +86,7 @@ async fn course_from_here(arm: &Arm, moves: &[Set]) -> Result<Preflight> {
     if course.arm().is_none() {
         return Err(Error::new(
             ErrorCode::PositionUnknown,
-            "the arm's position is unknown: it moves, or commands wait in its queue",
+            message!("the arm's position is unknown: it moves, or commands wait in its queue"),
         ));
     }
     Ok(course)

@@ -123,7 +123,7 @@ pub(super) fn failure(
         .filter(|_| foreign.is_none());
     let source = &made.source;
     let problem = |refused_step: &RefusedStep| Diagnostic {
-        message: sentence(made, report, refused_step),
+        message: sentence(made, report, refused_step).into(),
         ..Diagnostic::from(refused_step)
     };
     let is_foreign = foreign.is_some();

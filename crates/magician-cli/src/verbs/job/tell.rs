@@ -228,7 +228,7 @@ impl<'o> ProgressReporter<'o> {
     /// Tells a note.
     pub(super) fn note(&self, note: &Diagnostic) {
         if !self.json {
-            let text = advised(&Command, note.message.clone(), note);
+            let text = advised(&Command, note.message.as_str().to_owned(), note);
             return self.say(&format!("note: {}", visible_lines(&text)));
         }
         if let Ok(mut out) = self.out.try_borrow_mut() {

@@ -23,7 +23,7 @@ impl PreparedJob {
             .map_err(|problem| self.source.failure(&problem))?
             .check();
         let warnings: Vec<String> = (warnings(&report, self.prepared.placed).into_iter())
-            .map(|warning| warning.message)
+            .map(|warning| warning.message.into())
             .collect();
         let beside = self.prepared.placed.and_then(|placed| placed.beside);
         let beside = beside

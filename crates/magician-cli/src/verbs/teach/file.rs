@@ -51,7 +51,10 @@ pub(super) fn write(path: &Path, plan: &Plan) -> Result<Option<String>, Failure>
                 Failure::invalid(problem.to_string())
                     .hint("a name that ends in .plan.json keeps everything")
             })?;
-            let note = playback.notes().first().map(|note| note.message.clone());
+            let note = playback
+                .notes()
+                .first()
+                .map(|note| note.message.as_str().to_owned());
             (playback.to_xml(), note)
         }
         _ => (plan.to_json(), None),

@@ -76,7 +76,12 @@ impl<'t> Machine<'t> {
     }
 
     /// Says something of a block, once.
-    pub(super) fn note(&mut self, index: usize, about: &'static str, what: impl Into<String>) {
+    pub(super) fn note(
+        &mut self,
+        index: usize,
+        about: &'static str,
+        what: impl Into<magician_host::Message>,
+    ) {
         if let Some(block) = self.tree.blocks.get(index)
             && self.noted.insert((index, about))
         {

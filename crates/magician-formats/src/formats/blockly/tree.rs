@@ -65,7 +65,7 @@ impl Block {
         }
     }
 
-    pub(super) fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
+    pub(super) fn diagnostic(&self, message: impl Into<magician_host::Message>) -> Diagnostic {
         Diagnostic::new(self.origin, message).named(self.name())
     }
 }

@@ -143,7 +143,9 @@ impl<'p> Canvas<'p> {
                 Diagnostic::new(origin, what).coded(DiagnosticCode::LeftOut)
             })
             .collect();
-        notes.sort_by(|one, other| (one.origin, &one.message).cmp(&(other.origin, &other.message)));
+        notes.sort_by(|one, other| {
+            (one.origin, one.message.as_str()).cmp(&(other.origin, other.message.as_str()))
+        });
         notes.truncate(MOST_NOTES);
         if self.drawing.unit.is_none() {
             let why = "the drawing has no unit: mm is used";

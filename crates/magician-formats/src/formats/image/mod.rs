@@ -16,6 +16,7 @@ use ::image::metadata::Orientation;
 use ::image::{
     DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
 };
+use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::{Content, Parsed, ReadOptions};
@@ -53,13 +54,17 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         let more = |pixels: u32, kept: u32| f64::from(pixels) / f64::from(kept);
         pixel = Some([across * more(width, kept[0]), down * more(height, kept[1])]);
         let of = if whole {
-            "the image"
+            message!("the image")
         } else {
-            "what is kept of the image"
+            message!("what is kept of the image")
         };
-        let message = format!(
-            "{of} has {width} by {height} pixels: it is scaled down to {} by {} on reading",
-            kept[0], kept[1]
+        let message = message!(
+            "{of} has {width} by {height} pixels: it is scaled down to {kept} by {kept_2} on reading",
+            of,
+            width,
+            height,
+            kept = kept[0],
+            kept_2 = kept[1]
         );
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
     }
@@ -68,13 +73,17 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         _ => 1,
     };
     if pictures > 1 {
-        let message =
-            format!("the image is animated: only the first of its {pictures} pictures is used");
+        let message = message!(
+            "the image is animated: only the first of its {pictures} pictures is used",
+            pictures
+        );
         let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
-        notes.push(note.help("save another one of them as an image of its own to use that"));
+        notes.push(note.help(message!(
+            "save another one of them as an image of its own to use that"
+        )));
     }
     if format == ImageFormat::Jpeg && large::is_cut_off(bytes) {
-        let message = "the file is cut off: what is missing of the image is grey";
+        let message = message!("the file is cut off: what is missing of the image is grey");
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut));
     }
     let raster = Raster {
@@ -131,8 +140,10 @@ const KNOWN: [ImageFormat; 7] = [
 ];
 
 fn unknown() -> Diagnostic {
-    Diagnostic::of_file("this is not a PNG, JPEG, BMP, WebP, GIF, TIFF or PNM image")
-        .help("save it as one of these")
+    Diagnostic::of_file(message!(
+        "this is not a PNG, JPEG, BMP, WebP, GIF, TIFF or PNM image"
+    ))
+    .help(message!("save it as one of these"))
 }
 
 /// An image, upright.
@@ -238,7 +249,9 @@ impl From<ImageError> for DecodeFailure {
 
 fn refused(refused: DecodeFailure) -> Diagnostic {
     let (why, too_large) = match refused {
-        DecodeFailure::TooLarge([width, height]) => (format!("{width} by {height} pixels"), true),
+        DecodeFailure::TooLarge([width, height]) => {
+            (message!("{width} by {height} pixels", width, height), true)
+        }
         DecodeFailure::Crop(why) => {
             return Diagnostic::of_file(why).remedy(
                 (Setting::Crop, Given::Any("X,Y,W,H")),
@@ -246,23 +259,26 @@ fn refused(refused: DecodeFailure) -> Diagnostic {
             );
         }
         DecodeFailure::Large(why) => {
-            return Diagnostic::of_file(format!(
-                "the image is too large to be read at once: {why}"
+            return Diagnostic::of_file(message!(
+                "the image is too large to be read at once: {why}",
+                why
             ));
         }
-        DecodeFailure::By(error @ ImageError::Limits(_)) => (error.to_string(), true),
+        DecodeFailure::By(error @ ImageError::Limits(_)) => (error.to_string().into(), true),
         DecodeFailure::By(ImageError::Unsupported(_)) => {
-            let message = "the image is of a kind that is not read, such as a fax (CCITT G3) or \
-                numbers with a fraction";
-            return Diagnostic::of_file(message).help("save it as PNG or JPEG");
+            let message = message!(
+                "the image is of a kind that is not read, such as a fax (CCITT G3) or \
+                numbers with a fraction"
+            );
+            return Diagnostic::of_file(message).help(message!("save it as PNG or JPEG"));
         }
-        DecodeFailure::By(error) => (error.to_string(), false),
+        DecodeFailure::By(error) => (error.to_string().into(), false),
     };
     if too_large {
-        let help = "save it as a PNG, JPEG or TIFF, which may have any size";
-        return Diagnostic::of_file(format!("the image is too large: {why}")).help(help);
+        let help = message!("save it as a PNG, JPEG or TIFF, which may have any size");
+        return Diagnostic::of_file(message!("the image is too large: {why}", why)).help(help);
     }
-    Diagnostic::of_file(format!("the image cannot be decoded: {why}"))
+    Diagnostic::of_file(message!("the image cannot be decoded: {why}", why))
 }
 
 /// True if no pixel lets anything through.

@@ -15,7 +15,7 @@ fn raster(bytes: &[u8]) -> Raster {
 
 fn refusal(bytes: &[u8]) -> String {
     let diagnostic = read(Format::Image, bytes, &ReadOptions::default()).unwrap_err();
-    diagnostic.message
+    diagnostic.message.into()
 }
 
 fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {

@@ -396,7 +396,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
                     let note = "it has no R: 0 is used";
                     notes.push(Diagnostic {
                         code: DiagnosticCode::Assumed,
-                        message: note.to_owned(),
+                        message: note.into(),
                         ..self.missing(number)
                     });
                 }

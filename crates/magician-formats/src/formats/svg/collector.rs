@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use kurbo::{Affine, BezPath};
+use magician_host::message;
 use magician_host::{Given, Setting};
 use usvg::{Group, Node, Paint, Path, Stroke as Outline, Transform};
 
@@ -116,7 +117,8 @@ impl<'a> StrokeCollector<'a> {
             match Region::of_mask(mask, place.to, self.close) {
                 Some(region) => place.clips.push(region),
                 None => {
-                    let remark = "a gradual mask is ignored: the shapes that it hides are drawn";
+                    let remark =
+                        message!("a gradual mask is ignored: the shapes that it hides are drawn");
                     let element = self.first(group).unwrap_or(&place.element);
                     self.notes
                         .add(element.diagnostic(remark).coded(DiagnosticCode::LeftOut));
@@ -202,11 +204,13 @@ impl<'a> StrokeCollector<'a> {
                 let all = lines.len();
                 lines.retain(|line| encloses(line, self.close.near));
                 if lines.len() < all {
-                    let remark = "lines without a stroke that enclose no area are left out: they \
-                        are invisible";
+                    let remark = message!(
+                        "lines without a stroke that enclose no area are left out: they \
+                        are invisible"
+                    );
                     let note = place.element.diagnostic(remark);
                     self.notes
-                        .add(note.help("give them a stroke to have them drawn"));
+                        .add(note.help(message!("give them a stroke to have them drawn")));
                 }
                 if lines.is_empty() || !self.takes_fill(fill.paint(), &place.element) {
                     return Ok(Vec::new());
@@ -278,7 +282,11 @@ impl<'a> StrokeCollector<'a> {
         {
             None => Ok(curves),
             Some(side) => {
-                let message = format!("it extends to {side:.0} mm, limit {FARTHEST:.0} mm");
+                let message = message!(
+                    "it extends to {side:.0} mm, limit {farthest:.0} mm",
+                    side,
+                    farthest = FARTHEST
+                );
                 Err(place.element.diagnostic(message))
             }
         }
@@ -307,7 +315,7 @@ impl<'a> StrokeCollector<'a> {
             return Ok(whole());
         }
         let Some(mut dashes) = dashed(&flatten(&own, fine, false), &pattern, offset) else {
-            let remark = "dashes too fine to be drawn are drawn as whole lines";
+            let remark = message!("dashes too fine to be drawn are drawn as whole lines");
             self.notes.add(
                 place
                     .element
@@ -335,7 +343,7 @@ impl<'a> StrokeCollector<'a> {
             let clipped: Option<Vec<Vec<Line>>> =
                 lines.iter().map(|line| region.clip(line)).collect();
             let Some(clipped) = clipped else {
-                let message = "its clip path is too fine to be followed";
+                let message = message!("its clip path is too fine to be followed");
                 return Err(place.element.diagnostic(message));
             };
             lines = clipped.concat();
@@ -411,7 +419,10 @@ impl<'a> StrokeCollector<'a> {
         for points in lines {
             self.corners += points.len();
             if self.corners > MOST_CORNERS {
-                let message = format!("the drawing has more than {MOST_CORNERS} corners");
+                let message = message!(
+                    "the drawing has more than {most_corners} corners",
+                    most_corners = MOST_CORNERS
+                );
                 let tolerance = (Setting::Tolerance, Given::Any("MM"));
                 return Err(
                     Diagnostic::of_file(message).remedy(tolerance, "needs fewer if it is larger")

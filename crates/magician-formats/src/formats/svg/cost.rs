@@ -1,6 +1,7 @@
 //! How much work a drawing is, found out before it is done: a few lines of `use` can stand for more elements than there is
 //! memory.
 
+use magician_host::message;
 use std::collections::HashMap;
 
 use roxmltree::{Document, Node, NodeId};
@@ -39,9 +40,10 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
     let sheets = style_sheets(document);
     let rules = sheets.matches('{').count();
     if rules as f64 * depths.len() as f64 > MOST_STYLING {
-        let message = format!(
-            "too many style rules: {rules} for {} elements",
-            depths.len()
+        let message = message!(
+            "too many style rules: {rules} for {depths} elements",
+            rules,
+            depths = depths.len()
         );
         return Err(Diagnostic::of_file(message));
     }
@@ -63,8 +65,11 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
         return Err(too_deep(document, &document.root_element()));
     }
     if work > MOST {
-        let message =
-            format!("with all references expanded it has {work:.0} elements, limit {MOST:.0}");
+        let message = message!(
+            "with all references expanded it has {work:.0} elements, limit {most:.0}",
+            work,
+            most = MOST
+        );
         return Err(Diagnostic::of_file(message));
     }
     Ok(())
@@ -88,8 +93,9 @@ fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Diagnostic {
         line: at.row,
         ..Origin::NONE
     };
-    let message = format!(
-        "elements are nested more than {DEEPEST} deep here, or refer to each other in a circle"
+    let message = message!(
+        "elements are nested more than {deepest} deep here, or refer to each other in a circle",
+        deepest = DEEPEST
     );
     Diagnostic::new(origin, message)
 }

@@ -4,6 +4,7 @@
 //! The library drops a line whose paint it cannot read, without a word. So every paint that is neither `none` nor readable
 //! becomes black here, with a note.
 
+use magician_host::{Message, message};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -26,7 +27,7 @@ const LONGEST: usize = 4096;
 pub(super) struct Edit {
     pub(super) range: Range<usize>,
     pub(super) value: String,
-    pub(super) remark: Option<String>,
+    pub(super) remark: Option<Message>,
 }
 
 /// The custom properties of a drawing.
@@ -184,11 +185,15 @@ impl Variables {
             Ok(value) if name == WIDTH => width(value.trim()),
             Ok(value) => (value, None),
             Err(missing) if is_paint => {
-                let remark = format!("the colour {missing} is not set: black is used");
+                let remark = message!("the colour {missing} is not set: black is used", missing);
                 ("black".to_owned(), Some(remark))
             }
             Err(missing) => {
-                let remark = format!("{missing} is not set: {name} is as if it were not there");
+                let remark = message!(
+                    "{missing} is not set: {name} is as if it were not there",
+                    missing,
+                    name
+                );
                 (String::new(), Some(remark))
             }
         };
@@ -201,7 +206,7 @@ impl Variables {
     }
 
     /// A paint as the library reads it.
-    fn paint(&self, name: &str, value: &str, node: &Node<'_, '_>) -> (String, Option<String>) {
+    fn paint(&self, name: &str, value: &str, node: &Node<'_, '_>) -> (String, Option<Message>) {
         let word = value.to_ascii_lowercase();
         let same = match word.as_str() {
             // A property without a value says nothing.
@@ -217,21 +222,25 @@ impl Variables {
                 if in_marker || self.has_use || is(node, "style") {
                     return (word, None);
                 }
-                let remark = format!("{word} means nothing outside of markers: black is used");
+                let remark = message!(
+                    "{word} means nothing outside of markers: black is used",
+                    word
+                );
                 return ("black".to_owned(), Some(remark));
             }
             _ => {
                 if let Ok(svgtypes::Paint::FuncIRI(id, None)) = svgtypes::Paint::from_str(value)
                     && !self.servers.contains(id)
                 {
-                    let remark = format!("there is no paint #{id} in the file: black is used");
+                    let remark = message!("there is no paint #{id} in the file: black is used", id);
                     return ("black".to_owned(), Some(remark));
                 }
                 return match color(value) {
                     Some(color) => (color, None),
                     None => {
                         let shown: String = value.chars().take(40).collect();
-                        let remark = format!("the colour '{shown}' cannot be read: black is used");
+                        let remark =
+                            message!("the colour '{shown}' cannot be read: black is used", shown);
                         ("black".to_owned(), Some(remark))
                     }
                 };
@@ -242,7 +251,7 @@ impl Variables {
 }
 
 /// The width of a line as the library reads it: it draws none whose width is 0.
-fn width(value: &str) -> (String, Option<String>) {
+fn width(value: &str) -> (String, Option<Message>) {
     use std::str::FromStr as _;
     let word = value.to_ascii_lowercase();
     if ["", "inherit", "unset", "initial"].contains(&word.as_str()) {
@@ -251,13 +260,15 @@ fn width(value: &str) -> (String, Option<String>) {
     match svgtypes::Length::from_str(&word) {
         Ok(length) if length.number > 0.0 => (value.to_owned(), None),
         Ok(length) if length.number == 0.0 => {
-            let remark = "lines of width 0 are drawn as hairlines";
-            ("1".to_owned(), Some(remark.to_owned()))
+            let remark = message!("lines of width 0 are drawn as hairlines");
+            ("1".to_owned(), Some(remark))
         }
         _ => {
             let shown: String = value.chars().take(40).collect();
-            let remark =
-                format!("the width '{shown}' of a line cannot be read: it is drawn as a hairline");
+            let remark = message!(
+                "the width '{shown}' of a line cannot be read: it is drawn as a hairline",
+                shown
+            );
             ("1".to_owned(), Some(remark))
         }
     }

@@ -23,6 +23,7 @@ mod values;
 mod white;
 
 use kurbo::Affine;
+use magician_host::message;
 use magician_host::{Given, Setting};
 use usvg::tiny_skia_path::PathSegment;
 use usvg::{ClipPath, Group, ImageHrefResolver, Mask, Node, Options, Tree};
@@ -58,7 +59,11 @@ pub(super) fn read(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     if bytes.len() > LARGEST {
-        let message = format!("it has {} bytes, limit {LARGEST}", bytes.len());
+        let message = message!(
+            "it has {bytes} bytes, limit {largest}",
+            bytes = bytes.len(),
+            largest = LARGEST
+        );
         return Err(Diagnostic::of_file(message));
     }
     let bytes = crate::packed::unpacked(bytes, LARGEST)?;
@@ -90,9 +95,10 @@ fn on_a_deep_stack<T: Send>(
             .map(|running| running.join())
         {
             Ok(Ok(done)) => done,
-            Ok(Err(_)) => Err(Diagnostic::of_file("this drawing cannot be read")),
-            Err(error) => Err(Diagnostic::of_file(format!(
-                "there is no room to read it: {error}"
+            Ok(Err(_)) => Err(Diagnostic::of_file(message!("this drawing cannot be read"))),
+            Err(error) => Err(Diagnostic::of_file(message!(
+                "there is no room to read it: {error}",
+                error = error.to_string()
             ))),
         }
     })
@@ -119,8 +125,10 @@ fn drawing(
     let page = [width, height].map(|side| f64::from(side) * PIXEL);
     if source.page == Page::ViewBox {
         let [width, height] = page;
-        let remark = format!(
-            "no size is given: with 1/96 inch per unit the page is {width:.1} by {height:.1} mm"
+        let remark = message!(
+            "no size is given: with 1/96 inch per unit the page is {width:.1} by {height:.1} mm",
+            width,
+            height
         );
         notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
@@ -222,16 +230,18 @@ fn has_curves(group: &Group) -> bool {
 fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
     let message = match shapes {
         0 if is_font => {
-            let message = "the file is a font: it has letters, and draws nothing by itself";
+            let message =
+                message!("the file is a font: it has letters, and draws nothing by itself");
             let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
             return note.remedy((Setting::Font, Given::Any("FILE")), "writes text with it");
         }
-        0 => "the drawing has no shapes".to_owned(),
-        1 if hidden == 1 => "the only shape of the drawing is hidden".to_owned(),
-        all if all == hidden => format!("all {all} shapes of the drawing are hidden"),
-        1 => "the only shape of the drawing has no visible line or fill, or is cut off".to_owned(),
-        all => format!(
-            "of the {all} shapes of the drawing none has a visible line or fill that is not cut off"
+        0 => message!("the drawing has no shapes"),
+        1 if hidden == 1 => message!("the only shape of the drawing is hidden"),
+        all if all == hidden => message!("all {all} shapes of the drawing are hidden", all),
+        1 => message!("the only shape of the drawing has no visible line or fill, or is cut off"),
+        all => message!(
+            "of the {all} shapes of the drawing none has a visible line or fill that is not cut off",
+            all
         ),
     };
     Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
@@ -245,7 +255,7 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     };
     for stroke in strokes {
         if !stroke.points.iter().all(within) {
-            let remark = "a line leaves the page and is drawn there too";
+            let remark = message!("a line leaves the page and is drawn there too");
             let note = Diagnostic::new(stroke.origin, remark).coded(DiagnosticCode::Assumed);
             notes.add(note.remedy((Setting::ClipPage, Given::On), "cuts it off"));
         }
@@ -267,11 +277,11 @@ fn tree_of(source: &str, fonts: &text::LaidFonts, installed: bool) -> Result<Tre
     let document = source::parse(source)?;
     Tree::from_xmltree(&document, &options).map_err(|error| {
         let message = match error {
-            usvg::Error::InvalidSize => "the drawing has no size (width or height is 0)".to_owned(),
+            usvg::Error::InvalidSize => message!("the drawing has no size (width or height is 0)"),
             usvg::Error::ParsingFailed(roxmltree::Error::NodesLimitReached) => {
-                "it has too many elements, or too deeply nested ones".to_owned()
+                message!("it has too many elements, or too deeply nested ones")
             }
-            other => other.to_string(),
+            other => other.to_string().into(),
         };
         Diagnostic::of_file(message)
     })

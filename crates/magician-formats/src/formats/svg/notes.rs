@@ -1,5 +1,7 @@
 //! What is said of a drawing, each thing once.
 
+use magician_host::message;
+
 use crate::Diagnostic;
 
 /// As many different things are said.
@@ -31,7 +33,8 @@ impl Notes {
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let told = self.made.into_iter().map(|(mut note, times)| {
             if times > 1 {
-                note.message += &format!(" ({times} times)");
+                let what = &note.message;
+                note.message = message!("{what} ({times} times)", what, times);
             }
             note
         });

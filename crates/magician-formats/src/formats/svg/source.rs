@@ -3,6 +3,7 @@
 //! That library keeps no places in the text, only ids. So every element that can draw gets an id where it has none, and the places
 //! are kept beside it by id. What only costs time and changes no line (the insides of patterns) is left out.
 
+use magician_host::{Message, message};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -75,7 +76,7 @@ pub(super) struct Element {
 }
 
 impl Element {
-    pub(super) fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
+    pub(super) fn diagnostic(&self, message: impl Into<Message>) -> Diagnostic {
         Diagnostic::new(self.origin, message).named(self.name.clone())
     }
 }
@@ -85,9 +86,9 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
     let document = parse(text)?;
     let root = document.root_element();
     if !is(&root, "svg") {
-        let message = format!(
-            "the outermost element is <{}>, not <svg>",
-            root.tag_name().name()
+        let message = message!(
+            "the outermost element is <{tag_name}>, not <svg>",
+            tag_name = root.tag_name().name()
         );
         return Err(Diagnostic::new(
             Origin {
@@ -148,10 +149,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             shapes[0] += 1;
             shapes[1] += usize::from(node.ancestors().any(|node| is_hidden(&node)));
         }
-        let remarks: Vec<String> = remarks(&node)
-            .map(str::to_owned)
-            .chain(ids.remarks(&node))
-            .collect();
+        let remarks: Vec<Message> = remarks(&node).chain(ids.remarks(&node)).collect();
         if !drawing && remarks.is_empty() {
             continue;
         }
@@ -166,7 +164,9 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
         for remark in remarks {
             let note = element.diagnostic(remark).coded(DiagnosticCode::LeftOut);
             notes.add(match note.message.as_str() {
-                IMAGES => note.help("save the image as a file of its own, and draw or burn that"),
+                IMAGES => note.help(message!(
+                    "save the image as a file of its own, and draw or burn that"
+                )),
                 _ => note,
             });
         }
@@ -177,11 +177,13 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
                 .map(|text| text.chars().count())
                 .sum::<usize>();
             if characters > MOST_CHARACTERS {
-                let message = format!(
+                let message = message!(
                     "the texts of the drawing have {characters} characters up to here, limit \
-                    {MOST_CHARACTERS}"
+                    {most_characters}",
+                    characters,
+                    most_characters = MOST_CHARACTERS
                 );
-                let help = "split the drawing, or write the text by itself";
+                let help = message!("split the drawing, or write the text by itself");
                 return Err(element.diagnostic(message).help(help));
             }
         }
@@ -330,7 +332,10 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
         // The library ends its sentences with the place.
         let message = error.to_string();
         let message = message.split(" at ").next().unwrap_or(&message);
-        Diagnostic::new(origin, format!("the XML cannot be read: {message}"))
+        Diagnostic::new(
+            origin,
+            message!("the XML cannot be read: {message}", message),
+        )
     })
 }
 
@@ -359,7 +364,7 @@ fn is_hidden(node: &Node<'_, '_>) -> bool {
 }
 
 /// What is to be said of an element that is not drawn as it should be.
-fn remarks(node: &Node<'_, '_>) -> impl Iterator<Item = &'static str> {
+fn remarks(node: &Node<'_, '_>) -> impl Iterator<Item = Message> {
     let tag = LEFT_OUT.iter().filter(|(tag, _)| is(node, tag));
     let style = node.attribute("style").unwrap_or_default();
     let ignored = IGNORED.iter().filter(move |(property, _)| {
@@ -368,7 +373,7 @@ fn remarks(node: &Node<'_, '_>) -> impl Iterator<Item = &'static str> {
             || style.contains(&format!("{property}:url"))
     });
     tag.chain(ignored)
-        .map(|(_, remark)| *remark)
+        .map(|(_, remark)| Message::word(remark))
         .collect::<Vec<_>>()
         .into_iter()
 }

@@ -3,6 +3,7 @@
 mod embedded;
 mod single;
 
+use magician_host::message;
 use std::sync::Arc;
 
 use kurbo::{Affine, BezPath, PathEl};
@@ -92,7 +93,7 @@ impl StrokeCollector<'_> {
             self.own_letters(text, &place)?;
         }
         for character in missing(text).chars() {
-            let help = "turn the text into paths in the program that it was drawn with";
+            let help = message!("turn the text into paths in the program that it was drawn with");
             self.lacks(character, font::NAME, &place, |note| note.help(help))?;
         }
         let database = Arc::clone(&self.fonts.database);
@@ -108,9 +109,10 @@ impl StrokeCollector<'_> {
             Vec::new()
         };
         for wish in differing {
-            let remark = format!(
-                "text is written in {} Regular instead of {wish}",
-                font::NAME
+            let remark = message!(
+                "text is written in {font} Regular instead of {wish}",
+                font = font::NAME,
+                wish
             );
             self.notes.add(
                 place
@@ -131,13 +133,22 @@ impl StrokeCollector<'_> {
         advice: impl FnOnce(Diagnostic) -> Diagnostic,
     ) -> Result<(), Diagnostic> {
         let code = u32::from(character);
-        let left_out = if self.writing.strict_text {
-            ""
+        let code = format!("{code:04X}");
+        let remark = if self.writing.strict_text {
+            message!(
+                "U+{code} '{character}': the font {font} does not have it",
+                code,
+                character,
+                font
+            )
         } else {
-            " is left out"
+            message!(
+                "U+{code} '{character}' is left out: the font {font} does not have it",
+                code,
+                character,
+                font
+            )
         };
-        let remark =
-            format!("U+{code:04X} '{character}'{left_out}: the font {font} does not have it");
         let found = advice(place.element.diagnostic(remark));
         if self.writing.strict_text {
             return Err(found);

@@ -1,5 +1,6 @@
 //! Values that the library cannot read: it leaves out what they belong to, or ends a path there, without a word.
 
+use magician_host::{Message, message};
 use std::collections::HashSet;
 use std::str::FromStr as _;
 
@@ -86,7 +87,7 @@ impl<'a> Ids<'a> {
     }
 
     /// Remarks on what of an element is not drawn as it is written; empty if all of it is.
-    pub(super) fn remarks(&self, node: &Node<'_, '_>) -> Vec<String> {
+    pub(super) fn remarks(&self, node: &Node<'_, '_>) -> Vec<Message> {
         let tag = node.tag_name().name();
         if node
             .tag_name()
@@ -99,7 +100,10 @@ impl<'a> Ids<'a> {
                 &["metadata", "foreignObject", "defs", "font", "filter"],
             )
         {
-            return vec![format!("the element <{tag}> is unknown: it is left out")];
+            return vec![message!(
+                "the element <{tag}> is unknown: it is left out",
+                tag
+            )];
         }
         let mut remarks = Vec::new();
         // What a variable stands for is put in later.
@@ -111,7 +115,11 @@ impl<'a> Ids<'a> {
             value("transform").filter(|value| !value.is_empty() && *value != "none")
             && Transform::from_str(transform).is_err()
         {
-            remarks.push(cannot_be_read("transform", transform, "it is left out"));
+            remarks.push(cannot_be_read(
+                "transform",
+                transform,
+                message!("it is left out"),
+            ));
         }
         for name in lengths(tag) {
             let Some(length) = value(name) else { continue };
@@ -120,7 +128,7 @@ impl<'a> Ids<'a> {
                 remarks.push(cannot_be_read(
                     name,
                     length,
-                    "the shape is drawn without it, or not at all",
+                    message!("the shape is drawn without it, or not at all"),
                 ));
             }
         }
@@ -128,12 +136,12 @@ impl<'a> Ids<'a> {
             "path" => {
                 let data = value("d").unwrap_or_default();
                 if data.is_empty() && value("style").is_none_or(|style| !style.contains("d:")) {
-                    remarks.push("a path without data (d) is left out".to_owned());
+                    remarks.push(message!("a path without data (d) is left out"));
                 } else if PathParser::from(data).any(|segment| segment.is_err()) {
                     remarks.push(cannot_be_read(
                         "d",
                         data,
-                        "the path is drawn up to the first flaw",
+                        message!("the path is drawn up to the first flaw"),
                     ));
                 }
             }
@@ -144,13 +152,13 @@ impl<'a> Ids<'a> {
                     Err(_) => remarks.push(cannot_be_read(
                         "points",
                         points,
-                        "the shape is drawn up to the first flaw",
+                        message!("the shape is drawn up to the first flaw"),
                     )),
                     Ok(numbers) if numbers.len() < 4 => {
-                        remarks.push("a shape with fewer than two points is left out".to_owned());
+                        remarks.push(message!("a shape with fewer than two points is left out"));
                     }
                     Ok(numbers) if numbers.len() % 2 == 1 => {
-                        remarks.push("the last x of a shape has no y: it is left out".to_owned());
+                        remarks.push(message!("the last x of a shape has no y: it is left out"));
                     }
                     Ok(_) => {}
                 }
@@ -170,18 +178,24 @@ impl<'a> Ids<'a> {
                     None => tag != "ellipse" && !styled,
                 };
                 if let Some(size) = sizes.iter().find(|size| none(size)) {
-                    remarks.push(format!("a {tag} without size ({size}) is left out"));
+                    remarks.push(message!(
+                        "a {tag} without size ({size}) is left out",
+                        tag,
+                        size
+                    ));
                 }
             }
             "use" => {
                 let mut links = node.attributes().filter(|link| link.name() == "href");
                 let target = links.next().map(|link| link.value().trim());
                 match target {
-                    None => remarks.push("a use without a target (href) is left out".to_owned()),
+                    None => remarks.push(message!("a use without a target (href) is left out")),
                     Some(target) if !self.has(target.strip_prefix('#')) => {
                         let shown: String = target.chars().take(40).collect();
-                        let message =
-                            format!("use of {shown}, which is not in the file, is left out");
+                        let message = message!(
+                            "use of {shown}, which is not in the file, is left out",
+                            shown
+                        );
                         remarks.push(message);
                     }
                     Some(_) => {}
@@ -215,8 +229,9 @@ fn lengths(tag: &str) -> &'static [&'static str] {
     }
 }
 
-fn cannot_be_read(name: &str, value: &str, what: &str) -> String {
+fn cannot_be_read(name: &str, value: &str, what: Message) -> Message {
     let shown: String = value.chars().take(40).collect();
     let more = if shown.len() < value.len() { ".." } else { "" };
-    format!("{name} '{shown}{more}' cannot be read: {what}")
+    let shown = format!("{shown}{more}");
+    message!("{name} '{shown}' cannot be read: {what}", name, shown, what)
 }

@@ -1,6 +1,7 @@
 //! White on white is not seen, so it is not drawn; white on something darker is.
 
 use kurbo::{Affine, Rect, Shape as _};
+use magician_host::message;
 use magician_host::{Given, Setting};
 use usvg::{Color, Group, Node, Paint, Path};
 
@@ -117,16 +118,18 @@ impl StrokeCollector<'_> {
         };
         if self.strokes.is_empty() {
             self.strokes = std::mem::take(&mut self.whites.kept);
-            let remark = "all of it is white: it is drawn anyway";
+            let remark = message!("all of it is white: it is drawn anyway");
             self.notes
                 .add(element.diagnostic(remark).coded(DiagnosticCode::Assumed));
             return;
         }
-        let times = match count {
-            1 => String::new(),
-            times => format!(" ({times} elements)"),
+        let remark = match count {
+            1 => message!("white on white is left out: it is invisible"),
+            count => message!(
+                "white on white is left out: it is invisible ({count} elements)",
+                count
+            ),
         };
-        let remark = format!("white on white is left out: it is invisible{times}");
         let note = element.diagnostic(remark).coded(DiagnosticCode::LeftOut);
         self.notes
             .add(note.remedy((Setting::White, Given::Word("draw")), "keeps it"));

@@ -3,6 +3,7 @@
 mod outline;
 mod stroke_order;
 
+use magician_host::message;
 use std::sync::Arc;
 
 use super::{Glyphs, svg_font};
@@ -15,7 +16,7 @@ const LARGEST: usize = 256 << 20;
 /// Reads a font of any of the kinds.
 pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Diagnostic> {
     let of_this_file = |problem: Diagnostic| Diagnostic {
-        message: format!("{name}: {}", problem.message),
+        message: message!("{name}: {why}", name, why = &problem.message),
         ..problem
     };
     let unpacked = packed::unpacked(bytes, LARGEST).map_err(of_this_file)?;
@@ -32,15 +33,17 @@ pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Dia
         Some(Kind::Medians) => {
             stroke_order::medians(&text(&bytes)?, name).map(|font| Box::new(font) as _)
         }
-        None => Err(Diagnostic::of_file(
-            "this is neither TrueType or OpenType, nor an SVG font, nor an order of strokes (KanjiVG, hanzi-writer)",
-        )),
+        None => Err(Diagnostic::of_file(message!(
+            "this is neither TrueType or OpenType, nor an SVG font, nor an order of strokes (KanjiVG, hanzi-writer)"
+        ))),
     };
     let font = font.map_err(of_this_file)?;
     if font.cap_height().is_finite() && font.cap_height() > 0.0 {
         Ok(font)
     } else {
-        Err(of_this_file(Diagnostic::of_file("the font has no height")))
+        Err(of_this_file(Diagnostic::of_file(message!(
+            "the font has no height"
+        ))))
     }
 }
 

@@ -1,5 +1,6 @@
 //! TrueType and OpenType: the edges of letters.
 
+use magician_host::message;
 use std::sync::Arc;
 
 use skrifa::instance::{LocationRef, Size};
@@ -21,9 +22,9 @@ pub(super) fn read(bytes: Arc<[u8]>) -> Result<OutlineFont, Diagnostic> {
     if font.charmap().is_symbol() || font.charmap().has_map() {
         return Ok(OutlineFont { bytes, cap_height });
     }
-    Err(Diagnostic::of_file(
-        "the font does not say which glyphs characters have",
-    ))
+    Err(Diagnostic::of_file(message!(
+        "the font does not say which glyphs characters have"
+    )))
 }
 
 /// The font, or the first one of a collection.

@@ -1,5 +1,6 @@
 //! Characters of Chinese and Japanese, whose strokes have an order: as KanjiVG has them, and hanzi-writer and Make Me a Hanzi.
 
+use magician_host::message;
 use std::collections::HashMap;
 
 use kurbo::{Affine, BezPath};
@@ -27,7 +28,7 @@ pub(super) struct StrokeOrder {
 impl StrokeOrder {
     fn new(square: f64, strokes: HashMap<char, Vec<BezPath>>) -> Result<Self, Diagnostic> {
         if strokes.is_empty() {
-            Err(Diagnostic::of_file("the file has no character"))
+            Err(Diagnostic::of_file(message!("the file has no character")))
         } else {
             Ok(Self { square, strokes })
         }
@@ -111,8 +112,9 @@ pub(super) fn medians(text: &str, name: &str) -> Result<StrokeOrder, Diagnostic>
     for (name, character) in all {
         let mut letters = name.chars();
         let (Some(letter), None) = (letters.next(), letters.next()) else {
-            let message = format!(
-                "'{name}' is not one character: a file of one is named for it, such as 中.json"
+            let message = message!(
+                "'{name}' is not one character: a file of one is named for it, such as 中.json",
+                name
             );
             return Err(Diagnostic::of_file(message));
         };

@@ -47,7 +47,7 @@ impl Measure {
 
 fn reading(format: Format, bytes: &[u8]) -> Result<(Measure, BTreeSet<String>), Diagnostic> {
     let Parsed { content, notes } = read(format, bytes, &ReadOptions::default())?;
-    let told = notes.iter().map(|note| note.message.clone());
+    let told = notes.iter().map(|note| note.message.to_string());
     Ok((Measure::of(&content), told.collect()))
 }
 

@@ -1,6 +1,7 @@
 //! The accepted values of an option: in a sentence, from the text of a command line, and the refusal
 //! of others.
 
+use magician_host::{Message, OptionName, message};
 use serde_json::Value;
 
 use super::{OptionKind, OptionSpec};
@@ -52,41 +53,52 @@ impl OptionSpec {
     /// Returns the accepted values as part of a sentence.
     #[must_use]
     pub fn accepted(&self) -> String {
+        self.accepted_in_words().into()
+    }
+
+    fn accepted_in_words(&self) -> Message {
         let unit = match self.unit {
-            "" => "",
-            "%" => " percent",
-            "deg" => " degrees",
-            "px" => " pixels",
-            "mm" => " mm",
-            other => return self.within(&format!(" {other}")),
+            "" => "".into(),
+            "%" => Message::word(" percent"),
+            "deg" => Message::word(" degrees"),
+            "px" => Message::word(" pixels"),
+            "mm" => " mm".into(),
+            other => return self.within(format!(" {other}").into()),
         };
         self.within(unit)
     }
 
-    fn within(&self, unit: &str) -> String {
+    fn within(&self, unit: Message) -> Message {
         let bounds = [self.least, self.above, self.most].map(|bound| bound.map(figure));
         let range = match &bounds {
-            [Some(least), _, Some(most)] => format!("from {least} to {most}{unit}"),
-            [Some(least), _, None] => format!("from {least}{unit} on"),
-            [None, Some(above), Some(most)] => format!("above {above} and at most {most}{unit}"),
-            [None, Some(above), None] => format!("above {above}{unit}"),
-            [None, None, Some(most)] => format!("at most {most}{unit}"),
-            [None, None, None] => String::new(),
+            [Some(least), _, Some(most)] => {
+                message!("from {least} to {most}{unit}", least, most, unit)
+            }
+            [Some(least), _, None] => message!("from {least}{unit} on", least, unit),
+            [None, Some(above), Some(most)] => {
+                message!("above {above} and at most {most}{unit}", above, most, unit)
+            }
+            [None, Some(above), None] => message!("above {above}{unit}", above, unit),
+            [None, None, Some(most)] => message!("at most {most}{unit}", most, unit),
+            [None, None, None] => String::new().into(),
         };
         match self.kind {
-            _ if !self.expects.is_empty() => self.expects.to_owned(),
-            OptionKind::Choice => either(self.choices),
-            OptionKind::Number => format!("a number {range}"),
-            OptionKind::Integer => format!("a whole number {range}"),
-            OptionKind::Point => format!("two numbers, X and Y, each {range}"),
-            OptionKind::Place => format!("three numbers, X, Y and Z, each {range}"),
+            _ if !self.expects.is_empty() => Message::word(self.expects),
+            OptionKind::Choice => either(self.choices).into(),
+            OptionKind::Number => message!("a number {range}", range),
+            OptionKind::Integer => message!("a whole number {range}", range),
+            OptionKind::Point => message!("two numbers, X and Y, each {range}", range),
+            OptionKind::Place => message!("three numbers, X, Y and Z, each {range}", range),
             OptionKind::Area => {
-                format!("four whole numbers of{unit}, X, Y, W and H, the last two above 0")
+                message!(
+                    "four whole numbers of{unit}, X, Y, W and H, the last two above 0",
+                    unit
+                )
             }
-            OptionKind::Switch => "true or false".to_owned(),
-            OptionKind::Text => "a text".to_owned(),
-            OptionKind::List => "a list of texts".to_owned(),
-            OptionKind::Pens => "a list of pens".to_owned(),
+            OptionKind::Switch => message!("true or false"),
+            OptionKind::Text => message!("a text"),
+            OptionKind::List => message!("a list of texts"),
+            OptionKind::Pens => message!("a list of pens"),
         }
     }
 
@@ -114,8 +126,13 @@ impl OptionSpec {
 
     /// Returns the message that a value is not accepted.
     #[must_use]
-    pub fn refusal(&self, value: &Value) -> String {
-        format!("{} is {}, not {}", self.name, self.accepted(), shown(value))
+    pub fn refusal(&self, value: &Value) -> Message {
+        message!(
+            "{name} is {accepted}, not {value}",
+            name = OptionName(self.name),
+            accepted = self.accepted_in_words(),
+            value = shown(value)
+        )
     }
 
     /// Reads a value from the text of a command line. What cannot be a value of its kind becomes a

@@ -17,7 +17,7 @@ fn laid(text: &str, say: impl FnOnce(&mut Setup)) -> (Plan, Vec<String>) {
     let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
     let made = setup.plan(Format::Gcode, reading.content);
     let made = made.expect("it has a size");
-    let notes = made.notes.into_iter().map(|note| note.message);
+    let notes = made.notes.into_iter().map(|note| note.message.into());
     (made.plan, notes.collect())
 }
 

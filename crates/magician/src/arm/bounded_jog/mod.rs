@@ -30,6 +30,7 @@ use super::jog::{Jog, Phase, Stands};
 use super::{Arm, Shared};
 use crate::build::{Axis, JogDirection};
 use crate::gate::{JogEnd, JogKind, JogRequest};
+use crate::message;
 use crate::preflight::{Guards, state_at};
 use crate::{Error, ErrorCode, ErrorKind, Result};
 use pieces::{Pieces, piece};
@@ -96,7 +97,12 @@ impl BoundedJog {
         tokio::spawn(task.lead());
         match timeout_at(deadline, begins).await {
             Ok(begins) => begins.map_err(|_| Error::closed())??,
-            Err(_) => return Err(Error::new(ErrorCode::NoAnswer, "the jog did not begin")),
+            Err(_) => {
+                return Err(Error::new(
+                    ErrorCode::NoAnswer,
+                    message!("the jog did not begin"),
+                ));
+            }
         }
         Ok(jog)
     }
@@ -113,7 +119,7 @@ impl BoundedJog {
     async fn lead(mut self) {
         let arm = self.arm.clone();
         let Ok(mut flow) = arm.queue().take_turn(self.deadline, "a jog").await else {
-            let message = "a program runs, or another task is filling the queue";
+            let message = message!("a program runs, or another task is filling the queue");
             return self.refuse(Err(Error::new(ErrorCode::Busy, message)));
         };
         // What it leaves there is counted anew.
@@ -142,7 +148,12 @@ impl BoundedJog {
     /// Tells a caller that still waits for the beginning why there is none.
     fn refuse(&mut self, ended: Result<()>) {
         if let Some(begun) = self.begun.take() {
-            let over = || Error::new(ErrorCode::Stopped, "the jog was ended before it began");
+            let over = || {
+                Error::new(
+                    ErrorCode::Stopped,
+                    message!("the jog was ended before it began"),
+                )
+            };
             let _ = begun.send(Err(ended.err().unwrap_or_else(over)));
         }
     }
@@ -176,12 +187,12 @@ impl BoundedJog {
         let look = arm.known().read_queue().await?;
         arm.queue().refuse_foreign(&look)?;
         if look.waiting() > 0 {
-            let message = "commands wait in the arm's queue";
+            let message = message!("commands wait in the arm's queue");
             return Err(Error::new(ErrorCode::Busy, message));
         }
         let mut course = arm.preflight_for(&[sample]).await?;
         let Some(stands) = course.arm() else {
-            return Err(Error::new(ErrorCode::Busy, "the arm moves"));
+            return Err(Error::new(ErrorCode::Busy, message!("the arm moves")));
         };
         let from = match jog_of(direction) {
             Some(jog) => jog.axis.value(stands),
@@ -205,7 +216,12 @@ impl BoundedJog {
 
     /// Waits for the gate to let it begin.
     async fn ask_gate(&mut self) -> Result<()> {
-        let stopped = || Error::new(ErrorCode::Stopped, "the jog was ended before it began");
+        let stopped = || {
+            Error::new(
+                ErrorCode::Stopped,
+                message!("the jog was ended before it began"),
+            )
+        };
         let (Some(phase), None) = (self.tells.take(), self.over()) else {
             return Err(stopped());
         };
@@ -259,7 +275,7 @@ impl BoundedJog {
                 return if alarms.blocking() {
                     Err(self.arm.stopped_by(alarms).await)
                 } else {
-                    Err(Error::new(ErrorCode::Stopped, "the arm stands"))
+                    Err(Error::new(ErrorCode::Stopped, message!("the arm stands")))
                 };
             }
             if at_limit && left <= READ {

@@ -4,6 +4,7 @@ use magician_protocol::commands::{
 use magician_protocol::{Frame, Row, Writable};
 
 use crate::connection::Failure;
+use crate::message;
 use crate::{Error, ErrorCode};
 
 /// The vendor's name of what a request does, or its id.
@@ -52,37 +53,40 @@ pub(super) fn failed(failure: Failure) -> Error {
     match failure {
         Failure::Timeout { sent: 0 } => Error::new(
             ErrorCode::NotSent,
-            "it could not be sent in time: the arm did not answer the requests before it",
+            message!("it could not be sent in time: the arm did not answer the requests before it"),
         ),
-        Failure::Timeout { sent } => {
-            let times = if sent == 1 { "once" } else { "again and again" };
-            Error::new(
-                ErrorCode::NoAnswer,
-                format!("no answer; it was sent {times}"),
-            )
-        }
+        Failure::Timeout { sent } => Error::new(
+            ErrorCode::NoAnswer,
+            if sent == 1 {
+                message!("no answer; it was sent once")
+            } else {
+                message!("no answer; it was sent again and again")
+            },
+        ),
         Failure::Uncertain { from, to } => Error::uncertain(from, to),
         Failure::QueueFull => Error::new(
             ErrorCode::QueueFull,
-            "the arm's queue is full; nothing was stored",
+            message!("the arm's queue is full; nothing was stored"),
         ),
-        Failure::Refused => Error::new(ErrorCode::Refused, "the arm refuses it"),
+        Failure::Refused => Error::new(ErrorCode::Refused, message!("the arm refuses it")),
         Failure::NoIndex => Error::new(
             ErrorCode::BadAnswer,
-            "the reply to a queued command has no index",
+            message!("the reply to a queued command has no index"),
         ),
         Failure::Stopped => Error::new(
             ErrorCode::Stopped,
-            "a stop, or a reset of the arm, came first; it was not sent",
+            message!("a stop, or a reset of the arm, came first; it was not sent"),
         ),
-        Failure::Lost => Error::new(ErrorCode::LineLost, "the line to the arm broke"),
+        Failure::Lost => Error::new(ErrorCode::LineLost, message!("the line to the arm broke")),
         Failure::Draining => Error::new(
             ErrorCode::QueueDraining,
-            "it was not sent: the queue was cleared, and the command under way has not finished",
+            message!(
+                "it was not sent: the queue was cleared, and the command under way has not finished"
+            ),
         ),
         Failure::Busy => Error::new(
             ErrorCode::TooManyRequests,
-            "it was not sent: too many requests wait at once",
+            message!("it was not sent: too many requests wait at once"),
         ),
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),

@@ -19,6 +19,7 @@ use crate::arm::events::Event;
 use crate::arm::homing::homes;
 use crate::arm::link::Link;
 use crate::connection::{Failure, Micros};
+use crate::message;
 use crate::transport::Line;
 use crate::{Error, ErrorCode, Result};
 
@@ -222,7 +223,7 @@ impl Driver {
     /// Why a call fails while there is no line.
     pub(super) fn gone(&self) -> Error {
         let Some(lost) = &self.line.lost else {
-            return Error::new(ErrorCode::LineLost, "the line to the arm broke");
+            return Error::new(ErrorCode::LineLost, message!("the line to the arm broke"));
         };
         if let Some(stranger) = &lost.stranger {
             return Error::new(ErrorCode::AnotherArm, stranger);
@@ -231,9 +232,10 @@ impl Driver {
         if self.line.opener.is_none() || self.is_refused() {
             return Error::gone(&self.shared.name, source);
         }
-        let message = format!(
-            "the connection to {} broke off: {source}; it is being looked for again",
-            self.shared.name
+        let message = message!(
+            "the connection to {name} broke off: {cause}; it is being looked for again",
+            name = self.shared.name,
+            cause = source.to_string()
         );
         Error::new(ErrorCode::LineLost, message).with_source(source)
     }

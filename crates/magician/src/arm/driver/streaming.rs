@@ -10,6 +10,7 @@ use super::explain::{failed, holds};
 use super::{Driver, To};
 use crate::arm::run::Supply;
 use crate::connection::{Failure, Law, Ticket};
+use crate::message;
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
 use crate::{Error, ErrorCode, Result};
 
@@ -89,9 +90,12 @@ impl Driver {
         } else if !self.link_is_up() {
             Some(self.gone())
         } else if runs {
-            Some(Error::new(ErrorCode::Busy, "another program runs"))
+            Some(Error::new(
+                ErrorCode::Busy,
+                message!("another program runs"),
+            ))
         } else if self.jog_runs() {
-            Some(Error::new(ErrorCode::Busy, "a jog is under way"))
+            Some(Error::new(ErrorCode::Busy, message!("a jog is under way")))
         } else {
             self.refuse_window(&program.stream)
         };
@@ -111,7 +115,10 @@ impl Driver {
             return None;
         };
         (stream.settings().window > 1).then(|| {
-            let message = format!("a window above 1 cannot be used here: {breach}");
+            let message = message!(
+                "a window above 1 cannot be used here: {breach}",
+                breach = breach.to_string()
+            );
             Error::new(ErrorCode::Unsupported, message)
         })
     }

@@ -18,6 +18,7 @@ use super::driver::Reached;
 use super::watch::{Progress, Watch};
 use crate::build;
 use crate::connection::Micros;
+use crate::message;
 use crate::preflight::{CheckedProgram, Preflight};
 use crate::stream::Leftover;
 use crate::{Error, ErrorCode, Result};
@@ -282,8 +283,10 @@ impl<C: CommandSource> Run<C> {
         self.arm.queue_fault(self.begun)?;
         Err(Error::new(
             ErrorCode::RunOver,
-            "this run is over: it ended by a stop or an error, or was not waited for; begin a new \
-                one",
+            message!(
+                "this run is over: it ended by a stop or an error, or was not waited for; begin a new \
+                one"
+            ),
         ))
     }
 

@@ -15,6 +15,7 @@ use crate::arm::Arm;
 use crate::arm::driver::micros;
 use crate::arm::fence::Turn as FenceTurn;
 use crate::connection::Micros;
+use crate::message;
 use crate::preflight::{CheckedProgram, Guards, Preflight, pose_of};
 use crate::stream::{Beginning, Item};
 use crate::{Error, ErrorCode, Result};
@@ -254,7 +255,7 @@ impl<C: CommandSource> Run<C> {
             if self.leftover.is_some() && self.begins_at != stands {
                 return Err(Error::new(
                     ErrorCode::RunOver,
-                    "the arm is not where this run should begin; begin a new one",
+                    message!("the arm is not where this run should begin; begin a new one"),
                 ));
             }
             if self.leftover.is_none() {
@@ -360,7 +361,7 @@ impl<C: CommandSource> Run<C> {
             let pins = self.arm.laser().burns(command) && raises_laser_pin(command);
             let refused = if pins {
                 Err(Error::invalid(
-                    "a laser that is lit through its pins would burn on while the program has nothing to do",
+                    message!("a laser that is lit through its pins would burn on while the program has nothing to do"),
                 )
                 .with_command(command.row().set_name))
             } else {

@@ -151,7 +151,8 @@ fn font(path: &str) -> Result<FontChoice, Failure> {
     });
     let bytes = read.map_err(|error| {
         let row = SetupOptions::option("font");
-        let refusal = row.map(|row| row.refusal(&path.into())).unwrap_or_default();
+        let refusal = row.map(|row| String::from(row.refusal(&path.into())));
+        let refusal = refusal.unwrap_or_default();
         Failure::usage(format!("--font: {refusal}; as a file: {error}"))
     })?;
     Ok(FontChoice::file(path, bytes))

@@ -5,6 +5,7 @@
 
 mod measures;
 
+use magician_host::message;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -63,7 +64,11 @@ impl FileFonts {
                     font: font.with_lacking(characters.iter().copied()),
                 })),
                 Err(problem) => {
-                    let remark = format!("the font {family} is not used: {}", problem.message);
+                    let remark = message!(
+                        "the font {family} is not used: {message}",
+                        family,
+                        message = problem.message
+                    );
                     let start = node.range().start;
                     let note = Diagnostic::new(lines.origin(start..start), remark);
                     notes.add(note.coded(DiagnosticCode::LeftOut));
@@ -210,8 +215,10 @@ impl StrokeCollector<'_> {
                         continue;
                     };
                     if font.lacks(character) && !character.is_whitespace() {
-                        let remark = format!(
-                            "written in sans, because the font {family} does not have it: '{character}'"
+                        let remark = message!(
+                            "written in sans, because the font {family} does not have it: '{character}'",
+                            family,
+                            character
                         );
                         let note = place.element.diagnostic(remark);
                         self.notes.add(note.coded(DiagnosticCode::Assumed));

@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use kurbo::Affine;
+use magician_host::message;
 use magician_host::{Given, Setting};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
@@ -107,8 +108,9 @@ impl StrokeCollector<'_> {
             }
             for laid in &span.positioned_glyphs {
                 let Some(own) = fonts.metrics(laid, &mut cap_heights) else {
-                    let remark =
-                        "text is left out: the font that it is laid out with cannot be read";
+                    let remark = message!(
+                        "text is left out: the font that it is laid out with cannot be read"
+                    );
                     let note = place.element.diagnostic(remark);
                     self.notes.add(note.coded(DiagnosticCode::LeftOut));
                     continue;

@@ -19,6 +19,7 @@ use crate::arm::jog::{Phase, Stands};
 use crate::build::Axis;
 use crate::connection::{Failure, Micros, Request};
 use crate::gate::{GateEffect, JogEnd, JogId, JogKind, JogRequest};
+use crate::message;
 use crate::{Error, ErrorCode, Result};
 
 /// Longest time for an answer to the stop, or to a look at the pose. Then the driver repeats it.
@@ -52,7 +53,10 @@ impl JogStart {
     fn stopped(&self) -> Error {
         match &self.own {
             Some(own) => explain(&own.request.frame().frame(), Failure::Stopped),
-            None => Error::new(ErrorCode::Stopped, "the jog was ended before it began"),
+            None => Error::new(
+                ErrorCode::Stopped,
+                message!("the jog was ended before it began"),
+            ),
         }
     }
 }
@@ -146,7 +150,12 @@ impl Driver {
             return Some(self.gone());
         }
         let runs = self.runs_program();
-        runs.then(|| Error::new(ErrorCode::Busy, "a program runs: stop it before a jog"))
+        runs.then(|| {
+            Error::new(
+                ErrorCode::Busy,
+                message!("a program runs: stop it before a jog"),
+            )
+        })
     }
 
     /// Does what the gate has decided.
@@ -202,11 +211,11 @@ impl Driver {
 
     fn why_refused(&self, start: &JogStart, why: JogEnd) -> Error {
         match why {
-            JogEnd::Replaced => Error::new(ErrorCode::RunOver, "another jog replaced it"),
+            JogEnd::Replaced => Error::new(ErrorCode::RunOver, message!("another jog replaced it")),
             JogEnd::LinkLost => self.gone(),
             JogEnd::Closed => Error::closed(),
             JogEnd::Doubt => {
-                let message = "the arm still moves after the jog before was stopped";
+                let message = message!("the arm still moves after the jog before was stopped");
                 Error::new(ErrorCode::StopUnconfirmed, message)
             }
             _ => start.stopped(),

@@ -1,0 +1,55 @@
+import { expect, test } from "vitest";
+import { names, sentence } from "./i18n";
+import { noteOf, plainNoteOf } from "./run/words";
+import said from "./said/zh.json";
+import { language } from "./settings";
+
+const outOfReach = {
+  template: "{at} is out of reach; the nearest place in reach is {nearest}",
+  values: [
+    { name: "at", text: "x 400, y 0, z 0" },
+    { name: "nearest", text: "x 320, y 0, z 0" },
+  ],
+};
+
+test("a sentence of the station is said with its values", () => {
+  expect(sentence(outOfReach)).toBe("x 400, y 0, z 0 is out of reach; the nearest place in reach is x 320, y 0, z 0");
+  expect(sentence({ template: "nothing to draw" })).toBe("Nothing to draw");
+});
+
+test("options have the names of the page, and words that are sentences are said too", () => {
+  const before = names.option;
+  names.option = () => "Scale";
+  const values = [
+    { name: "name", option: "scale" },
+    { name: "accepted", template: "a number {range}", values: [{ name: "range", text: "above 0" }] },
+    { name: "value", text: "0" },
+  ];
+  expect(sentence({ template: "{name} is {accepted}, not {value}", values })).toBe(
+    "“Scale” is a number above 0, not 0",
+  );
+  names.option = before;
+});
+
+test("another language has its own sentence, and English where it has none", async () => {
+  language.value = "zh";
+  await expect.poll(() => sentence({ template: "nothing to draw" })).toBe(said["nothing to draw"]);
+  expect(sentence({ template: "nobody says {this}", values: [{ name: "this", text: "so" }] })).toBe("Nobody says so");
+  language.value = "en";
+});
+
+const leftOn = {
+  code: "left-on",
+  text: "the suction cup is still on (switches it off)",
+  template: "the suction cup is still on",
+  help: { template: "set the point lower, or let it wait longer" },
+  remedies: [{ option: "scale", value: 2, effect: "switches it off" }],
+};
+
+test("a note beside buttons keeps its advice, and leaves to them what they do", () => {
+  const advice = "set the point lower, or let it wait longer";
+  expect(plainNoteOf(leftOn)).toBe(`The suction cup is still on (${advice})`);
+  expect(noteOf(leftOn)).toBe(
+    `The suction cup is still on (${advice}; “${names.option("scale")}” set to “2”: switches it off)`,
+  );
+});

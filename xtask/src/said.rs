@@ -1,0 +1,321 @@
+//! Sentences of the core that a page can say in another language: each that is made by `message!` has a translation with
+//! the same places, and none is kept that no source says any more.
+//!
+//! A sentence is known by its English template. What is translated is what `message!` makes and what a remedy does; crates and
+//! files that still make texts are not in [`TRANSLATED`].
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::str::FromStr;
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+
+use crate::sentences::{is_group, is_sign, production_sources};
+
+/// Crates whose messages reach the page.
+const CRATES: [&str; 6] = [
+    "magician-host",
+    "magician",
+    "magician-formats",
+    "magician-program",
+    "magician-job",
+    "magician-station",
+];
+
+/// Files and directories all of whose diagnostics are messages: a text that is made there in another way has no translation.
+const TRANSLATED: [&str; 14] = [
+    "magician-formats/src/artwork",
+    "magician-formats/src/calibrate.rs",
+    "magician-formats/src/diagnostic.rs",
+    "magician-formats/src/encoding.rs",
+    "magician-formats/src/formats/image/mod.rs",
+    "magician-formats/src/formats/svg",
+    "magician-formats/src/lettering",
+    "magician-formats/src/packed.rs",
+    "magician-formats/src/raster.rs",
+    "magician-formats/src/reach",
+    "magician-host/src/preflight",
+    "magician-job/src/report.rs",
+    "magician-job/src/touch.rs",
+    "magician-program/src",
+];
+
+/// Calls whose text a person reads.
+const SAYING: [&str; 5] = ["of_file", "help", "invalid", "in_place", "burning"];
+
+/// What a source says.
+#[derive(Default)]
+struct Said {
+    /// Templates of messages and effects of remedies, with their lines.
+    sentences: Vec<(usize, String)>,
+    /// Lines of texts that are given where messages are.
+    texts: Vec<usize>,
+    /// All strings: words in messages are among them.
+    strings: Vec<String>,
+}
+
+impl Said {
+    fn of(source: &str) -> Self {
+        let mut said = Self::default();
+        said.collect(TokenStream::from_str(source).expect("it is Rust"));
+        said
+    }
+
+    fn collect(&mut self, tokens: TokenStream) {
+        let tokens = without_tests(tokens);
+        for (at, token) in tokens.iter().enumerate() {
+            match token {
+                TokenTree::Group(group) => {
+                    let before = |back: usize| at.checked_sub(back).and_then(|at| tokens.get(at));
+                    // Documentation has examples.
+                    if before(1).is_some_and(|sign| is_sign(sign, '#')) {
+                        continue;
+                    }
+                    let arguments = arguments(group.stream());
+                    let is_macro = before(1).is_some_and(|sign| is_sign(sign, '!'));
+                    let name = before(if is_macro { 2 } else { 1 });
+                    let name = name.map(ToString::to_string).unwrap_or_default();
+                    match (name.as_str(), is_macro) {
+                        ("message", true) => self.sentence(arguments.first()),
+                        ("remedy", false) => self.sentence(arguments.get(1)),
+                        ("new", false) if of_remedy(&tokens, at) => {
+                            self.sentence(arguments.get(1));
+                        }
+                        (name, false) if SAYING.contains(&name) => {
+                            self.texts
+                                .extend(arguments.iter().filter_map(|it| text(it)));
+                        }
+                        _ => {}
+                    }
+                    self.collect(group.stream());
+                }
+                TokenTree::Literal(literal) => self.strings.extend(value(&literal.to_string())),
+                _ => {}
+            }
+        }
+    }
+
+    fn sentence(&mut self, argument: Option<&Vec<TokenTree>>) {
+        if let Some([TokenTree::Literal(literal)]) = argument.map(Vec::as_slice)
+            && let Some(template) = value(&literal.to_string())
+            && !template.is_empty()
+        {
+            let line = literal.span().start().line;
+            self.sentences.push((line, without_formats(&template)));
+        }
+    }
+}
+
+/// The tokens without what is there for tests only.
+fn without_tests(tokens: TokenStream) -> Vec<TokenTree> {
+    let mut all = Vec::new();
+    let mut tokens = tokens.into_iter().peekable();
+    while let Some(token) = tokens.next() {
+        let is_test = is_sign(&token, '#')
+            && (tokens.peek())
+                .is_some_and(|group| group.to_string().replace(' ', "") == "[cfg(test)]");
+        if is_test {
+            let item = tokens.by_ref();
+            item.find(|token| is_sign(token, ';') || is_group(token, Delimiter::Brace));
+        } else {
+            all.push(token);
+        }
+    }
+    all
+}
+
+/// True if the group there has the arguments of `Remedy::new`.
+fn of_remedy(tokens: &[TokenTree], at: usize) -> bool {
+    let name = at.checked_sub(4).and_then(|at| tokens.get(at));
+    name.is_some_and(|name| name.to_string() == "Remedy")
+}
+
+/// The arguments of a call.
+fn arguments(tokens: TokenStream) -> Vec<Vec<TokenTree>> {
+    let mut all = vec![Vec::new()];
+    for token in tokens {
+        if is_sign(&token, ',') {
+            all.push(Vec::new());
+        } else if let Some(last) = all.last_mut() {
+            last.push(token);
+        }
+    }
+    all
+}
+
+/// Line of an argument that is a text: a string, or one that `format!` makes.
+fn text(argument: &[TokenTree]) -> Option<usize> {
+    let first = argument.first()?;
+    let is_text = match first {
+        TokenTree::Literal(literal) => value(&literal.to_string()).is_some(),
+        TokenTree::Ident(name) => {
+            name == "format" && argument.get(1).is_some_and(|sign| is_sign(sign, '!'))
+        }
+        _ => false,
+    };
+    is_text.then(|| first.span().start().line)
+}
+
+/// What a string literal stands for; `None` for other literals.
+fn value(literal: &str) -> Option<String> {
+    let text = literal.strip_prefix('"')?.strip_suffix('"')?;
+    let mut out = String::new();
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        match (letter, letters.peek()) {
+            // The break of a line, and what stands before the next one.
+            ('\\', Some('\n')) => while letters.next_if(|it| it.is_whitespace()).is_some() {},
+            ('\\', Some('n')) => {
+                letters.next();
+                out.push('\n');
+            }
+            ('\\', Some(_)) => out.extend(letters.next()),
+            _ => out.push(letter),
+        }
+    }
+    Some(out)
+}
+
+/// As `magician_host::Message::template` tells it.
+fn without_formats(template: &str) -> String {
+    let mut out = String::new();
+    let mut rest = template;
+    while let Some((before, place)) = rest.split_once('{') {
+        let (place, after) = place.split_once('}').unwrap_or((place, ""));
+        let name = place.split(':').next().unwrap_or_default();
+        out += &format!("{before}{{{name}}}");
+        rest = after;
+    }
+    out + rest
+}
+
+/// Names in braces.
+fn places(sentence: &str) -> BTreeSet<&str> {
+    let inner = sentence.split('{').skip(1);
+    inner.filter_map(|place| place.split('}').next()).collect()
+}
+
+/// What is wrong with a language, by its file.
+fn flaws(language: &BTreeMap<String, String>, said: &[(String, Said)]) -> Vec<String> {
+    let mut flaws = Vec::new();
+    for (file, said) in said {
+        for (line, template) in &said.sentences {
+            match language.get(template) {
+                None => flaws.push(format!("{file}:{line}: no translation of \"{template}\"")),
+                Some(other) if places(other) != places(template) => {
+                    flaws.push(format!("\"{template}\" has other places in \"{other}\""));
+                }
+                Some(_) => {}
+            }
+        }
+    }
+    let all: BTreeSet<String> = { said.iter() }
+        .flat_map(|(_, said)| said.strings.iter().map(|text| without_formats(text)))
+        .collect();
+    let unsaid = language.keys().filter(|template| !all.contains(*template));
+    flaws.extend(unsaid.map(|template| format!("no source says \"{template}\"")));
+    flaws
+}
+
+/// What the crates of `CRATES` say; words that they quote are in those below.
+fn said() -> Vec<(String, Said)> {
+    let below = ["magician-protocol", "magician-motion"];
+    let mut said = Vec::new();
+    for name in CRATES.into_iter().chain(below) {
+        for (file, source) in production_sources(name) {
+            said.push((file, Said::of(&source)));
+        }
+    }
+    said
+}
+
+fn language(name: &str) -> BTreeMap<String, String> {
+    let file = format!("../studio/src/said/{name}.json");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let text = fs::read_to_string(&path).expect("the sentences of the language");
+    serde_json::from_str(&text).expect("sentences by their templates")
+}
+
+#[test]
+fn every_message_has_a_chinese_sentence_and_no_other_is_kept() {
+    let flaws = flaws(&language("zh"), &said());
+    assert!(flaws.is_empty(), "{}", flaws.join("\n"));
+}
+
+#[test]
+fn translated_files_make_their_texts_by_message() {
+    let mut texts = Vec::new();
+    for (file, said) in said() {
+        let is_translated = (TRANSLATED.iter())
+            .any(|path| Path::new(&file).starts_with(Path::new("crates").join(path)));
+        if is_translated {
+            texts.extend(said.texts.iter().map(|line| format!("{file}:{line}")));
+        }
+    }
+    assert!(
+        texts.is_empty(),
+        "texts without a template: {}",
+        texts.join(" ")
+    );
+}
+
+#[test]
+fn missing_differing_and_stale_translations_are_found() {
+    let source = r#"
+        /// message!("in a comment")
+        fn say(height: f64) {
+            message!("a surface at {height:.1} \
+                mm", height);
+            Diagnostic::of_file(message!("nothing")).remedy(Action::Home, "homes it");
+            Remedy::new((Setting::At, Given::Any("X,Y")), "places it");
+            Diagnostic::of_file(format!("text"));
+            let word = "joint 1";
+        }
+        #[cfg(test)]
+        mod tests { fn say() { message!("in a test"); } }
+    "#;
+    let said = Said::of(source);
+    let sentences: Vec<&str> = { said.sentences.iter() }
+        .map(|(_, text)| text.as_str())
+        .collect();
+    assert_eq!(
+        sentences,
+        [
+            "a surface at {height} mm",
+            "nothing",
+            "homes it",
+            "places it"
+        ]
+    );
+    assert_eq!(said.texts, [8]);
+    let said = [("file.rs".to_owned(), said)];
+    let language = |entries: &[(&str, &str)]| -> BTreeMap<String, String> {
+        let own = |(one, other): &(&str, &str)| ((*one).to_owned(), (*other).to_owned());
+        entries.iter().map(own).collect()
+    };
+    let whole = [
+        ("a surface at {height} mm", "{height} 毫米"),
+        ("nothing", "无"),
+        ("homes it", "回零"),
+        ("places it", "放置"),
+        ("joint 1", "关节 1"),
+    ];
+    assert_eq!(flaws(&language(&whole), &said), Vec::<String>::new());
+    let missing = flaws(&language(&whole[1..]), &said);
+    assert_eq!(
+        missing,
+        ["file.rs:4: no translation of \"a surface at {height} mm\""]
+    );
+    let mut other = language(&whole);
+    other.insert("nothing".to_owned(), "{what}".to_owned());
+    other.insert("gone".to_owned(), "没有".to_owned());
+    let found = flaws(&other, &said);
+    assert_eq!(
+        found,
+        [
+            "\"nothing\" has other places in \"{what}\"",
+            "no source says \"gone\""
+        ]
+    );
+}
