@@ -1,6 +1,6 @@
 //! Python's exceptions of the driver's errors.
 
-use magician::{Action, Error, ErrorCode, Given, Setting, Voice};
+use magician::{Action, Error, ErrorCode, Given, Message, Setting, Voice};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -68,6 +68,6 @@ pub(crate) fn every_error(py: Python<'_>) -> Vec<PyErr> {
 }
 
 /// What a program is told that asks for something which makes no sense.
-pub(crate) fn invalid(py: Python<'_>, command: &str, why: impl Into<String>) -> PyErr {
+pub(crate) fn invalid(py: Python<'_>, command: &str, why: impl Into<Message>) -> PyErr {
     raise(py, &Error::invalid(why).with_command(command))
 }

@@ -418,7 +418,7 @@ impl Work {
             let Some(request) = request else {
                 return TaskResult::Nothing;
             };
-            let outcome = paused.map_err(|error| refused(&error.to_string()));
+            let outcome = paused.map_err(|error| refused(error.to_string()));
             let outcome = outcome.map(|()| Outcome::Value(Value::Null));
             TaskResult::Report(ArmReport::Done { request, outcome })
         });
@@ -455,7 +455,7 @@ impl Work {
                     other if other.wants_homing() => {
                         RpcError::arm(ErrorKind::Unexpected, other.to_string())
                     }
-                    other => refused(&other.to_string()),
+                    other => refused(other.to_string()),
                 })
             };
             let outcome = resumed.await.map(|()| Outcome::Value(Value::Null));
@@ -536,7 +536,7 @@ impl Work {
         let set = handle.set_speed(percent.round() as u8);
         Some(match set {
             Ok(()) => Ok(Outcome::Value(Value::Null)),
-            Err(error) => Err(refused(&error.to_string())),
+            Err(error) => Err(refused(error.to_string())),
         })
     }
 }
