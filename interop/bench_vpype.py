@@ -59,7 +59,7 @@ DRAWINGS = (
     ("house", "house.svg", "--fit"),
     ("rabbit", "rabbit.svg", "--fit"),
     ("plate", "plate.dxf", "--fit"),
-    ("poster", ROOT / "docs" / "workshop" / "files" / "poster.svg", "--fit"),
+    ("poster", ROOT / "docs" / "evidence" / "workshop" / "files" / "poster.svg", "--fit"),
     ("text", TEXT, "--fit"),
     ("ring, hatched", RING, "--fit"),
     ("lake, hatched", "landscape.png", "--image", "hatch", "--width", "100"),

@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGES = ("README.md", "docs/VENDOR-LIBRARY.md", "docs/recipes/vendor-programs.md")
+PAGES = ("README.md", "docs/guide/VENDOR-LIBRARY.md", "docs/recipes/vendor-programs.md")
 MARK = "=== block at line "
 TIME_LIMIT = 600
 

@@ -1,7 +1,7 @@
 """The Wireshark dissector against `magician decode`: session_dissect.py PTY UDP TCP SPEED MAGICIAN
 
 Records a trace of an arm of its own, with every command in every form and with damage, and has tshark read it through
-docs/wireshark/magician.lua: every frame must have the fields that `magician decode --json` gives it, with the same values.
+docs/reference/wireshark/magician.lua: every frame must have the fields that `magician decode --json` gives it, with the same values.
 Then the same bytes as UDP datagrams of several frames and as TCP segments that are cut anywhere.
 """
 
@@ -19,7 +19,7 @@ from checks import PATIENCE, Checks
 from sim import Sim
 from wire import GET, QUEUED, SET, Tcp, frame, split
 
-SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "docs" / "wireshark" / "magician.lua"
+SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "docs" / "reference" / "wireshark" / "magician.lua"
 # Nobody's own settings and plugins.
 SURROUNDINGS = {**os.environ, "WIRESHARK_CONFIG_DIR": "/nonexistent"}
 ARM_PORT, HOST_PORT = 8899, 50000

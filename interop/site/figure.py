@@ -1,4 +1,4 @@
-"""What `scale` has measured, as a picture and as a table of docs/SITE.md."""
+"""What `scale` has measured, as a picture and as a table of docs/guide/SITE.md."""
 
 import math
 
@@ -10,8 +10,8 @@ BEGIN, END = "<!-- scale: written by interop/site/scale -->", "<!-- /scale -->"
 
 def write(root, result):
     rows = result["rows"]
-    (root / "docs/site/scale.svg").write_text(draw(rows))
-    page = root / "docs/SITE.md"
+    (root / "docs/guide/site/scale.svg").write_text(draw(rows))
+    page = root / "docs/guide/SITE.md"
     text = page.read_text()
     before, rest = text.split(BEGIN)
     _, after = rest.split(END)

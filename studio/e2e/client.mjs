@@ -7,7 +7,7 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { Station } from "./bench.mjs";
 
-const DOCS = join(dirname(fileURLToPath(import.meta.url)), "../../docs/STATION-CLIENTS.md");
+const DOCS = join(dirname(fileURLToPath(import.meta.url)), "../../docs/guide/STATION-CLIENTS.md");
 /** Longer than a lease lives without an answer to a ping, ms. */
 const IDLE = 6000;
 

@@ -9,7 +9,7 @@ import { fileURLToPath } from "node:url";
 import { Browser, is, Station } from "./bench.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
-const out = process.argv[2] ?? join(root, "docs/studio.gif");
+const out = process.argv[2] ?? join(root, "docs/pictures/studio.gif");
 /** Pictures a second, how many a still lasts, and what a recording may weigh. */
 const [RATE, STILL, MOST] = [6, 8, 2_000_000];
 

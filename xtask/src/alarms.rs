@@ -34,7 +34,7 @@ those above:
 
 /// Writes `docs/ALARMS.md`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
-    fs::write(docs.join("ALARMS.md"), page(&Suite::built_in()?))?;
+    fs::write(docs.join("reference/ALARMS.md"), page(&Suite::built_in()?))?;
     Ok(())
 }
 
@@ -119,8 +119,8 @@ mod tests {
 
     #[test]
     fn the_page_is_current() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/ALARMS.md");
-        let written = fs::read_to_string(path).expect("docs/ALARMS.md");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference/ALARMS.md");
+        let written = fs::read_to_string(path).expect("docs/reference/ALARMS.md");
         assert!(
             written == page(&suite()),
             "cargo xtask alarms writes it anew"

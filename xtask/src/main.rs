@@ -31,26 +31,26 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 Usage: cargo xtask CHORE
 
-  alarms     list the alarms as conformance cases show them: docs/ALARMS.md
-  station    list the methods and routes of a station: docs/STATION-API.md
+  alarms     list the alarms as conformance cases show them: docs/reference/ALARMS.md
+  station    list the methods and routes of a station: docs/reference/STATION-API.md
   python     write the options of a program into the Python package: crates/magician-py/python/magician/programs.py
   studio [--check]
              build the page for browsers with Node: crates/magician-studio/page; compare it
   studio-api [--check]
              write the methods as types of the page: studio/src/api.ts
-  fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md; draws a recorded jog beside it
-  protocol   list every command of the protocol: docs/PROTOCOL.md
-  dissector  write the Wireshark dissector: docs/wireshark/magician.lua
+  fidelity   list what the virtual arm assumes, and the cases that hold it: docs/reference/FIDELITY.md; draws a recorded jog beside it
+  protocol   list every command of the protocol: docs/reference/PROTOCOL.md
+  dissector  write the Wireshark dissector: docs/reference/wireshark/magician.lua
   vendor-functions
-             list every function of the drop-in for the vendor's library: docs/VENDOR-FUNCTIONS.md
+             list every function of the drop-in for the vendor's library: docs/reference/VENDOR-FUNCTIONS.md
   generate [headers | python | modules]..
              write what is not kept in git: the C headers of the vendor's library, parts of the Python package,
              the WebAssembly modules of a page without a server; what is current stays as it is
   plan-schema
              write the commands into the schema of plan files: crates/magician-formats/plan.schema.json
-  gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
+  gallery    draw each motion mode on the virtual arm: docs/evidence/gallery/*.svg and docs/evidence/GALLERY.md
   workshop [PIECE..]
-             make pieces of every kind with the command on the virtual arm: docs/workshop/* and docs/WORKSHOP.md;
+             make pieces of every kind with the command on the virtual arm: docs/evidence/workshop/* and docs/evidence/WORKSHOP.md;
              with names only make these and show how well they match
   vendor-library [--target TRIPLE] [DIR]
              build the drop-in and lay it out as it is installed: target/vendor-library/TRIPLE

@@ -5,7 +5,7 @@
 #[doc = include_str!("../../README.md")]
 struct Readme;
 
-#[doc = include_str!("../../docs/SCENARIOS.md")]
+#[doc = include_str!("../../docs/guide/SCENARIOS.md")]
 struct Scenarios;
 
 #[doc = include_str!("../../docs/recipes/rust.md")]

@@ -184,7 +184,7 @@ fn draw() -> Result<String, Box<dyn Error>> {
 
 /// Writes `docs/jog-recording.svg`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
-    fs::write(docs.join("jog-recording.svg"), draw()?)?;
+    fs::write(docs.join("pictures/jog-recording.svg"), draw()?)?;
     Ok(())
 }
 
@@ -194,8 +194,9 @@ mod tests {
 
     #[test]
     fn the_picture_is_current_and_the_law_is_near_the_dots() {
-        let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/jog-recording.svg");
-        let written = fs::read_to_string(picture).expect("docs/jog-recording.svg");
+        let picture =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/pictures/jog-recording.svg");
+        let written = fs::read_to_string(picture).expect("docs/pictures/jog-recording.svg");
         assert!(
             written == draw().expect("drawn"),
             "cargo xtask fidelity writes it anew"

@@ -39,7 +39,7 @@ The members of `setup`: `preset`, the name of a preset, and these, which are the
 
 /// Writes `docs/STATION-API.md`, and the types of it for Python.
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
-    fs::write(root.join("docs/STATION-API.md"), page())?;
+    fs::write(root.join("docs/reference/STATION-API.md"), page())?;
     python::write(root)
 }
 
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn the_page_is_what_the_tables_say() {
         let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
-        let written = fs::read_to_string(docs.join("STATION-API.md")).unwrap_or_default();
+        let written = fs::read_to_string(docs.join("reference/STATION-API.md")).unwrap_or_default();
         assert!(written == page(), "cargo xtask station writes it anew");
     }
 }

@@ -107,7 +107,10 @@ fn run(block: &Block) -> Result<String, String> {
         copy(&root().join(directory), place.path());
         copy(&root().join(directory), &place.path().join(directory));
     }
-    for directory in ["docs/workshop/files", "crates/magician-formats/fonts"] {
+    for directory in [
+        "docs/evidence/workshop/files",
+        "crates/magician-formats/fonts",
+    ] {
         copy(&root().join(directory), place.path());
     }
     let binary = Path::new(env!("CARGO_BIN_EXE_magician"));
@@ -245,9 +248,9 @@ macro_rules! pages {
 pages! {
     the_readme: "README.md",
     readme_of_the_command: "crates/magician-cli/README.md",
-    start: "docs/START.md",
-    troubleshooting: "docs/TROUBLESHOOTING.md",
-    workshop: "docs/WORKSHOP.md",
+    start: "docs/guide/START.md",
+    troubleshooting: "docs/guide/TROUBLESHOOTING.md",
+    workshop: "docs/evidence/WORKSHOP.md",
     draw: "docs/recipes/draw.md",
     pens: "docs/recipes/pens.md",
     photo: "docs/recipes/photo.md",
@@ -273,18 +276,18 @@ pages! {
 #[test]
 fn every_recipe_is_tried_and_every_page_is_in_the_book() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).expect("the summary");
-    for directory in ["docs", "docs/recipes"] {
-        for entry in fs::read_dir(root().join(directory)).expect("a directory") {
+    for directory in ["guide", "recipes", "reference", "evidence"] {
+        for entry in fs::read_dir(root().join("docs").join(directory)).expect("a directory") {
             let name = entry
                 .expect("an entry")
                 .file_name()
                 .into_string()
                 .expect("UTF-8");
-            if !name.ends_with(".md") || name == "SUMMARY.md" {
+            if !name.ends_with(".md") {
                 continue;
             }
-            let path = format!("{directory}/{name}");
-            let within = path.strip_prefix("docs/").expect("under docs");
+            let within = format!("{directory}/{name}");
+            let path = format!("docs/{within}");
             assert!(
                 summary.contains(&format!("]({within})")),
                 "{path} is not in the book"
@@ -293,7 +296,7 @@ fn every_recipe_is_tried_and_every_page_is_in_the_book() {
             // Those are tried by crates/magician-py/tests/test_pages.py.
             let in_python = text.contains("\n```python\n") && !text.contains("\n```sh\n");
             assert!(
-                directory == "docs" || in_python || PAGES.contains(&path.as_str()),
+                directory != "recipes" || in_python || PAGES.contains(&path.as_str()),
                 "{path} is not tried"
             );
         }
@@ -324,10 +327,11 @@ fn the_picture_of_the_readme_is_what_the_arm_drew() {
         .expect("the command starts");
     assert!(output.status.success(), "{output:?}");
     let drawn = fs::read_to_string(&picture).expect("a picture");
-    let shown = fs::read_to_string(root().join("docs/rabbit.svg")).expect("docs/rabbit.svg");
+    let shown = fs::read_to_string(root().join("docs/pictures/rabbit.svg"))
+        .expect("docs/pictures/rabbit.svg");
     assert!(
         drawn == shown,
-        "docs/rabbit.svg is not what `magician {command}` leaves: run that and put it there"
+        "docs/pictures/rabbit.svg is not what `magician {command}` leaves: run that and put it there"
     );
 }
 

@@ -250,8 +250,8 @@ fn no_dependency_wants_a_newer_compiler_than_the_workspace_says() {
     for (page, said) in [
         ("README.md", &command),
         ("crates/magician-py/README.md", &command),
-        ("docs/PYTHON.md", &command),
-        ("docs/START.md", &command),
+        ("docs/guide/PYTHON.md", &command),
+        ("docs/guide/START.md", &command),
     ] {
         let text = fs::read_to_string(root().join(page)).expect("the page");
         assert!(text.contains(&format!("{said} or newer")), "{page}");

@@ -4,8 +4,8 @@ use magician_link::methods;
 
 #[test]
 fn the_page_tells_what_becomes_of_every_call() {
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/LINK.md");
-    let page = std::fs::read_to_string(page).expect("docs/LINK.md");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/guide/LINK.md");
+    let page = std::fs::read_to_string(page).expect("docs/guide/LINK.md");
     let line = |begin: &str| {
         let line = page.lines().find(|line| line.starts_with(begin));
         let line = line.unwrap_or_else(|| panic!("no line `{begin}`"));

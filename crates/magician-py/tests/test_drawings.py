@@ -179,7 +179,7 @@ def test_options_of_files_have_the_names_of_a_station() -> None:
     """One option, one name: an argument of :func:`load` is a member of ``setup``, and the other way round."""
     elsewhere = {"grid": "Plan.on_grid", "speed_ratio": "Arm.speed", "stay": "Arm.run", "park": "Arm.run"}
     taken = set(SetupOptions.__annotations__)
-    page = (ROOT / "docs" / "STATION-API.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference" / "STATION-API.md").read_text(encoding="utf-8")
     options = page.split("## Options of a program", 1)[1].split("\n## ", 1)[0]
     members = set(re.findall(r"^\| `(\w+)` \|", options, re.MULTILINE))
     assert len(members) > 40

@@ -23,10 +23,10 @@ from stationed import Server
 ROOT = Path(__file__).parents[3]
 PAGES = [
     ROOT / "crates" / "magician-py" / "README.md",
-    ROOT / "docs" / "PYTHON.md",
-    ROOT / "docs" / "PYTHON-TASKS.md",
-    ROOT / "docs" / "PYTHON-LEARNING.md",
-    ROOT / "docs" / "STATION-SESSION.md",
+    ROOT / "docs" / "guide" / "PYTHON.md",
+    ROOT / "docs" / "guide" / "PYTHON-TASKS.md",
+    ROOT / "docs" / "guide" / "PYTHON-LEARNING.md",
+    ROOT / "docs" / "guide" / "STATION-SESSION.md",
     *(ROOT / "docs" / "recipes" / f"{name}.md" for name in ("share", "queue")),
 ]
 # Where the programs of a page find a station.
@@ -58,7 +58,7 @@ def test_there_are_blocks() -> None:
 
 def test_notebooks_are_stored_with_what_they_show() -> None:
     """That they show it still, tools/notebooks.py checks."""
-    notebooks = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+    notebooks = sorted((ROOT / "docs" / "guide" / "notebooks").glob("*.ipynb"))
     assert sum(path.stat().st_size for path in notebooks) < 1_500_000
     for path in notebooks:
         cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]

@@ -1,4 +1,4 @@
-"""Writes docs/PYTHON-API.md of the signatures and docstrings of the package: python tools/api.py [--check].
+"""Writes docs/reference/PYTHON-API.md of the signatures and docstrings of the package: python tools/api.py [--check].
 
 It reads the sources, and imports nothing: the native part need not be built.
 """
@@ -13,14 +13,14 @@ from pathlib import Path
 
 HOME = Path(__file__).parent.parent
 PACKAGE = HOME / "python" / "magician"
-RESULT = HOME.parent.parent / "docs" / "PYTHON-API.md"
+RESULT = HOME.parent.parent / "docs" / "reference" / "PYTHON-API.md"
 
 HEAD = """# Python: reference
 
 <!-- Written by crates/magician-py/tools/api.py of the package's docstrings. -->
 
 Every public name of `magician`, with its parameters and a sentence; `help(magician.Arm.move_to)` tells the rest.
-[The guide](PYTHON.md) explains, [How do I ..](PYTHON-TASKS.md) shows. `magician.aio` has the same `Arm`, with `await`.
+[The guide](../guide/PYTHON.md) explains, [How do I ..](../guide/PYTHON-TASKS.md) shows. `magician.aio` has the same `Arm`, with `await`.
 Lengths are mm, angles degrees, times seconds.
 """
 # Where each is defined, what it is imported from, and what it is about.
@@ -134,7 +134,7 @@ def main() -> int:
     made = page()
     if "--check" in sys.argv:
         if not RESULT.exists() or RESULT.read_text(encoding="utf-8") != made:
-            print(f"docs/{RESULT.name} is not what tools/api.py makes of the docstrings", file=sys.stderr)
+            print(f"docs/reference/{RESULT.name} is not what tools/api.py makes of the docstrings", file=sys.stderr)
             return 1
         return 0
     RESULT.write_text(made, encoding="utf-8")

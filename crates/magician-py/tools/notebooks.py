@@ -1,4 +1,4 @@
-"""Runs the notebooks of docs/notebooks, and stores what they print and show: tools/notebooks.py [--check] [NAME..]
+"""Runs the notebooks of docs/guide/notebooks, and stores what they print and show: tools/notebooks.py [--check] [NAME..]
 
 A notebook is its own source: edit it, in Jupyter or as text, and run this. With ``--check`` nothing is written: each
 must run, print what is stored, and show pictures where they are stored; those of the package must be the same, those of
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[3]
-NOTEBOOKS = ROOT / "docs" / "notebooks"
+NOTEBOOKS = ROOT / "docs" / "guide" / "notebooks"
 SAMPLES = ROOT / "crates" / "magician-program" / "samples"
 SHOWN = ("image/svg+xml", "image/png", "text/html", "text/plain")
 """What is stored of a value: the first of these that it has."""

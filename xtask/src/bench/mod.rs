@@ -43,7 +43,7 @@ const PARTS: [(&str, &str, Measure); 9] = [
     ),
     (
         "scaling",
-        "one arm to many; draws docs/scaling.svg",
+        "one arm to many; draws docs/pictures/scaling.svg",
         scaling::measure,
     ),
 ];

@@ -76,7 +76,7 @@ pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
         }
         lines.push((threads, line));
     }
-    let picture = docs.join("scaling.svg");
+    let picture = docs.join("pictures/scaling.svg");
     fs::write(&picture, draw(&lines)?)?;
     Ok(figures)
 }

@@ -81,8 +81,8 @@ fn astray(path: &str, text: &str, places: &BTreeMap<&str, BTreeSet<String>>) -> 
 
 fn places() -> BTreeMap<&'static str, BTreeSet<String>> {
     let pages = [
-        ("ERRATA.md", "docs/ERRATA.md"),
-        ("MODEL.md", "docs/MODEL.md"),
+        ("ERRATA.md", "docs/reference/ERRATA.md"),
+        ("MODEL.md", "docs/reference/MODEL.md"),
     ];
     pages.map(|(page, path)| (page, anchors(path))).into()
 }
@@ -192,7 +192,7 @@ fn every_basis_leads_to_its_anchor() {
 #[test]
 fn every_number_of_the_firmware_profile_exists() {
     let profile = read("crates/magician-sim/src/profile/pattern.txt");
-    let anchors = anchors("docs/MODEL.md");
+    let anchors = anchors("docs/reference/MODEL.md");
     let mut count = 0;
     for line in profile.lines() {
         let comment = line.split_once('#').map_or("", |(_, comment)| comment);
@@ -219,8 +219,8 @@ fn every_number_of_the_firmware_profile_exists() {
 /// Each source that the model names is in its table.
 #[test]
 fn every_source_of_the_model_exists() {
-    let anchors = anchors("docs/MODEL.md");
-    let page = read("docs/MODEL.md");
+    let anchors = anchors("docs/reference/MODEL.md");
+    let page = read("docs/reference/MODEL.md");
     for (source, _) in numbered(&page, &['S']) {
         let listed = anchors.contains(&format!("source-{}", source.to_lowercase()));
         assert!(
@@ -237,7 +237,7 @@ fn every_source_of_a_conformance_case_exists() {
     let poses = read("crates/magician-motion/tests/data/poses.toml");
     let recorded: BTreeSet<&str> = between(&vectors, "id = \"", "\"").into_iter().collect();
     let posed: BTreeSet<&str> = between(&poses, "id = \"", "\"").into_iter().collect();
-    let hosts = anchors("docs/ERRATA.md");
+    let hosts = anchors("docs/reference/ERRATA.md");
     let mut counts = [0; 3];
     for (path, text) in texts() {
         if !path.starts_with("crates/magician-conform/cases/") {
@@ -273,10 +273,10 @@ fn every_source_of_a_conformance_case_exists() {
 /// What measures and tries the goals names them by number; docs/MEASUREMENTS.md says what they are.
 #[test]
 fn every_cited_goal_exists() {
-    let goals = anchors("docs/MEASUREMENTS.md");
+    let goals = anchors("docs/evidence/MEASUREMENTS.md");
     let measuring = [
-        "docs/MEASUREMENTS.md",
-        "docs/GUARANTEES.md",
+        "docs/evidence/MEASUREMENTS.md",
+        "docs/reference/GUARANTEES.md",
         "xtask/src/bench/",
         "xtask/src/soak/",
         "crates/magician-cli/src/verbs/bench/",
@@ -302,7 +302,7 @@ fn every_cited_goal_exists() {
 /// An anchor stands right above the heading that has its number.
 #[test]
 fn anchors_stand_above_what_they_name() {
-    for page in ["docs/ERRATA.md", "docs/MODEL.md"] {
+    for page in ["docs/reference/ERRATA.md", "docs/reference/MODEL.md"] {
         let text = read(page);
         for part in text.split("\n<a id=\"").skip(1) {
             let (id, rest) = part

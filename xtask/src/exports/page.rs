@@ -29,7 +29,7 @@ exports of the built libraries, for Linux on three processors and for Windows on
 
 /// Writes `docs/VENDOR-FUNCTIONS.md`.
 pub(super) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
-    fs::write(docs.join("VENDOR-FUNCTIONS.md"), page())?;
+    fs::write(docs.join("reference/VENDOR-FUNCTIONS.md"), page())?;
     Ok(())
 }
 
@@ -148,8 +148,9 @@ mod tests {
 
     #[test]
     fn the_page_is_current() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/VENDOR-FUNCTIONS.md");
-        let written = fs::read_to_string(path).expect("docs/VENDOR-FUNCTIONS.md");
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference/VENDOR-FUNCTIONS.md");
+        let written = fs::read_to_string(path).expect("docs/reference/VENDOR-FUNCTIONS.md");
         assert!(
             written == page(),
             "cargo xtask vendor-functions writes it anew"

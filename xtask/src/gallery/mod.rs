@@ -24,7 +24,7 @@ arm can reach.
 
 /// Draws every mode into `docs/gallery` and lists them in `docs/GALLERY.md`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
-    let pictures = docs.join("gallery");
+    let pictures = docs.join("evidence/gallery");
     fs::create_dir_all(&pictures)?;
     let mut page = INTRODUCTION.to_owned();
     for mode in MODES {
@@ -38,8 +38,8 @@ pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
             "\n## {}\n\n{} It took {seconds:.3} s.\n\n![{}](gallery/{name})\n",
             mode.title, mode.says, mode.title
         )?;
-        println!("docs/gallery/{name}: {seconds:.3} s");
+        println!("docs/evidence/gallery/{name}: {seconds:.3} s");
     }
-    fs::write(docs.join("GALLERY.md"), page)?;
+    fs::write(docs.join("evidence/GALLERY.md"), page)?;
     Ok(())
 }

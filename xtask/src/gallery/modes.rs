@@ -286,7 +286,7 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "jog-change",
         title: "JOG of another axis",
-        says: "JOGCmd Z+ for 1 s, then X+ for 1 s: the second takes over the speed of the first, with its sign, as a [recorded arm](MODEL.md#section-7) does.",
+        says: "JOGCmd Z+ for 1 s, then X+ for 1 s: the second takes over the speed of the first, with its sign, as a [recorded arm](../reference/MODEL.md#section-7) does.",
         before: jog_ratio,
         acts: || {
             vec![

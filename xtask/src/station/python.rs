@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 const FILE: &str = "crates/magician-py/python/magician/station_types.py";
 
 const HEAD: &str = r#""""Types of the messages of a station, for programs that talk JSON-RPC to it: `cargo xtask station` writes this
-module from the tables that the station itself works by. docs/STATION-API.md says what they mean.
+module from the tables that the station itself works by. docs/reference/STATION-API.md says what they mean.
 
 `XxxYyyParams` and `XxxYyyResult` are of the method `xxx.yyy`, `XxxYyyNotification` are parameters of a notification.
 """

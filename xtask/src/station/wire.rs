@@ -31,7 +31,7 @@ const MESSAGES: &str = "
 **To run a program** it calls `job.start`, and follows `job.changed` until `state` is `done`, `stopped`, `failed` or `interrupted`. With `\"queue\": true` it needs no lease and waits (`state` `queued`,
 `place`) until the arm is free of jobs and of others' turns; then it is checked again and begins by itself. The feature `job-queue` says whether a station has that queue.
 
-[Clients in Python, Node and a browser](STATION-CLIENTS.md) do all of this in 80 lines each. `openrpc.json` has the types of everything on this page; `studio/src/api.ts` (TypeScript) and `magician/station_types.py` (Python) are made of it.
+[Clients in Python, Node and a browser](../guide/STATION-CLIENTS.md) do all of this in 80 lines each. `openrpc.json` has the types of everything on this page; `studio/src/api.ts` (TypeScript) and `magician/station_types.py` (Python) are made of it.
 ";
 
 const DELTAS: &str = "

@@ -17,6 +17,7 @@ use pieces::PIECES;
 use run::Bench;
 
 /// Where the pictures go, under `docs`; the files that were made for this page are in a folder of it.
+const DOCS: &str = "docs/evidence";
 const PICTURES: &str = "workshop";
 const PAGE: &str = "WORKSHOP.md";
 
@@ -24,7 +25,7 @@ const PAGE: &str = "WORKSHOP.md";
 /// figures; the page stays.
 pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let bench = Bench::new(root)?;
-    let pictures = root.join("docs").join(PICTURES);
+    let pictures = root.join(DOCS).join(PICTURES);
     let mut page = page::INTRODUCTION.to_owned();
     let mut all_good = true;
     for piece in PIECES {
@@ -43,7 +44,7 @@ pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>>
         page.push_str(&page::entry(piece, &made));
     }
     if names.is_empty() {
-        fs::write(root.join("docs").join(PAGE), page)?;
+        fs::write(root.join(DOCS).join(PAGE), page)?;
     }
     if !all_good {
         return Err("not every piece is what it should be".into());
@@ -61,7 +62,7 @@ mod tests {
     const MOST: u64 = 1_500_000;
 
     fn docs() -> std::path::PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs")
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(DOCS)
     }
 
     #[test]

@@ -48,7 +48,8 @@ pub(super) fn input(piece: &Piece, bytes: &[u8]) -> Result<Option<(String, Optio
 
 /// A file that is a picture: beside the page, or a copy of a sample.
 fn itself(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
-    let ours = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/workshop/files");
+    let ours =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/evidence/workshop/files");
     if ours.join(file).exists() {
         (format!("files/{file}"), None)
     } else {

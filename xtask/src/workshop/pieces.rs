@@ -111,7 +111,7 @@ pub(super) const PIECES: &[Piece] = &[
         name: "rosette",
         title: "A drawing with two pens",
         says: "Blue and black are two parts. Each pen has its own length and speed ([pens.toml](workshop/files/pens.toml)), and the arm waits \
-               between them for you to change it; here nobody is there to do so (`--no-pause`). [Change pens](recipes/pens.md).",
+               between them for you to change it; here nobody is there to do so (`--no-pause`). [Change pens](../recipes/pens.md).",
         input: Input::File("rosette.svg"),
         command: "magician draw rosette.svg --parts color --pens pens.toml",
         run: " --no-pause",
@@ -120,7 +120,7 @@ pub(super) const PIECES: &[Piece] = &[
     Piece {
         name: "logo-hatch",
         title: "A logo, filled with hatches",
-        says: "Neighbouring lines are joined along the edge. [Fill a logo](recipes/logo.md).",
+        says: "Neighbouring lines are joined along the edge. [Fill a logo](../recipes/logo.md).",
         input: Input::File("logo.svg"),
         command: "magician draw logo.svg --fill hatch",
         ..PLAIN
@@ -144,7 +144,7 @@ pub(super) const PIECES: &[Piece] = &[
     Piece {
         name: "poster",
         title: "A poster in words",
-        says: "The words come from a file and are broken at a width; the letters are single lines. [A poster in words](recipes/poster.md).",
+        says: "The words come from a file and are broken at a width; the letters are single lines. [A poster in words](../recipes/poster.md).",
         input: Input::Words,
         command: "magician write - --font script --size 7 --wrap 110 --align center --line-height 2.2",
         stdin: Some("notice.txt"),
@@ -169,7 +169,7 @@ pub(super) const PIECES: &[Piece] = &[
     Piece {
         name: "photo-outline",
         title: "A photo by pen: its outlines",
-        says: "The edges of what is dark. [A photo four ways by pen](recipes/photo.md).",
+        says: "The edges of what is dark. [A photo four ways by pen](../recipes/photo.md).",
         input: Input::File("landscape.png"),
         command: "magician draw landscape.png --width 90",
         ..PLAIN
@@ -212,7 +212,7 @@ pub(super) const PIECES: &[Piece] = &[
     Piece {
         name: "photo-laser",
         title: "A photo by laser",
-        says: "Grey becomes power. [Engrave with the laser](recipes/engrave.md).",
+        says: "Grey becomes power. [Engrave with the laser](../recipes/engrave.md).",
         input: Input::Tones("landscape.png", [48.0, 0.25]),
         command: "magician engrave landscape.png --width 48 --spacing 0.25",
         pictures: Kind::Png,
@@ -222,7 +222,7 @@ pub(super) const PIECES: &[Piece] = &[
         name: "box",
         title: "A box, engraved and cut",
         says: "Two layers of one file: the lid's star and word burn at 30 %, the outlines at full power, slowly, three times \
-               ([box.toml](workshop/files/box.toml)). [Cut and engrave a box](recipes/box.md).",
+               ([box.toml](workshop/files/box.toml)). [Cut and engrave a box](../recipes/box.md).",
         input: Input::File("box.svg"),
         command: "magician engrave box.svg --pens box.toml",
         ..PLAIN
@@ -230,7 +230,7 @@ pub(super) const PIECES: &[Piece] = &[
     Piece {
         name: "testgrid",
         title: "A test grid",
-        says: "Powers across, speeds down. The virtual arm shows powers alone: it knows no material. [Read a test grid](recipes/testgrid.md).",
+        says: "Powers across, speeds down. The virtual arm shows powers alone: it knows no material. [Read a test grid](../recipes/testgrid.md).",
         command: "magician testgrid --power 20:80:4 --speed 10:40:4",
         pictures: Kind::Png,
         ..PLAIN
@@ -255,7 +255,7 @@ pub(super) const PIECES: &[Piece] = &[
         name: "lightburn",
         title: "A LightBurn job",
         says: "G-code in the form in which LightBurn saves it for GRBL, run as it is: the star is scanned at 30 %, the tag is cut at 90 %. With M4 \
-               the power follows the speed, so the ends of short lines are lighter. [Files of LightBurn and Inkscape](recipes/as-they-are.md).",
+               the power follows the speed, so the ends of short lines are lighter. [Files of LightBurn and Inkscape](../recipes/as-they-are.md).",
         input: Input::Lines("lightburn.gcode", Reader::Gcode),
         command: "magician engrave lightburn.gcode",
         ..PLAIN
@@ -264,7 +264,7 @@ pub(super) const PIECES: &[Piece] = &[
         name: "layers",
         title: "An Inkscape file with layers",
         says: "A layer named `%guides` is left out, and before `!2 sun, in red` the arm waits for the red pen. [Files of LightBurn and \
-               Inkscape](recipes/as-they-are.md).",
+               Inkscape](../recipes/as-they-are.md).",
         input: Input::File("layers.svg"),
         command: "magician draw layers.svg",
         run: " --no-pause",
@@ -314,7 +314,7 @@ pub(super) const PIECES: &[Piece] = &[
     Piece {
         name: "pen_outline",
         title: "G-code for a pen",
-        says: "Lines and arcs; Z lifts the pen. The coordinates are the arm's own. [Run a G-code file](recipes/gcode.md).",
+        says: "Lines and arcs; Z lifts the pen. The coordinates are the arm's own. [Run a G-code file](../recipes/gcode.md).",
         input: Input::Lines("pen_outline.gcode", Reader::Gcode),
         command: "magician run pen_outline.gcode",
         ..PLAIN
@@ -339,7 +339,7 @@ pub(super) const PIECES: &[Piece] = &[
     Piece {
         name: "jumps",
         title: "A DobotStudio playback file",
-        says: "Jumps between named points, and the suction cup. [Play what DobotStudio saved](recipes/playback.md).",
+        says: "Jumps between named points, and the suction cup. [Play what DobotStudio saved](../recipes/playback.md).",
         command: "magician run jump_suction_named_v170.playback",
         pictures: Kind::Way,
         ..PLAIN

@@ -14,7 +14,7 @@ use super::{marks, pictures};
 const FILES: [&str; 3] = [
     "crates/magician-program/samples",
     "crates/magician-formats/fonts",
-    "docs/workshop/files",
+    "docs/evidence/workshop/files",
 ];
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;

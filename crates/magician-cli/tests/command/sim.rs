@@ -292,7 +292,7 @@ fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
         told(" G  model 15a  HOMEParams before any were set"),
         "{log:?}"
     );
-    assert!(told("section N of docs/MODEL.md"), "{log:?}");
+    assert!(told("section N of docs/reference/MODEL.md"), "{log:?}");
 }
 
 #[test]
@@ -318,7 +318,7 @@ fn what_answers_rested_on_is_an_object_for_those_who_want_one() {
     let alarm = bases.iter().find(|basis| basis["basis"] == "ResetAlarm");
     let alarm = alarm.expect("it is there");
     assert_eq!(alarm["uses"], 1);
-    assert_eq!(alarm["page"], "docs/MODEL.md#section-11");
+    assert_eq!(alarm["page"], "docs/reference/MODEL.md#section-11");
 }
 
 /// A pen over paper.

@@ -43,7 +43,7 @@ async fn a_lesson_keeps_its_laws_and_its_log() {
         return;
     }
     let log = room.log();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/lesson/log.txt");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/evidence/lesson/log.txt");
     if std::env::var_os("MAGICIAN_WRITE").is_some() {
         std::fs::write(&path, &log).unwrap();
     }
@@ -51,6 +51,6 @@ async fn a_lesson_keeps_its_laws_and_its_log() {
     let differs = log.lines().zip(kept.lines()).find(|(is, was)| is != was);
     assert!(
         log == kept,
-        "docs/lesson/log.txt is not of this lesson ({differs:?}): MAGICIAN_WRITE=1 writes it anew"
+        "docs/evidence/lesson/log.txt is not of this lesson ({differs:?}): MAGICIAN_WRITE=1 writes it anew"
     );
 }

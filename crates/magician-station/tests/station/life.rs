@@ -134,7 +134,7 @@ async fn list_after(kept: Kept, job: &Value) -> Value {
 
 #[tokio::test(start_paused = true)]
 async fn each_state_of_a_job_survives_each_end_as_the_table_says() {
-    let page = include_str!("../../../../docs/STATION.md");
+    let page = include_str!("../../../../docs/reference/STATION.md");
     for (state, expected) in TABLE {
         for (end, expected) in [End::Killed, End::Asked, End::Full]
             .into_iter()
@@ -150,7 +150,7 @@ async fn each_state_of_a_job_survives_each_end_as_the_table_says() {
         }
         let [killed, asked, full] = expected;
         let row = format!("| `{state}` | `{killed}` | `{asked}` | `{full}` |");
-        assert!(page.contains(&row), "docs/STATION.md lacks {row}");
+        assert!(page.contains(&row), "docs/reference/STATION.md lacks {row}");
     }
 }
 

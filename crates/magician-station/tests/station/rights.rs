@@ -41,7 +41,7 @@ pub(crate) struct Row {
 
 /// The rows of the table in the documents.
 pub(crate) fn table() -> Vec<Row> {
-    let text = include_str!("../../../../docs/STATION.md");
+    let text = include_str!("../../../../docs/reference/STATION.md");
     let rows = text
         .lines()
         .skip_while(|line| !line.starts_with("| what | methods |"));
@@ -216,7 +216,7 @@ async fn the_table_of_the_documents_is_what_the_station_does() {
     let missing: Vec<_> = all.difference(&named).collect();
     assert!(
         missing.is_empty(),
-        "not in the table of docs/STATION.md: {missing:?}"
+        "not in the table of docs/reference/STATION.md: {missing:?}"
     );
 }
 

@@ -92,7 +92,10 @@ mod tests {
         let rules = page("packaging/70-magician.rules");
         let rules = rules.lines().filter(|line| !line.starts_with('#'));
         assert!(rules.eq(udev_rules()));
-        let (troubles, start) = (page("docs/TROUBLESHOOTING.md"), page("docs/START.md"));
+        let (troubles, start) = (
+            page("docs/guide/TROUBLESHOOTING.md"),
+            page("docs/guide/START.md"),
+        );
         for kind in ADAPTERS.iter().filter(|kind| kind.in_arms) {
             let ids = format!("{:04x}:{:04x}", kind.vendor, kind.product);
             assert!(troubles.contains(&ids), "{ids}");

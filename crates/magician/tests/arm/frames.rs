@@ -11,7 +11,7 @@ use tokio::time::sleep;
 
 use crate::bench::fast;
 
-const PAGE: &str = include_str!("../../../../docs/FRAMES.md");
+const PAGE: &str = include_str!("../../../../docs/reference/FRAMES.md");
 
 /// Every word that `Arm::run` takes, with its name.
 fn all() -> Vec<(&'static str, Set)> {
@@ -119,7 +119,7 @@ async fn the_table_of_the_docs_is_what_is_counted() {
     }
     assert!(
         PAGE.contains(&table),
-        "the table of docs/FRAMES.md is to be:\n{table}"
+        "the table of docs/reference/FRAMES.md is to be:\n{table}"
     );
 }
 

@@ -43,7 +43,7 @@ The virtual arm starts as after power-up, at the first pose of the trace if that
 
 A session that was recorded from its middle differs by the settings made before. A trace is never sent to a real arm: it would repeat another arm's moves from an unknown position.
 
---law prints how far the poses are from the law of motion (docs/MODEL.md, section 7): period, accelerations and ratio, and the profile of a virtual arm that fits best. A log with commands (a trace, an .mcap with frames) is replayed on each profile; readings alone (.csv, .jsonl, .mcap of `magician record`) tell of motions from rest to rest along a straight line or in the joints. Times are the computer's, which jitter: a pose may be up to 5 ms early or late, a command half a period, and only what is then left counts. At least 10 poses a second are needed; 23 tell more than 20 or 25, because they do not come at whole periods. What the log does not tell is listed.
+--law prints how far the poses are from the law of motion (docs/reference/MODEL.md, section 7): period, accelerations and ratio, and the profile of a virtual arm that fits best. A log with commands (a trace, an .mcap with frames) is replayed on each profile; readings alone (.csv, .jsonl, .mcap of `magician record`) tell of motions from rest to rest along a straight line or in the joints. Times are the computer's, which jitter: a pose may be up to 5 ms early or late, a command half a period, and only what is then left counts. At least 10 poses a second are needed; 23 tell more than 20 or 25, because they do not come at whole periods. What the log does not tell is listed.
 
 Exit status 10 if a reply differs (with --to decode: if a frame cannot be decoded).")]
 pub(crate) struct Replay {

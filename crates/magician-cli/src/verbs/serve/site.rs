@@ -186,7 +186,7 @@ impl From<magician_site::carrier::CarrierError> for Failure {
         let message = error.to_string();
         match error {
             CarrierError::Config(_) => Self::invalid(message)
-                .hint("the file has Zenoh's own settings, as the examples in docs/site"),
+                .hint("the file has Zenoh's own settings, as the examples in docs/guide/site"),
             CarrierError::Certificate(_) => Self::new(Kind::Driver(ErrorKind::Port), message)
                 .hint("`magician site list` shows the certificate of this machine"),
             CarrierError::Taken { .. } => Self::new(Kind::Driver(ErrorKind::Port), message)

@@ -8,8 +8,8 @@ use serde_json::json;
 
 /// Where the numbers lead that stand in the third column.
 const LEGEND: &str = "\
-in the repository: model N is section N of docs/MODEL.md, errata are in docs/ERRATA.md, letters \
-    and the whole list in docs/FIDELITY.md
+in the repository: model N is section N of docs/reference/MODEL.md, errata are in docs/reference/ERRATA.md, letters \
+    and the whole list in docs/reference/FIDELITY.md
 ";
 
 /// What there is to say of each arm: lines, or with `json` an object for each.
@@ -62,7 +62,7 @@ fn object(fidelity: &Fidelity, number: Option<u32>) -> String {
                 "basis": assumption.name(),
                 "confidence": assumption.confidence().letter(),
                 "section": assumption.section(),
-                "page": assumption.authority().link().map(|link| format!("docs/{link}")),
+                "page": assumption.authority().link().map(|link| format!("docs/reference/{link}")),
                 "uses": uses,
                 "says": assumption.says(),
             })

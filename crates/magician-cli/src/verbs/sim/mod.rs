@@ -55,7 +55,7 @@ The serial number follows from the first path or address that the arm is served 
 before the next request is read. While the arm is idle its clock runs at the usual speed, with \
     belts and the events of a scenario.
 
-Scenarios: docs/SCENARIOS.md.
+Scenarios: docs/guide/SCENARIOS.md.
 
 A recording uses the arm's clock: a sample every 20 ms of it, whatever the speed, about 110 MB an hour, 140 MB if the arm never rests. Foxglove and other programs for MCAP open it. If writing fails, the arm is still served and the exit status is 4.
 

@@ -289,7 +289,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
             Ok(code) if Alarm::with_code(code).is_some() => Ok(code),
             _ => at.diagnostic(
                 "alarm",
-                format!("unknown alarm {code:#04x}; docs/ALARMS.md lists them"),
+                format!("unknown alarm {code:#04x}; docs/reference/ALARMS.md lists them"),
             ),
         },
         file::Alarm::Name(name) => {
@@ -300,7 +300,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
                 Some(alarm) => Ok(alarm.code),
                 None => at.diagnostic(
                     "alarm",
-                    format!("unknown alarm '{name}'; docs/ALARMS.md lists them"),
+                    format!("unknown alarm '{name}'; docs/reference/ALARMS.md lists them"),
                 ),
             }
         }

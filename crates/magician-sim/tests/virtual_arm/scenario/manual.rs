@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use super::EXAMPLES;
 
-const MANUAL: &str = include_str!("../../../../../docs/SCENARIOS.md");
+const MANUAL: &str = include_str!("../../../../../docs/guide/SCENARIOS.md");
 const BEGIN: &str = "<!-- tables: begin -->\n";
 const END: &str = "<!-- tables: end -->\n";
 
@@ -174,7 +174,7 @@ fn the_tables_of_the_manual_are_those_of_the_schema() {
         let manual = Path::new(env!("CARGO_TARGET_TMPDIR")).join("SCENARIOS.md");
         std::fs::write(&manual, [before, BEGIN, &tables, END, after].concat()).expect("written");
         panic!(
-            "docs/SCENARIOS.md is out of date; it ought to be as {}",
+            "docs/guide/SCENARIOS.md is out of date; it ought to be as {}",
             manual.display()
         );
     }
