@@ -70,11 +70,13 @@ fn the_page_knows_no_command_and_no_number_of_the_arm() {
             .iter()
             .any(|end| name.ends_with(end))
     };
-    // A test may name a number, and the gallery's programs are what a person brings.
+    // A test may name a number, the gallery's programs stand for what a person brings, and the
+    // sentences in `said` are those of the core.
     let is_free = |name: &str| {
-        [".test.ts", ".plan.json"]
-            .iter()
-            .any(|end| name.ends_with(end))
+        name.starts_with("said/")
+            || [".test.ts", ".plan.json"]
+                .iter()
+                .any(|end| name.ends_with(end))
     };
     all.retain(|name, _| ours(name) && name != "api.ts" && !is_free(name));
     assert!(all.len() > 20, "the page has moved");
@@ -117,7 +119,7 @@ fn every_language_has_every_sentence_and_its_values() {
             })
             .collect();
     let english = texts.remove("en.json").expect("English");
-    assert!(!texts.is_empty() && english.len() > 400);
+    assert!(!texts.is_empty() && english.len() > 300);
     let said = said_by_stations();
     for (name, texts) in &texts {
         let differs: Vec<_> = { english.keys().chain(texts.keys()).chain(&said) }

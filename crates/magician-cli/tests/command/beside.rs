@@ -153,23 +153,25 @@ fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
 
 #[test]
 fn stop_says_which_tool_is_left_on_and_info_shows_it() {
-    for (on, off, text, remedies) in [
+    for (on, off, text, template, remedies) in [
         (
             "suction on",
             "suction off",
             "the suction cup is still on (`magician suction off` switches it off)",
+            "the suction cup is still on",
             json!([{"action": "suction-off", "effect": "switches it off"}]),
         ),
         (
             "gripper close",
             "gripper off",
             "the gripper is still closed, and its pump runs (`magician gripper off` switches its pump off)",
+            "the gripper is still closed, and its pump runs",
             json!([{"action": "gripper-off", "effect": "switches its pump off"}]),
         ),
     ] {
         let run = script(&format!("{on}\nstop\ninfo\n{off}\nstop\ninfo\n"));
         let answers = run.objects();
-        let note = json!({"code": "left-on", "text": text, "remedies": remedies});
+        let note = json!({"code": "left-on", "text": text, "template": template, "remedies": remedies});
         assert_eq!(answers[1]["notes"], json!([note]), "{run:?}");
         let sucks = on == "suction on";
         let told = |at: usize| {

@@ -156,8 +156,11 @@ fn drawing_whose_progress_cannot_be_kept_warns_once_and_promises_no_resumption()
         assert_eq!(output.status.code(), Some(130), "{output:?}");
         let [out, err] =
             [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
-        let said = "the progress cannot be kept: ";
-        let place = if json { &out } else { &err };
+        let (place, said) = if json {
+            (&out, r#""text":"the progress cannot be kept: "#)
+        } else {
+            (&err, "the progress cannot be kept: ")
+        };
         assert_eq!(place.matches(said).count(), 1, "{out} {err}");
         assert!(place.contains(": after a stop this job starts again from the beginning"));
         assert!(!err.contains("--resume"), "{err}");

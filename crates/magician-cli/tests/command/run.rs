@@ -1043,6 +1043,13 @@ fn notes_are_objects_with_json() {
         "code": "left-out",
         "text": "U+4E2D '中' is left out: the font Roboto does not have it (turn the text into paths in the \
                  program that it was drawn with)",
+        "template": "U+{code} '{character}' is left out: the font {font} does not have it",
+        "values": [
+            {"name": "code", "text": "4E2D"},
+            {"name": "character", "text": "中"},
+            {"name": "font", "text": "Roboto"},
+        ],
+        "help": {"template": "turn the text into paths in the program that it was drawn with"},
         "line": 2,
         "element": "label",
     });
