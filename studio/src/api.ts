@@ -735,7 +735,7 @@ export type Complaint = {
   name?: string;
   kind: string;
   message: string;
-  template: string;
+  template?: string;
   values?: SentenceValue[];
   beyond?: number;
   code?: string;
@@ -752,7 +752,7 @@ export type Complaint = {
 export type Note = {
   code: string;
   text: string;
-  template: string;
+  template?: string;
   values?: SentenceValue[];
   help?: {
     template: string;
@@ -1385,6 +1385,7 @@ export interface Methods {
       notes: Array<{
         code: string;
         text: string;
+        template: string;
       }>;
     };
   };

@@ -171,7 +171,8 @@ fn stop_says_which_tool_is_left_on_and_info_shows_it() {
     ] {
         let run = script(&format!("{on}\nstop\ninfo\n{off}\nstop\ninfo\n"));
         let answers = run.objects();
-        let note = json!({"code": "left-on", "text": text, "template": template, "remedies": remedies});
+        let note =
+            json!({"code": "left-on", "text": text, "template": template, "remedies": remedies});
         assert_eq!(answers[1]["notes"], json!([note]), "{run:?}");
         let sucks = on == "suction on";
         let told = |at: usize| {

@@ -1754,7 +1754,6 @@ class _Complaint(TypedDict):
     step: float
     kind: str
     message: str
-    template: str
 
 _ComplaintWords = TypedDict(
     "_ComplaintWords",
@@ -1767,6 +1766,7 @@ class Complaint(_ComplaintWords, _Complaint, total=False):
     line: float
     column: float
     name: str
+    template: str
     values: list[SentenceValue]
     beyond: float
     code: str
@@ -1789,11 +1789,11 @@ class NoteHelp(_NoteHelp, total=False):
 class _Note(TypedDict):
     code: str
     text: str
-    template: str
 
 class Note(_Note, total=False):
     """Part of a message."""
 
+    template: str
     values: list[SentenceValue]
     help: NoteHelp
     line: float
@@ -2602,6 +2602,7 @@ class ProgramConvertResultNotesItem(TypedDict):
 
     code: str
     text: str
+    template: str
 
 _ProgramConvertResultWords = TypedDict(
     "_ProgramConvertResultWords",
