@@ -1,7 +1,7 @@
 //! The fence of an arm: anybody sees it, teachers change it, and it holds for every session.
 
-use magician::Fence;
 #[cfg(feature = "class")]
+use magician::Fence;
 use magician::message;
 use serde_json::json;
 
