@@ -24,7 +24,8 @@ impl Alarms {
         self.standing
     }
 
-    /// Whether an alarm that blocks was raised and not cleared. The latch outlives a limit bit that has dropped.
+    /// Whether an alarm that blocks was raised and not cleared. The latch outlives a limit bit that
+    /// has dropped.
     pub(crate) fn latched(&self) -> bool {
         self.latched
     }
@@ -47,8 +48,8 @@ impl Alarms {
         self.standing.remove(code);
     }
 
-    /// Clears every alarm whose cause does not stand, and gives those that went; the latch ends when none is left that
-    /// blocks.
+    /// Clears every alarm whose cause does not stand, and gives those that went; the latch ends
+    /// when none is left that blocks.
     pub(crate) fn clear(&mut self, cause_stands: impl Fn(u8) -> bool) -> AlarmSet {
         let before = self.standing;
         let cleared: AlarmSet = before.codes().filter(|code| !cause_stands(*code)).collect();

@@ -24,7 +24,8 @@ impl Device {
         self.apply_all(set.row(), effects)
     }
 
-    /// Applies the effects of a command of a row, one after the other; what the last leaves for the queue to wait for.
+    /// Applies the effects of a command of a row, one after the other; what the last leaves for the
+    /// queue to wait for.
     fn apply_all(&mut self, row: &'static Row, effects: Effects) -> Completion {
         let mut completion = Completion::Done;
         for effect in effects {
@@ -83,8 +84,8 @@ impl Device {
         Completion::Done
     }
 
-    /// Switches an output that a move has come to. A pin that there is not is refused like the command that it stands
-    /// for; the move goes on.
+    /// Switches an output that a move has come to. A pin that there is not is refused like the
+    /// command that it stands for; the move goes on.
     pub(super) fn switch(&mut self, output: PoCmd) {
         let address = u8::try_from(output.address).unwrap_or(u8::MAX);
         let level = Flag(output.level);
@@ -131,7 +132,8 @@ impl Device {
         self.replan_segment();
     }
 
-    /// Drops the limit alarms of joints that are inside again; the hold on the queue stays (model section 4).
+    /// Drops the limit alarms of joints that are inside again; the hold on the queue stays (model
+    /// section 4).
     pub(super) fn drop_limit_alarms(&mut self) {
         if !self.alarms.latched() {
             return;

@@ -1,4 +1,5 @@
-//! What a command does to the rest of the arm, as values: handlers return effects, and `apply.rs` applies them.
+//! What a command does to the rest of the arm, as values: handlers return effects, and `apply.rs`
+//! applies them.
 
 use magician_motion::JointAngles;
 

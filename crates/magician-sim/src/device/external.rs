@@ -50,8 +50,8 @@ impl Device {
         self.update_tools();
     }
 
-    /// The base key runs the program in the flash or stops it; held, it homes the arm. It has no effect while the
-    /// unlock key is held.
+    /// The base key runs the program in the flash or stops it; held, it homes the arm. It has no
+    /// effect while the unlock key is held.
     fn press(&mut self, press: Press) {
         if self.teaching.held() {
             return;
@@ -70,8 +70,8 @@ impl Device {
         }
     }
 
-    /// The unlock key is pressed or released. Pressed, it ends what moves and has the sensors read; released, the
-    /// motors hold the arm where it is.
+    /// The unlock key is pressed or released. Pressed, it ends what moves and has the sensors read;
+    /// released, the motors hold the arm where it is.
     fn unlock(&mut self, held: bool) {
         if held == self.teaching.held() {
             return;
@@ -81,7 +81,8 @@ impl Device {
         if held {
             self.halt();
             self.io.tools.burn(0.0);
-            // J2 and J3 are commanded to be where their sensors say that they are, and J1 where its encoder does.
+            // J2 and J3 are commanded to be where their sensors say that they are, and J1 where its
+            // encoder does.
             let really = self.motion.true_pose(self.now).joints;
             self.be_moved(really);
             self.teaching.press(self.now);
@@ -90,7 +91,8 @@ impl Device {
         }
     }
 
-    /// A hand moves the arm there, as far as it goes. Without the key the motors hold it where it is.
+    /// A hand moves the arm there, as far as it goes. Without the key the motors hold it where it
+    /// is.
     fn guide(&mut self, joints: JointAngles) {
         if self.teaching.held() {
             let before = self.motion.true_pose(self.now).joints;
@@ -126,8 +128,8 @@ impl Device {
         self.drop_limit_alarms();
     }
 
-    /// The controller starts anew: what it was told is forgotten, but for what its flash keeps. The arm stays where it
-    /// is, and of that J2 and J3 are known by their sensors.
+    /// The controller starts anew: what it was told is forgotten, but for what its flash keeps. The
+    /// arm stays where it is, and of that J2 and J3 are known by their sensors.
     fn reset(&mut self) {
         self.halt();
         self.rest_steppers();
@@ -185,8 +187,8 @@ impl Device {
         self.motion.set_homed(false);
     }
 
-    /// Where the joints come to when they are bent to given angles: no further than the limits, and what is not a
-    /// number stays as it was.
+    /// Where the joints come to when they are bent to given angles: no further than the limits, and
+    /// what is not a number stays as it was.
     fn bent_to(&self, joints: JointAngles, before: JointAngles) -> JointAngles {
         let limits = self.firmware.model.limits;
         let within = |range: Range, angle: f64| angle.max(range.min).min(range.max);

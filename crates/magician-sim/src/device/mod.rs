@@ -1,9 +1,10 @@
 //! The controller behind its links: its parts, and what happens between them.
 //!
-//! Each part owns its state and knows none of the others: [`Queues`], [`Motion`], [`Io`], [`Alarms`], [`Store`],
-//! [`Teaching`], [`Record`]. A frame becomes a command in `request.rs`; its handler (`handlers/`) is lent a [`Context`] and
-//! returns effects, which `apply.rs` applies. `moving.rs` begins and ends motions, `schedule.rs` lets time pass and takes
-//! commands from the queue, `external.rs` is what keys, hands and faults do.
+//! Each part owns its state and knows none of the others: [`Queues`], [`Motion`], [`Io`],
+//! [`Alarms`], [`Store`], [`Teaching`], [`Record`]. A frame becomes a command in `request.rs`; its
+//! handler (`handlers/`) is lent a [`Context`] and returns effects, which `apply.rs` applies.
+//! `moving.rs` begins and ends motions, `schedule.rs` lets time pass and takes commands from the
+//! queue, `external.rs` is what keys, hands and faults do.
 
 mod alarms;
 mod apply;
@@ -86,7 +87,8 @@ impl Device {
         device
     }
 
-    /// As power finds it, but for what the flash keeps, the world and what is written down. Nothing may move.
+    /// As power finds it, but for what the flash keeps, the world and what is written down. Nothing
+    /// may move.
     fn restart(&mut self) {
         let profile = &self.firmware.profile;
         self.store.reset(&self.firmware);
@@ -98,7 +100,8 @@ impl Device {
         self.booted = self.now;
         self.restarted = true;
         if profile.power_up.reset_alarm {
-            // It stands from the start and is not raised: the log says that the controller has reset.
+            // It stands from the start and is not raised: the log says that the controller has
+            // reset.
             self.alarms.set(Alarm::ResetOccurred);
         }
     }

@@ -1,4 +1,5 @@
-//! How motions begin and end, and what that does to the other parts: limits, outputs, tools, queue, world.
+//! How motions begin and end, and what that does to the other parts: limits, outputs, tools, queue,
+//! world.
 
 use magician_motion::MotionError;
 use magician_protocol::commands::{HomeCmd, JogCmd};
@@ -102,8 +103,8 @@ impl Device {
         Completion::Done
     }
 
-    /// Ends what moves on the spot, without a ramp and without what would follow it: a command of the queue that it
-    /// belongs to has finished, and the laser of a path is off.
+    /// Ends what moves on the spot, without a ramp and without what would follow it: a command of
+    /// the queue that it belongs to has finished, and the laser of a path is off.
     pub(super) fn halt(&mut self) {
         if self.rest_here() {
             self.io.tools.burn(0.0);
@@ -111,7 +112,8 @@ impl Device {
         }
     }
 
-    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
+    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was
+    /// one.
     fn rest_here(&mut self) -> bool {
         let moved = self.motion.rest(self.now, &mut self.world);
         if moved {
@@ -173,8 +175,8 @@ impl Device {
         self.begin_homing(planned)
     }
 
-    /// A home point out of reach is passed over for the joints at which homing ends when none is set: the vendor's own
-    /// demonstration sets such a point and goes on (model section 15a).
+    /// A home point out of reach is passed over for the joints at which homing ends when none is
+    /// set: the vendor's own demonstration sets such a point and goes on (model section 15a).
     fn go_home(&mut self) -> Completion {
         let id = HomeCmd::ROW.id;
         let planned = match self.view().plan_home_point() {
@@ -271,7 +273,8 @@ impl Device {
         }
     }
 
-    /// The segment under way is planned anew if what is known now lets it end faster, or makes it end slower.
+    /// The segment under way is planned anew if what is known now lets it end faster, or makes it
+    /// end slower.
     pub(super) fn replan_segment(&mut self) {
         let Some(segment) = self.motion.segment() else {
             return;
@@ -295,7 +298,8 @@ impl Device {
         segment.exit_speed(self.queues.active().ways())
     }
 
-    /// A command has been queued: if it is a segment on the heels of another, its way is known at once.
+    /// A command has been queued: if it is a segment on the heels of another, its way is known at
+    /// once.
     pub(super) fn path_grows(&mut self) {
         let view = self.view();
         let from = match self.queues.active().way_before_last() {

@@ -54,8 +54,8 @@ impl Record {
         }
     }
 
-    /// Counts what a command of an id rests on; whether to go on. A strict controller does not where only a choice
-    /// exists, and says so.
+    /// Counts what a command of an id rests on; whether to go on. A strict controller does not
+    /// where only a choice exists, and says so.
     #[must_use]
     pub(crate) fn allows(&mut self, id: u8, assumption: Assumption) -> bool {
         self.assume(assumption);

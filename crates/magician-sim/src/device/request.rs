@@ -14,8 +14,8 @@ use crate::event::{Event, Refusal};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Device {
-    /// Does what a frame asks and gives the reply: exactly one for a request that the controller knows, silence for
-    /// others (errata E09).
+    /// Does what a frame asks and gives the reply: exactly one for a request that the controller
+    /// knows, silence for others (errata E09).
     pub(crate) fn answer(&mut self, link: LinkId, frame: &Frame<'_>) -> Option<FrameBuf> {
         if Row::with_id(frame.id()).is_none() {
             self.unknown_id(link, frame.id());

@@ -32,7 +32,8 @@ impl Device {
         events.into_iter().flatten().min()
     }
 
-    /// Whether the arm does something that ends by itself, or waits for an input that the scenario will change.
+    /// Whether the arm does something that ends by itself, or waits for an input that the scenario
+    /// will change.
     pub(crate) fn is_busy(&self) -> bool {
         let awaited = self.awaited_input();
         let waits = awaited.is_some_and(|address| self.world.will_change(address));
@@ -51,8 +52,8 @@ impl Device {
         ends.into_iter().flatten().min()
     }
 
-    /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another. What
-    /// the world sees of the tool is settled before the world acts.
+    /// What is due at the present instant. The motion comes first: a wait that ends with it may
+    /// begin another. What the world sees of the tool is settled before the world acts.
     fn happen(&mut self) {
         let now = self.now;
         if self.motion.next_event().is_some_and(|at| at <= now) {
@@ -87,9 +88,9 @@ impl Device {
         }
     }
 
-    /// The queue takes its next command when it is started, nothing runs or moves, and no alarm holds it; homing is
-    /// taken all the same (model section 4). During a jog, which is over for the queue when it begins, it goes on to
-    /// the next command that moves.
+    /// The queue takes its next command when it is started, nothing runs or moves, and no alarm
+    /// holds it; homing is taken all the same (model section 4). During a jog, which is over for
+    /// the queue when it begins, it goes on to the next command that moves.
     fn may_take(&self) -> bool {
         let queue = self.queues.active();
         let Some(head) = queue.head() else {
@@ -103,8 +104,8 @@ impl Device {
             && (!self.alarms.hold_queue() || homes)
     }
 
-    /// Whether the queue may take commands but for alarms: it is started, no hand has unlocked the motors, and the
-    /// program in the flash does not wait for its turn.
+    /// Whether the queue may take commands but for alarms: it is started, no hand has unlocked the
+    /// motors, and the program in the flash does not wait for its turn.
     fn is_free(&self) -> bool {
         let started = self.queues.active().is_started();
         started && !self.teaching.held() && !self.queues.program_is_due()
@@ -187,8 +188,8 @@ impl Device {
 
 /// Stops.
 impl Device {
-    /// Stops the queue, and the program if it runs: the running motion goes on to its end, a running wait or trigger is
-    /// cut short (model section 14).
+    /// Stops the queue, and the program if it runs: the running motion goes on to its end, a
+    /// running wait or trigger is cut short (model section 14).
     pub(super) fn stop_queue(&mut self) {
         self.queues.hosts_mut().set_started(false);
         self.stop_program();
@@ -296,8 +297,8 @@ impl Device {
 
 /// Stepper outputs.
 impl Device {
-    /// Turns an output at a rate from now on, for so many pulses if that is given. A command of the queue that it was
-    /// busy with has finished.
+    /// Turns an output at a rate from now on, for so many pulses if that is given. A command of the
+    /// queue that it was busy with has finished.
     pub(super) fn turn(&mut self, output: usize, rate: f64, pulses: Option<u32>) -> Completion {
         let Some(turned) = self.io.steppers.turn(self.now, output, rate, pulses) else {
             return Completion::Done;

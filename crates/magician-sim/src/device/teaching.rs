@@ -1,7 +1,9 @@
-//! The unlock key on the forearm, and the point that was not read yet (document 1.7, model section 12).
+//! The unlock key on the forearm, and the point that was not read yet (document 1.7, model section
+//! 12).
 //!
-//! While the key is held the motors are released and a hand may move the arm; the queue waits. What the controller then
-//! reports as a new point is asked for and not sent, so it is worked out when it is asked for.
+//! While the key is held the motors are released and a hand may move the arm; the queue waits. What
+//! the controller then reports as a new point is asked for and not sent, so it is worked out when
+//! it is asked for.
 
 use magician_protocol::TeachTrigger;
 

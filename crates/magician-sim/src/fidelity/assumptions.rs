@@ -1,7 +1,8 @@
 //! The list of everything that the virtual arm's behaviour rests on.
 //!
-//! A choice is refused in strict mode if it decides what the arm does or answers. It stays if it decides a figure only
-//! (how long, how fast, how many, what to begin with) of something that is known, or if refusing would do the same.
+//! A choice is refused in strict mode if it decides what the arm does or answers. It stays if it
+//! decides a figure only (how long, how fast, how many, what to begin with) of something that is
+//! known, or if refusing would do the same.
 
 use super::list_assumptions;
 

@@ -1,8 +1,9 @@
 //! What each answer rests on: a fact about the real arm, or a choice of ours where none is known.
 //!
-//! Every behaviour of the virtual arm has an [`Assumption`] with the letter of how sure it is. The controller counts what its
-//! answers rest on ([`Controller::fidelity`](crate::Controller::fidelity)); a strict one ([`Strictness`]) carries out
-//! nothing that rests on a choice alone.
+//! Every behaviour of the virtual arm has an [`Assumption`] with the letter of how sure it is. The
+//! controller counts what its answers rest on
+//! ([`Controller::fidelity`](crate::Controller::fidelity)); a strict one ([`Strictness`]) carries
+//! out nothing that rests on a choice alone.
 
 mod assumptions;
 
@@ -79,7 +80,8 @@ impl Authority {
         }
     }
 
-    /// Page and anchor within the directory `docs` of the repository: `MODEL.md#section-7`, `ERRATA.md#e07`.
+    /// Page and anchor within the directory `docs` of the repository: `MODEL.md#section-7`,
+    /// `ERRATA.md#e07`.
     #[must_use]
     pub fn link(self) -> Option<String> {
         match self {
@@ -127,7 +129,8 @@ macro_rules! list_assumptions {
                 match self { $( Self::$name => $crate::fidelity::Confidence::$confidence, )+ }
             }
 
-            /// Section of the reference model, erratum (`E07`), or `(none)` where neither has a word about it.
+            /// Section of the reference model, erratum (`E07`), or `(none)` where neither has a
+            /// word about it.
             #[must_use]
             pub const fn section(self) -> &'static str {
                 match self { $( Self::$name => $section, )+ }

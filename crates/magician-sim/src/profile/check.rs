@@ -1,18 +1,20 @@
-//! Whether the values of a profile make sense.
+//! Validation of a profile.
 
 use magician_motion::{Ceilings, Limits, Range};
 
 use super::{Defaults, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules};
 
-/// Deepest queue that a profile may ask for; it bounds the controller's memory.
+/// Deepest queue of a profile. It bounds the controller's memory; real arms have 32 places (model
+/// section 14).
 const MAX_DEPTH: usize = 1024;
 
 impl Profile {
-    /// Whether the values make sense: no NaN, nothing negative that must not be, lists of the right length. Needed
-    /// only for a profile that was changed by hand; [`from_toml`](Self::from_toml) has done it.
+    /// Checks that the values are valid: no NaN, no negative speeds, lists of the right length.
+    ///
+    /// [`from_toml`](Self::from_toml) calls it; call it after changing a profile in code.
     ///
     /// # Errors
-    /// [`ProfileError::Value`] for the first that does not.
+    /// [`ProfileError::Value`] for the first invalid value.
     pub fn check(&self) -> Result<(), ProfileError> {
         self.check_text()?;
         self.check_queue()?;
@@ -119,6 +121,8 @@ impl Profile {
         positive("path.period", &[self.path.period])?;
         let period = self.motion.period;
         rule(
+            // Periods below 1 ms would cost time without a visible effect; above 1 s motion would
+            // look broken. Both bounds are choices.
             period == 0.0 || (0.001..=1.0).contains(&period),
             "motion.period",
             period,
@@ -144,7 +148,7 @@ impl Profile {
         Ok(())
     }
 
-    /// Numbers that may have any sign.
+    /// Checks the numbers that may have any sign.
     fn check_numbers(&self) -> Result<(), ProfileError> {
         let Defaults {
             ptp, cp, lost_step, ..
@@ -246,7 +250,7 @@ fn positive32(name: &'static str, values: &[f32]) -> Result<(), ProfileError> {
     let good = values.iter().all(|value| value.is_finite() && *value > 0.0);
     rule(good, name, format!("{values:?}"), "above 0")
 }
-
+/// Checks a delay. An hour is beyond any delay of a real arm; the bound is a choice.
 fn duration(name: &'static str, seconds: f64) -> Result<(), ProfileError> {
     rule(
         (0.0..=3600.0).contains(&seconds),

@@ -1,5 +1,6 @@
-//! A scenario file as it is written: names and shapes, no meaning yet. What is checked as it is written has its type in
-//! `setting.rs`; the types here hold what means something only beside the rest of the file.
+//! A scenario file as it is written: names and shapes, no meaning yet. What is checked as it is
+//! written has its type in `setting.rs`; the types here hold what means something only beside the
+//! rest of the file.
 
 use magician_protocol::Port;
 use serde::Deserialize;

@@ -1,9 +1,9 @@
 //! Scenarios: a text that puts a world around the arm and says what happens in it.
 //!
-//! A scenario is a TOML file. Lengths are mm, angles deg, times seconds of the arm's clock from power-up. Positions are
-//! in the frame of the arm's base, and every height is the z that the arm reports when its tool touches there (model
-//! section 1), which is about -60 to -75 for a table. `scenario.schema.json` beside the examples in `scenarios/` describes
-//! every field, for editors.
+//! A scenario is a TOML file. Lengths are mm, angles deg, times seconds of the arm's clock from
+//! power-up. Positions are in the frame of the arm's base, and every height is the z that the arm
+//! reports when its tool touches there (model section 1), which is about -60 to -75 for a table.
+//! `scenario.schema.json` beside the examples in `scenarios/` describes every field, for editors.
 //!
 //! | section | what it says |
 //! |---|---|
@@ -19,8 +19,9 @@
 //! | `[[key]]` | the key at the base is pressed |
 //! | `[[fault]]` | a slip, a pulled cable, a reset, slow answers, an alarm: at a time or at a command's index |
 //!
-//! What is not simulated: objects do not push, tilt or stop one another, a knock from the side moves nothing, the belt
-//! drives nothing against a tool at rest, an object falls straight and at once, and the laser is in focus at every height.
+//! What is not simulated: objects do not push, tilt or stop one another, a knock from the side
+//! moves nothing, the belt drives nothing against a tool at rest, an object falls straight and at
+//! once, and the laser is in focus at every height.
 //!
 //! ```
 //! use magician_sim::{World, scenario::Scenario};
@@ -82,7 +83,8 @@ impl Scenario {
     /// The JSON Schema of scenario files, for editors.
     pub const SCHEMA: &str = include_str!("../../scenarios/scenario.schema.json");
 
-    /// A cell to try programs in: a belt brings cubes, sensors tell when one is there and which colour it has.
+    /// A cell to try programs in: a belt brings cubes, sensors tell when one is there and which
+    /// colour it has.
     ///
     /// ```
     /// use magician_sim::Scenario;
@@ -114,7 +116,8 @@ impl Scenario {
     /// Reads a scenario.
     ///
     /// # Errors
-    /// [`ScenarioError`] with line and column for a text that is no scenario, or that makes no sense.
+    /// [`ScenarioError`] with line and column for a text that is no scenario, or that makes no
+    /// sense.
     pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
         let syntax = |error: toml::de::Error| ScenarioError::syntax(text, &error);
         let shape = toml::de::DeTable::parse(text).map_err(syntax)?;
@@ -143,7 +146,8 @@ impl Scenario {
         self.tool.unwrap_or_default()
     }
 
-    /// The tool that the scenario puts on the arm, if it says so: its bias is then in force at power-up.
+    /// The tool that the scenario puts on the arm, if it says so: its bias is then in force at
+    /// power-up.
     #[must_use]
     pub fn chosen_tool(&self) -> Option<Tool> {
         self.tool
@@ -173,9 +177,9 @@ impl Scenario {
         &self.sensors
     }
 
-    /// The same scenario, with each object that stands on the table, and bears nothing, moved by up to so many mm in x and in y.
-    /// `share` gives numbers from 0 to 1. An object for which no free place is found in 20
-    /// tries stays where it is.
+    /// The same scenario, with each object that stands on the table, and bears nothing, moved by up
+    /// to so many mm in x and in y. `share` gives numbers from 0 to 1. An object for which no free
+    /// place is found in 20 tries stays where it is.
     ///
     /// ```
     /// use magician_sim::Scenario;

@@ -15,8 +15,8 @@ pub(super) const FAR: f64 = 2000.0;
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Arm {
-    /// Where the base really stands beyond the angle that the controller takes it for, deg (model section 11: the base
-    /// has no absolute sensor).
+    /// Where the base really stands beyond the angle that the controller takes it for, deg (model
+    /// section 11: the base has no absolute sensor).
     pub base_angle: f64,
     /// Whether it has been homed: the base then stands where the controller believes.
     pub homed: bool,
@@ -86,8 +86,8 @@ impl Tool {
 }
 
 impl ToolKind {
-    /// How far a tool gives way before the motors stall, mm. All of them guesses (G): the cup has bellows, the pen sits
-    /// in a spring, the others are stiff and what gives is the arm.
+    /// How far a tool gives way before the motors stall, mm. All of them guesses (G): the cup has
+    /// bellows, the pen sits in a spring, the others are stiff and what gives is the arm.
     const fn give(self) -> f64 {
         match self {
             Self::Suction => 5.0,

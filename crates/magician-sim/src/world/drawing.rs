@@ -19,7 +19,8 @@ pub struct Stroke {
     pub kind: StrokeKind,
     /// Power of the laser, above 0 to 100 percent; 100 for ink.
     pub power: f64,
-    /// Its corners x, y in the frame of the arm's base, mm; the real line is never farther from it than 0.02 mm.
+    /// Its corners x, y in the frame of the arm's base, mm; the real line is never farther from it
+    /// than 0.02 mm.
     pub points: Vec<[f64; 2]>,
 }
 

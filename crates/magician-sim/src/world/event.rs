@@ -26,7 +26,8 @@ pub enum WorldEventKind {
     FellOffBelt(u16, Rest),
     /// The tool touches something.
     Touched(Body),
-    /// The tool has run into an object from the side. It stays where it is: a knock moves nothing here.
+    /// The tool has run into an object from the side. It stays where it is: a knock moves nothing
+    /// here.
     Knocked(u16),
     /// The tool presses harder than it gives way.
     Pressed(Body),

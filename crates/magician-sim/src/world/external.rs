@@ -33,7 +33,8 @@ pub enum Press {
 pub enum ExternalEvent {
     /// An input or a sensor may read something else from now on.
     Input,
-    /// The tool touches something. If it presses harder than the tool gives way, J2 and J3 stall and lose steps.
+    /// The tool touches something. If it presses harder than the tool gives way, J2 and J3 stall
+    /// and lose steps.
     Touch {
         /// What.
         body: Body,
@@ -62,6 +63,7 @@ pub enum ExternalEvent {
     Key(Press),
     /// The unlock key on the forearm is pressed or released.
     Unlock(bool),
-    /// A hand moves the arm while the unlock key is held: this is where the joints really come to, deg.
+    /// A hand moves the arm while the unlock key is held: this is where the joints really come to,
+    /// deg.
     Guide(JointAngles),
 }

@@ -40,8 +40,8 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
         self.reach((self.frames)(at))
     }
 
-    /// Everything that the path will bring to a tool that is at bodies as told, and carries what the sensors
-    /// see as told.
+    /// Everything that the path will bring to a tool that is at bodies as told, and carries what
+    /// the sensors see as told.
     pub(super) fn changes(
         &self,
         path: &TimedPath<'_>,

@@ -10,13 +10,13 @@ use crate::{ArmInstant, Micros};
 
 /// A drawn line is never farther from the tool's way than this, mm.
 const FLATNESS: f64 = 0.02;
-/// So much above the paper is at the paper, mm: nib and paper give, and an arm that brakes in its joints leaves its line upwards
-/// by less.
+/// So much above the paper is at the paper, mm: nib and paper give, and an arm that brakes in its
+/// joints leaves its line upwards by less.
 const AT_PAPER: f64 = 0.02;
 /// A line goes on that begins so near to where the last one ended, mm.
 const JOINED: f64 = 1e-3;
-/// Where a stretch is compared with its chord, as shares of its time. They are in no simple ratio, so that a tool that
-/// goes round and round is not found where it was each time.
+/// Where a stretch is compared with its chord, as shares of its time. They are in no simple ratio,
+/// so that a tool that goes round and round is not found where it was each time.
 const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
 /// As often a stretch is halved.
 const HALVINGS: u32 = 20;
@@ -50,7 +50,8 @@ impl Ink {
         self.open = None;
     }
 
-    /// The laser has another power from now on; `resting` is where an arm stands that does not move.
+    /// The laser has another power from now on; `resting` is where an arm stands that does not
+    /// move.
     pub(super) fn power(&mut self, now: ArmInstant, power: f64, resting: Option<[f64; 2]>) {
         let power = if power > 0.0 { power.min(100.0) } else { 0.0 };
         let Some(at) = resting else {

@@ -1,8 +1,9 @@
-//! The world around the arm: what it can touch, hold, see and mark, and what happens there by itself.
+//! The world around the arm: what it can touch, hold, see and mark, and what happens there by
+//! itself.
 //!
-//! Everything follows from the arm's time and what the world was told, so a run repeats itself bit for bit. The world
-//! costs what happens in it, not what its milliseconds cost: it is told when a motion begins and ends, and it says when
-//! something is due.
+//! Everything follows from the arm's time and what the world was told, so a run repeats itself bit
+//! for bit. The world costs what happens in it, not what its milliseconds cost: it is told when a
+//! motion begins and ends, and it says when something is due.
 
 mod belt;
 mod drawing;
@@ -41,8 +42,8 @@ pub use view::{ObjectView, WorldView};
 
 use state::WorldState;
 
-/// The world around one arm. Lengths are mm and angles deg in the frame of the arm's base; a height is the z that the
-/// arm reports when its tool touches it (model section 1).
+/// The world around one arm. Lengths are mm and angles deg in the frame of the arm's base; a height
+/// is the z that the arm reports when its tool touches it (model section 1).
 ///
 /// The default is empty: nothing to touch, nothing connected. It costs nothing.
 #[derive(Clone, Debug, Default)]
@@ -65,15 +66,15 @@ impl World {
         self.state.as_ref().map(|state| state.scenario())
     }
 
-    /// Changes a digital input, address 1 to 20, from the present instant until the scenario or another call changes
-    /// it; `false` if there is no such address.
+    /// Changes a digital input, address 1 to 20, from the present instant until the scenario or
+    /// another call changes it; `false` if there is no such address.
     pub fn set_input(&mut self, address: u8, level: bool) -> bool {
         let action = Action::Digital { address, level };
         self.state_mut().override_input(action)
     }
 
-    /// Changes an analog input, address 1 to 20, to a value from 0 to 4095 (more counts as 4095), as
-    /// [`set_input`](Self::set_input).
+    /// Changes an analog input, address 1 to 20, to a value from 0 to 4095 (more counts as 4095),
+    /// as [`set_input`](Self::set_input).
     pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
         let value = value.min(4095);
         self.state_mut()
@@ -138,17 +139,20 @@ impl World {
 
 /// What the controller asks and tells.
 ///
-/// A path is foretold when it begins and forgotten when the tool takes or lets go of something, and it is foretold
-/// with the belt as it runs then. So a grip or a stepper that changes while the arm moves, and a joint that slips or
-/// stalls, is told between the [`end`](World::end) of what has been gone and the [`begin`](World::begin) of the rest.
-/// Power of the laser is not: it may change on the way.
+/// A path is foretold when it begins and forgotten when the tool takes or lets go of something, and
+/// it is foretold with the belt as it runs then. So a grip or a stepper that changes while the arm
+/// moves, and a joint that slips or stalls, is told between the [`end`](World::end) of what has
+/// been gone and the [`begin`](World::begin) of the rest. Power of the laser is not: it may change
+/// on the way.
 impl World {
-    /// Level that something puts on an input, address 1 to 20 (model section 13); `None` where nothing is connected.
+    /// Level that something puts on an input, address 1 to 20 (model section 13); `None` where
+    /// nothing is connected.
     pub(crate) fn digital(&self, _now: ArmInstant, address: u8) -> Option<bool> {
         self.state.as_ref()?.digital(address)
     }
 
-    /// Voltage that something puts on an input, 0 to 4095 for 0 to 3.3 V; `None` where nothing is connected.
+    /// Voltage that something puts on an input, 0 to 4095 for 0 to 3.3 V; `None` where nothing is
+    /// connected.
     pub(crate) fn analog(&self, _now: ArmInstant, address: u8) -> Option<u16> {
         self.state.as_ref()?.analog(address)
     }
@@ -177,15 +181,16 @@ impl World {
         state.is_some_and(|state| state.scene().held().is_some())
     }
 
-    /// The arm has begun a motion; unless it is told otherwise it follows the path to its end. May be told again
-    /// with the rest of a path.
+    /// The arm has begun a motion; unless it is told otherwise it follows the path to its end. May
+    /// be told again with the rest of a path.
     pub(crate) fn begin(&mut self, path: &TimedPath<'_>) {
         if let Some(state) = &mut self.state {
             state.begin(path);
         }
     }
 
-    /// The arm has followed the path until the path's end, which may lie before the one told at its beginning.
+    /// The arm has followed the path until the path's end, which may lie before the one told at its
+    /// beginning.
     pub(crate) fn end(&mut self, path: &TimedPath<'_>) {
         if let Some(state) = &mut self.state {
             state.end(path);

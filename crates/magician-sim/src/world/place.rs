@@ -1,6 +1,7 @@
 //! Where boxes stand: places that carry one another, and footprints.
 
-/// Where something stands in the frame of the arm's base: the middle of its underside, and how it is turned.
+/// Where something stands in the frame of the arm's base: the middle of its underside, and how it
+/// is turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ObjectPose {
     /// Forward, mm.
@@ -86,8 +87,9 @@ impl Footprint {
         x.abs() * self.half[0] + y.abs() * self.half[1]
     }
 
-    /// Whether the insides of two rectangles have a point in common: edges that only touch do not count. Two convex
-    /// shapes are apart if and only if they are so along a normal of one of their sides.
+    /// Whether the insides of two rectangles have a point in common: edges that only touch do not
+    /// count. Two convex shapes are apart if and only if they are so along a normal of one of their
+    /// sides.
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         let between = [other.place.x - self.place.x, other.place.y - self.place.y];
         [self.place.yaw, other.place.yaw]

@@ -1,7 +1,8 @@
 //! Looking at a path for what changes on it.
 //!
-//! A path is looked at often enough that the tool goes about a millimetre between two looks, and every change
-//! between two looks is narrowed down to its microsecond. What begins and ends between two looks is missed.
+//! A path is looked at often enough that the tool goes about a millimetre between two looks, and
+//! every change between two looks is narrowed down to its microsecond. What begins and ends between
+//! two looks is missed.
 
 use super::ObjectPose;
 use crate::{ArmInstant, Micros};
@@ -10,10 +11,11 @@ use crate::{ArmInstant, Micros};
 const MOST: u64 = 2048;
 /// How far the tool goes between two looks if these are enough, mm.
 const STRIDE: f64 = 1.0;
-/// How far a corner of what the tool holds goes when the tool turns by a degree, mm: as in an object of 60 mm.
+/// How far a corner of what the tool holds goes when the tool turns by a degree, mm: as in an
+/// object of 60 mm.
 const TURN: f64 = 0.5;
-/// How many looks it takes to know the length of a path: one in so many microseconds, within bounds. A tool that goes
-/// and comes back in less than that is not something that this arm does.
+/// How many looks it takes to know the length of a path: one in so many microseconds, within
+/// bounds. A tool that goes and comes back in less than that is not something that this arm does.
 const COARSE: Micros = 5_000;
 const COARSE_FEWEST: u64 = 4;
 const COARSE_MOST: u64 = 64;

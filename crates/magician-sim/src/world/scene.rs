@@ -149,8 +149,8 @@ impl Scene {
         self.held = Some(object);
     }
 
-    /// The tool lets go of what it holds: it falls straight down, what stands on it with it. What the tool was pressed
-    /// into by no more than `slack` is what it falls on.
+    /// The tool lets go of what it holds: it falls straight down, what stands on it with it. What
+    /// the tool was pressed into by no more than `slack` is what it falls on.
     pub(super) fn drop_held(
         &mut self,
         scenario: &Scenario,
@@ -164,7 +164,8 @@ impl Scene {
         Some((object, rest))
     }
 
-    /// A hand puts an object somewhere, out of the tool if it is there, what stands on it with it: it falls onto what is below.
+    /// A hand puts an object somewhere, out of the tool if it is there, what stands on it with it:
+    /// it falls onto what is below.
     pub(super) fn set_down(
         &mut self,
         object: u16,

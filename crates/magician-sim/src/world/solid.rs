@@ -43,8 +43,9 @@ impl Solid {
 
     /// From which shift to which the beam meets the box when it is shifted in a direction, mm.
     ///
-    /// With `u` along the beam and `s` the shift, the beam's point is in the box when it keeps to six linear
-    /// inequalities in `u` and `s`: the two of them make a convex polygon, whose extent in `s` is the answer.
+    /// With `u` along the beam and `s` the shift, the beam's point is in the box when it keeps to
+    /// six linear inequalities in `u` and `s`: the two of them make a convex polygon, whose extent
+    /// in `s` is the answer.
     pub(super) fn meets_shifted(&self, beam: &Beam, direction: f64) -> Option<[f64; 2]> {
         let (from, to) = (self.local(beam.from), self.local(beam.to));
         let [shift_x, shift_y] = rotate([1.0, 0.0], direction - self.place.yaw);

@@ -7,7 +7,8 @@ use crate::scenario::{Scenario, Tool, ToolKind};
 
 /// Less than this is a rounding error and no touch, mm.
 const TOUCH: f64 = 1e-3;
-/// A tool that is deeper than this at the instant at which it comes to a body has come from the side, mm.
+/// A tool that is deeper than this at the instant at which it comes to a body has come from the
+/// side, mm.
 const FROM_THE_SIDE: f64 = 0.1;
 /// A tool that stalled stalls again when it is deeper by this, mm.
 const DEEPER: f64 = 0.01;
@@ -120,8 +121,9 @@ impl Reach<'_> {
         })
     }
 
-    /// How the tool is at a body when a path begins, and how deep it may go there without a stall. One that is
-    /// pressed in already, because it stalled there, stalls again only if it goes deeper.
+    /// How the tool is at a body when a path begins, and how deep it may go there without a stall.
+    /// One that is pressed in already, because it stalled there, stalls again only if it goes
+    /// deeper.
     pub(super) fn at_start(&self, body: Body, before: Option<Contact>) -> (Option<Contact>, f64) {
         let give = self.give();
         let depth = self.depth(body);

@@ -16,8 +16,8 @@ pub(super) struct Traffic {
     pub(super) falls: Option<u16>,
 }
 
-/// How many microseconds are looked at for the one at which a sensor sees something else: where an edge is reached is
-/// exact but for rounding.
+/// How many microseconds are looked at for the one at which a sensor sees something else: where an
+/// edge is reached is exact but for rounding.
 const EDGE: Duration = Duration::from_micros(3);
 
 /// From one instant to the next.

@@ -143,7 +143,8 @@ impl<'a> ObjectView<'a> {
         self.rest() == Rest::Floor
     }
 
-    /// Whether the sensor of a connector has seen it since power-up. One behind another was not seen.
+    /// Whether the sensor of a connector has seen it since power-up. One behind another was not
+    /// seen.
     #[must_use]
     pub fn seen_by(&self, port: Port) -> bool {
         let sensors = self.state.scenario().sensors().iter().enumerate();

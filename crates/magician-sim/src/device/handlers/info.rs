@@ -80,7 +80,8 @@ impl Report for DeviceWithL {
 impl Apply for SetDeviceWithL {
     const RESTS_ON: Assumption = Assumption::RailSwitch;
 
-    /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
+    /// For the commands that begin from now on; a carriage on its way goes on. The rail's version
+    /// changes nothing here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.motion.with_rail = *self;
         Effects::none()

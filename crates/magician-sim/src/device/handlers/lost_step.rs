@@ -23,9 +23,9 @@ impl Apply for LostStepParams {
 impl Apply for LostStepCmd {
     const RESTS_ON: Assumption = Assumption::LostSteps;
 
-    /// Compares the base encoder and the sensors of J2 and J3 with where the joints are commanded to be. J4 has no
-    /// sensor, so 0x53 is never raised. The alarms hold the queue; homing is the remedy; if they are cleared without it,
-    /// the next comparison raises them again.
+    /// Compares the base encoder and the sensors of J2 and J3 with where the joints are commanded
+    /// to be. J4 has no sensor, so 0x53 is never raised. The alarms hold the queue; homing is the
+    /// remedy; if they are cleared without it, the next comparison raises them again.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let threshold = f64::from(cx.store.settings.lost_step.value);
         let codes = [

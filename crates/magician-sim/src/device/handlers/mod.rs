@@ -1,5 +1,5 @@
-//! What each command does, by chapter of the document, and what that rests on. A command that has no handler, or a handler that
-//! names no assumption, does not compile.
+//! What each command does, by chapter of the document, and what that rests on. A command that has
+//! no handler, or a handler that names no assumption, does not compile.
 
 mod alarm;
 mod arc;
@@ -31,12 +31,14 @@ pub(crate) trait Report: Readable {
     /// What the value rests on, whatever else.
     const RESTS_ON: Assumption;
 
-    /// All that the value rests on now: a strict controller reports none that rests on a choice alone.
+    /// All that the value rests on now: a strict controller reports none that rests on a choice
+    /// alone.
     fn assumptions(_cx: &mut Context<'_>, _query: &Self::Query) -> AssumptionSet {
         Self::RESTS_ON.into()
     }
 
-    /// The value at the present instant. Some reads leave a trace: a pin becomes the one addressed last.
+    /// The value at the present instant. Some reads leave a trace: a pin becomes the one addressed
+    /// last.
     fn report(cx: &mut Context<'_>, query: &Self::Query) -> Self;
 }
 
@@ -45,13 +47,14 @@ pub(crate) trait Apply: Writable {
     /// What it rests on, whatever else.
     const RESTS_ON: Assumption;
 
-    /// All that it rests on now, as far as that shows before it is done: a strict controller does nothing that rests on
-    /// a choice alone.
+    /// All that it rests on now, as far as that shows before it is done: a strict controller does
+    /// nothing that rests on a choice alone.
     fn assumptions(&self, _cx: &Context<'_>, _mode: ExecMode) -> AssumptionSet {
         Self::RESTS_ON.into()
     }
 
-    /// Does it at the present instant, to what it is lent; the effects on the rest of the arm come after it.
+    /// Does it at the present instant, to what it is lent; the effects on the rest of the arm come
+    /// after it.
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects;
 }
 
@@ -114,8 +117,9 @@ macro_rules! apply {
 magician_protocol::for_each_readable!(report);
 magician_protocol::for_each_writable!(apply);
 
-/// A parameter set that is read from one expression and written by another. What was never set may read as another
-/// assumption says. What is beyond a ceiling of motions is stored all the same, or as the ceiling.
+/// A parameter set that is read from one expression and written by another. What was never set may
+/// read as another assumption says. What is beyond a ceiling of motions is stored all the same, or
+/// as the ceiling.
 macro_rules! parameter {
     (
         $layout:ident: $assumption:ident,
@@ -192,7 +196,8 @@ macro_rules! parameter {
     };
 }
 
-/// Parameter sets that are stored and read back, and have no other effect on the spot: each with what it rests on.
+/// Parameter sets that are stored and read back, and have no other effect on the spot: each with
+/// what it rests on.
 macro_rules! stored {
     ($(
         $layout:ident in $($field:ident).+: $assumption:ident

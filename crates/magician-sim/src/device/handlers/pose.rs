@@ -60,7 +60,8 @@ impl Report for Kinematics {
 impl Apply for ResetPose {
     const RESTS_ON: Assumption = Assumption::ResetPose;
 
-    /// What the controller believes of J2 and J3: with manual 0 what their sensors read. The arm does not move.
+    /// What the controller believes of J2 and J3: with manual 0 what their sensors read. The arm
+    /// does not move.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let read = cx.true_joints();
         let [j2, j3] = if self.manual.is_on() {

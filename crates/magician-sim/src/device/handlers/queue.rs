@@ -13,8 +13,8 @@ use crate::fidelity::{Assumption, AssumptionSet};
 impl Apply for QueuedCmdStartDownload {
     const RESTS_ON: Assumption = Assumption::OfflineProgram;
 
-    /// The announced length is not binding. While the program runs there is nothing to store it in (model
-    /// section 12).
+    /// The announced length is not binding. While the program runs there is nothing to store it in
+    /// (model section 12).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         if cx.queues.program_is_off() {
             Effect::StartDownload {

@@ -1,7 +1,8 @@
 //! Hand teaching (document 1.7, model section 12).
 //!
-//! While the unlock key on the forearm is held the motors are released and a hand may move the arm; the queue waits.
-//! What the controller then reports as a new point is asked for and not sent, so it is worked out when it is asked for.
+//! While the unlock key on the forearm is held the motors are released and a hand may move the arm;
+//! the queue waits. What the controller then reports as a new point is asked for and not sent, so
+//! it is worked out when it is asked for.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, NoArgs};

@@ -25,8 +25,9 @@ impl Report for EndEffectorParams {
 impl Apply for EndEffectorParams {
     const RESTS_ON: Assumption = Assumption::ToolBias;
 
-    /// The reported pose follows at once: it is computed from the joints when asked for. A motion under way goes where
-    /// it was planned to go, a continuous path comes to rest at the end of its segment.
+    /// The reported pose follows at once: it is computed from the joints when asked for. A motion
+    /// under way goes where it was planned to go, a continuous path comes to rest at the end of its
+    /// segment.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.motion.tool = *self;
         Effect::ToolChanged.into()

@@ -18,8 +18,8 @@ impl Apply for TrigCmd {
         AssumptionSet::from(Self::RESTS_ON).and_if(at_once, Assumption::ImmediateWait)
     }
 
-    /// In the queue it blocks until it is met, however long that takes; at once it has nothing to hold back. One that
-    /// makes no sense would block for ever and is refused.
+    /// In the queue it blocks until it is met, however long that takes; at once it has nothing to
+    /// hold back. One that makes no sense would block for ever and is refused.
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects {
         let Some(trigger) = Trigger::new(self) else {
             return if cx

@@ -1,5 +1,5 @@
-//! The Wi-Fi module's settings (document 1.17, model section 15). The flash keeps them, but for the command mode in which
-//! they are set.
+//! The Wi-Fi module's settings (document 1.17, model section 15). The flash keeps them, but for the
+//! command mode in which they are set.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, NoArgs};

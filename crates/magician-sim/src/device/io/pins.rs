@@ -1,4 +1,5 @@
-//! The pins of the connectors: what each was told, what it puts out and what it reads (model section 13).
+//! The pins of the connectors: what each was told, what it puts out and what it reads (model
+//! section 13).
 
 use magician_protocol::{Flag, IoFunction};
 
@@ -12,8 +13,8 @@ const FULL_SCALE: u16 = 4095;
 
 /// One of the 20 EIO pins at an instant (model section 13).
 ///
-/// What was set stays set and reads back whatever the pin does; it shows on the pin only while the pin has the function
-/// that puts it out.
+/// What was set stays set and reads back whatever the pin does; it shows on the pin only while the
+/// pin has the function that puts it out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PinState {
@@ -184,7 +185,8 @@ impl Pins {
         }
     }
 
-    /// What a digital input reads: without a connection what its resistor pulls it to. A pin that is none reads low.
+    /// What a digital input reads: without a connection what its resistor pulls it to. A pin that
+    /// is none reads low.
     pub(crate) fn digital(&self, address: u8, world: &World, now: ArmInstant) -> bool {
         let floating = match self.function(address) {
             IoFunction::DigitalInput | IoFunction::DigitalInputPullDown => false,

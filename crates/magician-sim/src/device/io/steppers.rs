@@ -1,9 +1,11 @@
-//! The two stepper outputs: they turn steadily until they are told otherwise, or for a number of pulses.
+//! The two stepper outputs: they turn steadily until they are told otherwise, or for a number of
+//! pulses.
 
 use crate::ArmInstant;
 use crate::convert::micros;
 
-/// Pulses that move the vendor's conveyor belt by 1 mm: 16,000 a turn of its roller, 34 mm across (model section 13).
+/// Pulses that move the vendor's conveyor belt by 1 mm: 16,000 a turn of its roller, 34 mm across
+/// (model section 13).
 pub const CONVEYOR_PULSES_PER_MM: f64 = 16_000.0 / (34.0 * std::f64::consts::PI);
 
 /// No stepper follows faster pulses, pulses/s; more counts as this.
@@ -78,7 +80,8 @@ impl Steppers {
         self.motors.iter().filter_map(ends).min()
     }
 
-    /// Turns an output at a rate from now on, for so many pulses if that is given; `None` where there is no output.
+    /// Turns an output at a rate from now on, for so many pulses if that is given; `None` where
+    /// there is no output.
     pub(crate) fn turn(
         &mut self,
         now: ArmInstant,
@@ -117,8 +120,8 @@ impl Steppers {
         (run.ends <= now).then_some(run.counted)
     }
 
-    /// What an output that has come to rest has counted: exactly what it was to, without what rounding its end to a
-    /// microsecond made of it.
+    /// What an output that has come to rest has counted: exactly what it was to, without what
+    /// rounding its end to a microsecond made of it.
     pub(crate) fn set_counted(&mut self, output: usize, counted: f64) {
         if let Some(motor) = self.motors.get_mut(output) {
             motor.counted = counted;

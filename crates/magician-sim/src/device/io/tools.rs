@@ -1,7 +1,8 @@
 //! What the tool does: one air line for suction cup and gripper, and the laser (model section 13).
 //!
-//! The pump, the valve and the laser's two wires are EIO pins of the arm. The firmware drives them for the commands of
-//! the end effectors, unless a pin is multiplexed to an output: then its wire follows the pin.
+//! The pump, the valve and the laser's two wires are EIO pins of the arm. The firmware drives them
+//! for the commands of the end effectors, unless a pin is multiplexed to an output: then its wire
+//! follows the pin.
 
 use magician_protocol::Flag;
 

@@ -1,8 +1,9 @@
 //! Homing: J1 looks for its switch, then the arm goes to the home point (model section 11).
 //!
-//! J1 turns negative until its switch closes, backs off, and creeps on in two steps; where the switch closes again J1 is
-//! set. The switch stands where the base really is, so an arm that does not know its base angle finds it. The command
-//! runs through every stage; a stop, another motion or a reset ends it at whichever it is.
+//! J1 turns negative until its switch closes, backs off, and creeps on in two steps; where the
+//! switch closes again J1 is set. The switch stands where the base really is, so an arm that does
+//! not know its base angle finds it. The command runs through every stage; a stop, another motion
+//! or a reset ends it at whichever it is.
 
 use magician_motion::{JointAngles, Limits, Move, MoveKind, Planner, Target};
 
@@ -13,8 +14,9 @@ use super::{ArmView, MotionKind, Outputs, RailPath, Stage, Start};
 const AT_SWITCH: f64 = 1e-3;
 
 impl ArmView<'_> {
-    /// What comes after a stage; `None` when the switch has closed for the last time. The switch is felt, not counted:
-    /// a base that has slipped away from it goes on, and one that has slipped past it tries again.
+    /// What comes after a stage; `None` when the switch has closed for the last time. The switch is
+    /// felt, not counted: a base that has slipped away from it goes on, and one that has slipped
+    /// past it tries again.
     pub(crate) fn stage_after(&self, stage: Stage) -> Option<Stage> {
         let off = self.motion.true_pose(self.now).joints.j1 - self.firmware.model.homing.switch;
         match stage {
@@ -59,7 +61,8 @@ impl ArmView<'_> {
         })
     }
 
-    /// The end of homing: a joint move to the home point that was set, or else to the joints at which homing ends.
+    /// The end of homing: a joint move to the home point that was set, or else to the joints at
+    /// which homing ends.
     pub(crate) fn plan_home_point(&self) -> Result<Start, NoPlan> {
         match self.settings.home_point() {
             Some(target) => self.plan_home(target),
@@ -77,7 +80,8 @@ impl ArmView<'_> {
         self.plan_joint_move(&planner, target)
     }
 
-    /// The carriage's part of homing, for a motion that begins now: to the end of the rail where it is 0.
+    /// The carriage's part of homing, for a motion that begins now: to the end of the rail where it
+    /// is 0.
     fn plan_rail_home(&self) -> RailPath {
         if self.settings.motion.has_rail() {
             RailPath::home(

@@ -37,7 +37,8 @@ fn jog_of(is_joint: bool, command: JogCommand) -> Option<Jog> {
 }
 
 impl ArmView<'_> {
-    /// Begins to jog, or turns a jog round, or slows it down to a stop. Without a rail its jogs are ignored.
+    /// Begins to jog, or turns a jog round, or slows it down to a stop. Without a rail its jogs are
+    /// ignored.
     pub(crate) fn jog(&self, is_joint: bool, command: JogCommand) -> JogPlan {
         let on_rail = |positive| Some(Jogged::Rail { positive });
         let jogged = match command {
@@ -54,8 +55,8 @@ impl ArmView<'_> {
         }
     }
 
-    /// On the same axis the speed passes through zero; another axis takes over the speed with its sign, or waits until
-    /// the one under way rests.
+    /// On the same axis the speed passes through zero; another axis takes over the speed with its
+    /// sign, or waits until the one under way rests.
     fn jog_along(&self, jogged: Jogged) -> JogPlan {
         match (jogged, self.motion.kind()) {
             (Jogged::Arm(jog), Some(MotionKind::Jog(running))) if running.axis == jog.axis => {
@@ -150,8 +151,9 @@ impl ArmView<'_> {
 
 /// The carriage.
 impl ArmView<'_> {
-    /// Jogs the carriage towards the end of the rail, where it comes to rest without an alarm. Against the way that it
-    /// moves it first comes to rest; told again the direction that it has, it goes on as it does.
+    /// Jogs the carriage towards the end of the rail, where it comes to rest without an alarm.
+    /// Against the way that it moves it first comes to rest; told again the direction that it has,
+    /// it goes on as it does.
     fn rail_jog(&self, positive: bool) -> JogPlan {
         let Some(rates) = self.settings.motion.rail_jog() else {
             return JogPlan::Refused(NoPlan::RailSpeed);
@@ -167,7 +169,8 @@ impl ArmView<'_> {
         self.start_rail_jog(path.then_going(self.law(), to, &rates), None)
     }
 
-    /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog, and `then` follows.
+    /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog, and `then`
+    /// follows.
     fn rail_jog_stop(&self, then: Option<Jogged>) -> JogPlan {
         let rates = self.settings.motion.rail_jog();
         let deceleration = rates.map_or(f64::INFINITY, |rates| rates.acceleration);

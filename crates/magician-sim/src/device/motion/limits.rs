@@ -1,4 +1,5 @@
-//! The joint limits as alarms, and when one drops because its joint has come back inside (model section 4).
+//! The joint limits as alarms, and when one drops because its joint has come back inside (model
+//! section 4).
 
 use magician_motion::{Bound, JointAngles, Limits, Trajectory};
 use magician_protocol::{Alarm, AlarmSet};
@@ -44,7 +45,8 @@ impl Motion {
             .any(|bound| limit_alarm(bound) == code && is_at(bound, limits, &joints))
     }
 
-    /// Finds out when the motion takes a joint back inside whose limit alarm is among those that stand.
+    /// Finds out when the motion takes a joint back inside whose limit alarm is among those that
+    /// stand.
     pub(crate) fn watch_limits(&mut self, now: ArmInstant, limits: &Limits, standing: AlarmSet) {
         let Some(motion) = &mut self.under_way else {
             return;
@@ -68,8 +70,8 @@ impl Motion {
 /// A motion is sampled so often for where it comes inside, one that goes out and back included.
 const SAMPLES: Micros = 64;
 
-/// The first microsecond after `from` that is inside, if a motion gets there; one that is inside for less than a
-/// [`SAMPLES`]th of its time may be taken for one that does not.
+/// The first microsecond after `from` that is inside, if a motion gets there; one that is inside
+/// for less than a [`SAMPLES`]th of its time may be taken for one that does not.
 fn first_inside(from: Micros, to: Micros, outside: impl Fn(Micros) -> bool) -> Option<Micros> {
     let span = to.saturating_sub(from);
     let look = |step: Micros| from + span / SAMPLES * step + span % SAMPLES * step / SAMPLES;

@@ -1,8 +1,8 @@
 //! Where the arm is and how it moves (model sections 4, 7, 11 and 14).
 //!
-//! All that moves is a [`Trajectory`](magician_motion::Trajectory): it has a beginning and an end, and is asked where it
-//! is. What it is for, and what follows it, is its [`MotionKind`]. Planning looks at an [`ArmView`] and changes nothing;
-//! [`Motion`] changes when a plan begins or ends.
+//! All that moves is a [`Trajectory`](magician_motion::Trajectory): it has a beginning and an end,
+//! and is asked where it is. What it is for, and what follows it, is its [`MotionKind`]. Planning
+//! looks at an [`ArmView`] and changes nothing; [`Motion`] changes when a plan begins or ends.
 
 mod homing;
 mod jog;

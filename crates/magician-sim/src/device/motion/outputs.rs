@@ -22,8 +22,9 @@ pub(crate) struct Outputs {
 const _: () = assert!(PoList::CAPACITY <= u64::BITS as usize);
 
 impl Outputs {
-    /// The outputs of a move, each due when its share of the path is done. One that the move never gets to, because a
-    /// limit ends it before, is never switched. Where the arm rests the path is the carriage's.
+    /// The outputs of a move, each due when its share of the path is done. One that the move never
+    /// gets to, because a limit ends it before, is never switched. Where the arm rests the path is
+    /// the carriage's.
     pub(crate) fn new(list: PoList, way: Trajectories<'_>) -> Self {
         let mut outputs = Self {
             list,

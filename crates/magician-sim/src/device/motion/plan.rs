@@ -73,7 +73,8 @@ impl Start {
 }
 
 impl ArmView<'_> {
-    /// A move. If the carriage on the rail has somewhere to go, both begin and end together (model section 7).
+    /// A move. If the carriage on the rail has somewhere to go, both begin and end together (model
+    /// section 7).
     pub(crate) fn plan_move(
         &self,
         request: &Move,
@@ -157,7 +158,8 @@ impl ArmView<'_> {
 
 /// The carriage on the rail.
 impl ArmView<'_> {
-    /// The carriage's way to a place, which the ends of the rail bound without an alarm (model section 15a).
+    /// The carriage's way to a place, which the ends of the rail bound without an alarm (model
+    /// section 15a).
     fn plan_rail(&self, to: f64) -> Result<RailPath, NoPlan> {
         if !to.is_finite() {
             return Err(NoPlan::RailPlace);
@@ -167,8 +169,8 @@ impl ArmView<'_> {
             .ok_or(NoPlan::RailSpeed)
     }
 
-    /// The carriage's end of an emergency stop: by itself, in the time that it needs (model section 14 says it of the
-    /// arm's joints only).
+    /// The carriage's end of an emergency stop: by itself, in the time that it needs (model section
+    /// 14 says it of the arm's joints only).
     fn brake_rail(&self, path: &RailPath, elapsed: Micros) -> RailPath {
         let factor = self.firmware.profile.stop.force_factor;
         let rates = self.settings.motion.rail();
@@ -205,7 +207,8 @@ impl ArmView<'_> {
         Ok(Start::of_arm(self, kind, plan.trajectory, alarm))
     }
 
-    /// The rest of the segment under way with another speed at its end; `None` where that changes nothing or cannot be.
+    /// The rest of the segment under way with another speed at its end; `None` where that changes
+    /// nothing or cannot be.
     pub(crate) fn replan_segment(&self, exit: f64) -> Option<Start> {
         let motion = self.motion.under_way.as_ref()?;
         let segment = self.motion.segment()?;
@@ -230,8 +233,8 @@ pub(crate) fn assumption_of_end(code: u8) -> Assumption {
     }
 }
 
-/// The alarm for what stops a motion on its way: a move of joints runs into a limit, a path in space leaves the limits
-/// or the reach (model section 15a).
+/// The alarm for what stops a motion on its way: a move of joints runs into a limit, a path in
+/// space leaves the limits or the reach (model section 15a).
 fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
     let crossing = crossing?;
     let of_joints = matches!(

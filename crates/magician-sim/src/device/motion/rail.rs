@@ -34,8 +34,8 @@ impl Rail {
     }
 }
 
-/// A way of the carriage as a function of time: what speed it has falls to rest, then it goes on from rest to rest.
-/// Either part may be missing. Times are from the start.
+/// A way of the carriage as a function of time: what speed it has falls to rest, then it goes on
+/// from rest to rest. Either part may be missing. Times are from the start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RailPath {
     law: MotionLaw,
@@ -101,7 +101,8 @@ impl RailPath {
         }
     }
 
-    /// To rest at a deceleration, or harder where the rail ends before; at no deceleration it stops dead.
+    /// To rest at a deceleration, or harder where the rail ends before; at no deceleration it stops
+    /// dead.
     pub(super) fn slowing(
         law: MotionLaw,
         from: f64,
@@ -217,7 +218,8 @@ impl RailPath {
         Self::going(law, from, 0.0, &rates, 0)
     }
 
-    /// The same way together with a motion of the arm that takes so long (model section 7: T is the maximum of both).
+    /// The same way together with a motion of the arm that takes so long (model section 7: T is the
+    /// maximum of both).
     pub(super) fn along(self, arm: Micros, settings: &MotionSettings) -> Self {
         match settings.rail() {
             Some(rates) if self.duration > 0 && arm > self.duration => {

@@ -12,10 +12,12 @@ use crate::{ArmInstant, Micros, World};
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     pub(super) rest: ArmState,
-    /// The arm's measures under which `rest.pose` holds; another tool bias makes another pose of the same joints.
+    /// The arm's measures under which `rest.pose` holds; another tool bias makes another pose of
+    /// the same joints.
     pub(super) measured: Geometry,
     pub(super) under_way: Option<UnderWay>,
-    /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
+    /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing
+    /// the base angle.
     pub(super) slip: [f64; 4],
     /// Part of the slip of J1 that its encoder cannot know: the angle of the base at power-up.
     pub(super) base: f64,
@@ -25,7 +27,8 @@ pub(crate) struct Motion {
     pub(super) junction_speed: f64,
     /// True if the arm has been homed since power-up.
     pub(super) homed: bool,
-    /// Instant and place at which a motion was taken away before its end: a motion that begins by then begins there.
+    /// Instant and place at which a motion was taken away before its end: a motion that begins by
+    /// then begins there.
     left: Option<(ArmInstant, JointAngles, f64)>,
 }
 
@@ -99,7 +102,8 @@ impl UnderWay {
         self.trajectory.sample(self.elapsed(now))
     }
 
-    /// Joint angles and place of the carriage to which the motors have come, between the ends of two periods as well.
+    /// Joint angles and place of the carriage to which the motors have come, between the ends of
+    /// two periods as well.
     fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
         if now >= self.ends {
             return (self.trajectory.end().joints, self.rail.end());
@@ -111,7 +115,8 @@ impl UnderWay {
                 self.rail.curve(elapsed),
             )
         };
-        // A segment that is planned anew, and slower, does not bring the motors back: they wait for it.
+        // A segment that is planned anew, and slower, does not bring the motors back: they wait for
+        // it.
         if self.is_behind_motors(now) && self.is_behind_motors(self.first_end) {
             return self.from;
         }
@@ -122,7 +127,8 @@ impl UnderWay {
         let since = now.micros_since(self.begun);
         let (from, rail_from) = self.from;
         if from == self.trajectory.start().joints && rail_from == self.rail.sample(0) {
-            // From where it stood: the whole first period of its way in the time that is left of it.
+            // From where it stood: the whole first period of its way in the time that is left of
+            // it.
             let first = self.elapsed(self.first_end);
             let elapsed = since * first / whole;
             return (
@@ -201,7 +207,8 @@ impl Motion {
         )
     }
 
-    /// True if a Clear or a start of the queue ends the motion under way: it is neither a jog nor the ramp of a forced stop.
+    /// True if a Clear or a start of the queue ends the motion under way: it is neither a jog nor
+    /// the ramp of a forced stop.
     pub(crate) fn can_be_dropped(&self) -> bool {
         let kind = self.kind();
         !self.is_jogging() && kind.is_some_and(|kind| kind != MotionKind::Brake)
@@ -250,7 +257,8 @@ impl Motion {
         self.commanded(now).joints
     }
 
-    /// Joint angles and place of the carriage to which the motors have come, between the ends of two periods as well.
+    /// Joint angles and place of the carriage to which the motors have come, between the ends of
+    /// two periods as well.
     pub(super) fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
         match &self.under_way {
             Some(motion) => motion.on_the_way(now),
@@ -274,8 +282,8 @@ impl Motion {
         }
     }
 
-    /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
-    /// was given.
+    /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached
+    /// reads back as it was given.
     pub(super) fn state(&self, now: ArmInstant, geometry: &Geometry) -> ArmState {
         let state = self.commanded(now);
         if *geometry == self.measured {
@@ -288,7 +296,8 @@ impl Motion {
     /// Takes up a motion. What moved before must have ended.
     pub(crate) fn begin(&mut self, now: ArmInstant, law: MotionLaw, start: Start) {
         let lasting = start.duration();
-        // In periods it begins with the one under way: the pose of its end is the first that differs.
+        // In periods it begins with the one under way: the pose of its end is the first that
+        // differs.
         let started = match lasting {
             0 => now,
             _ => ArmInstant::from_micros(law.period_start(now.as_micros())),
@@ -362,7 +371,8 @@ impl Motion {
         })
     }
 
-    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
+    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was
+    /// one.
     pub(crate) fn rest(&mut self, now: ArmInstant, world: &mut World) -> bool {
         let Some(motion) = &self.under_way else {
             return false;
@@ -391,7 +401,8 @@ impl Motion {
 
 /// Continuous paths.
 impl Motion {
-    /// Where the segment of the queue that is under way leads, if it was planned with the arm's present measures.
+    /// Where the segment of the queue that is under way leads, if it was planned with the arm's
+    /// present measures.
     pub(crate) fn queued_segment_end(&self, geometry: &Geometry) -> Option<[f64; 3]> {
         match self.kind() {
             Some(MotionKind::Segment(segment))

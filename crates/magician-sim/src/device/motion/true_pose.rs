@@ -1,4 +1,5 @@
-//! Where the arm really is, beside where it is commanded to be, and what the world sees of it (model sections 11 and 12).
+//! Where the arm really is, beside where it is commanded to be, and what the world sees of it
+//! (model sections 11 and 12).
 
 use magician_motion::{Geometry, JointAngles};
 
@@ -15,7 +16,8 @@ impl Motion {
         self.true_pose_of(now, self.joints(now))
     }
 
-    /// Where the arm really is on its way, between the ends of two periods as well: what the world sees.
+    /// Where the arm really is on its way, between the ends of two periods as well: what the world
+    /// sees.
     fn way(&self, now: ArmInstant) -> JointState {
         let (joints, rail) = self.on_the_way(now);
         JointState {
@@ -59,7 +61,8 @@ impl Motion {
         self.rail.slip = 0.0;
     }
 
-    /// By how much the base encoder and the sensors of J2 and J3 say that the joints are off (model section 12).
+    /// By how much the base encoder and the sensors of J2 and J3 say that the joints are off (model
+    /// section 12).
     pub(crate) fn lost(&self, now: ArmInstant) -> [f64; 3] {
         let (really, commanded) = (self.true_pose(now).joints, self.joints(now));
         [
@@ -69,15 +72,16 @@ impl Motion {
         ]
     }
 
-    /// Power comes while the arm really stands somewhere: J1 reads what it reads at power-up, J2 and J3 what their
-    /// sensors say.
+    /// Power comes while the arm really stands somewhere: J1 reads what it reads at power-up, J2
+    /// and J3 what their sensors say.
     pub(crate) fn wake_at(&mut self, now: ArmInstant, geometry: &Geometry, really: JointAngles) {
         let j1 = self.joints(now).j1;
         self.place_at(geometry, JointAngles { j1, ..really });
         self.forget_base(really.j1 - j1);
     }
 
-    /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as lost any more.
+    /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as
+    /// lost any more.
     pub(crate) fn set_base(&mut self, now: ArmInstant, geometry: &Geometry, switch: f64) {
         let really = self.true_pose(now).joints;
         let j1 = switch;
@@ -99,8 +103,8 @@ impl Motion {
         self.stand_at(really);
     }
 
-    /// Something else than its motors has brought the arm somewhere, and encoder and sensors see it. J1 stays as unsure
-    /// as it was.
+    /// Something else than its motors has brought the arm somewhere, and encoder and sensors see
+    /// it. J1 stays as unsure as it was.
     pub(crate) fn be_moved(
         &mut self,
         now: ArmInstant,

@@ -222,7 +222,8 @@ impl Queue {
         self.waiting.iter().map_while(|entry| entry.way.as_ref())
     }
 
-    /// Finds out where the segments at the head lead, the first of them from a point, up to one that is known.
+    /// Finds out where the segments at the head lead, the first of them from a point, up to one
+    /// that is known.
     pub(crate) fn resolve_ways(
         &mut self,
         mut from: [f64; 3],

@@ -1,8 +1,9 @@
-//! The queue that hosts fill, and the program in the flash that takes its place (document 1.19.4, model section 12).
+//! The queue that hosts fill, and the program in the flash that takes its place (document 1.19.4,
+//! model section 12).
 //!
-//! A run has a queue of its own, filled a little ahead from the flash, in place of the one that hosts fill; so all that
-//! looks at what comes next, continuous paths above all, need not know whence it comes. Meanwhile the hosts' queue takes
-//! commands and waits.
+//! A run has a queue of its own, filled a little ahead from the flash, in place of the one that
+//! hosts fill; so all that looks at what comes next, continuous paths above all, need not know
+//! whence it comes. Meanwhile the hosts' queue takes commands and waits.
 
 use std::sync::Arc;
 
@@ -52,8 +53,8 @@ struct Pass {
 pub(crate) enum Placed {
     /// It waits in the queue.
     Queued(u64),
-    /// It is a line of the program that is being stored. It has an index of the queue, which it never enters: the
-    /// current index passes over it.
+    /// It is a line of the program that is being stored. It has an index of the queue, which it
+    /// never enters: the current index passes over it.
     Stored(u64),
     /// There is no room.
     Full,
@@ -105,7 +106,8 @@ impl Queues {
         }
     }
 
-    /// Whether there is no place for a queued command, in the queue or in the program that is being stored.
+    /// Whether there is no place for a queued command, in the queue or in the program that is being
+    /// stored.
     pub(crate) fn is_full(&self) -> bool {
         match &self.download {
             Some(download) => download.lines.len() >= self.capacity,
@@ -209,8 +211,8 @@ impl Queues {
         }
     }
 
-    /// The program takes the place of the hosts' queue or gives it back, while nothing is under way; whether it runs
-    /// now, if that has changed.
+    /// The program takes the place of the hosts' queue or gives it back, while nothing is under
+    /// way; whether it runs now, if that has changed.
     pub(crate) fn change(&mut self) -> Option<bool> {
         match &self.run {
             Run::Due => {
@@ -248,8 +250,8 @@ impl Queues {
         true
     }
 
-    /// A line of the running program comes to its turn. A pass that took no time would be followed by others like it,
-    /// each as idle as the one before: the program has done what it does.
+    /// A line of the running program comes to its turn. A pass that took no time would be followed
+    /// by others like it, each as idle as the one before: the program has done what it does.
     pub(crate) fn ends_idle_pass(
         &mut self,
         program: &Program,

@@ -10,8 +10,9 @@ use crate::profile::WifiDefaults;
 
 mod file;
 
-/// What a controller keeps without power and through a reset: name and serial number, the settings of the Wi-Fi module,
-/// the calibration of the sensors, and the program for the base key. All else a host has to set anew (model section 6).
+/// What a controller keeps without power and through a reset: name and serial number, the settings
+/// of the Wi-Fi module, the calibration of the sensors, and the program for the base key. All else
+/// a host has to set anew (model section 6).
 ///
 /// As text it is TOML with a version. A number that is none keeps its kind there and not its bits.
 ///

@@ -1,4 +1,5 @@
-//! What hosts have set and the flash does not keep: each parameter set of the protocol as it came, bit for bit.
+//! What hosts have set and the flash does not keep: each parameter set of the protocol as it came,
+//! bit for bit.
 
 use magician_model::MotionSettings;
 use magician_motion::{Pose, Target};

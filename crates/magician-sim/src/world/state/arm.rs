@@ -145,8 +145,8 @@ impl WorldState {
         }
     }
 
-    /// The tool has taken or let go of something: what it touches and carries is another body, and so is what was
-    /// foretold. What it touches now is no news.
+    /// The tool has taken or let go of something: what it touches and carries is another body, and
+    /// so is what was foretold. What it touches now is no news.
     fn settle(&mut self, now: ArmInstant, frames: &Frames) {
         self.changes.clear();
         let reach = self.reach(*frames);

@@ -6,7 +6,8 @@ use super::{Arm, SECOND, near};
 use crate::Micros;
 use crate::world::{ExternalEvent, Rest, WorldEvent, WorldEventKind};
 
-/// A belt along X at -50, 300 long; the light barrier across it at 200, the colour sensor above 100.
+/// A belt along X at -50, 300 long; the light barrier across it at 200, the colour sensor above
+/// 100.
 const BELT: &str = r#"
 [tool]
 kind = "suction"

@@ -122,7 +122,8 @@ impl std::ops::DerefMut for World {
     }
 }
 
-/// An arm without a controller: it goes where it is told, in straight lines, and notes what happens.
+/// An arm without a controller: it goes where it is told, in straight lines, and notes what
+/// happens.
 struct Arm {
     world: World,
     geometry: Geometry,

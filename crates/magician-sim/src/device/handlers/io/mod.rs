@@ -54,7 +54,8 @@ impl Apply for IoMultiplexing {
         told(<Self as Apply>::RESTS_ON, self.address)
     }
 
-    /// A function that the pin lacks is stored and read back and has no effect, unless the profile is strict.
+    /// A function that the pin lacks is stored and read back and has no effect, unless the profile
+    /// is strict.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let Self { address, multiplex } = *self;
         let fits = can_do(cx.io.pins.abilities_of(address), multiplex);

@@ -30,7 +30,8 @@ fn rate(enabled: Flag, pulses_per_second: f64) -> f64 {
 impl Apply for EMotor {
     const RESTS_ON: Assumption = Assumption::Steppers;
 
-    /// The motor runs on until it is told otherwise: the command has finished at once (model section 14).
+    /// The motor runs on until it is told otherwise: the command has finished at once (model
+    /// section 14).
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {
             return Effect::Refuse(Refusal::Pin).into();
@@ -51,7 +52,8 @@ impl Apply for EMotorS {
         AssumptionSet::from(Self::RESTS_ON).and(Assumption::StepperDistance)
     }
 
-    /// In the queue it has finished when the motor has: hosts wait for its index and then take from the belt.
+    /// In the queue it has finished when the motor has: hosts wait for its index and then take from
+    /// the belt.
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {
             return Effect::Refuse(Refusal::Pin).into();
