@@ -1,4 +1,7 @@
-//! From what is written to what it means.
+//! Validation of a scenario file, and its conversion to a [`Scenario`].
+//!
+//! The checks run in the order of the file's sections. The first invalid value ends the validation
+//! with a [`Diagnostic`]: the path to the value and a sentence that says what to do.
 
 use super::error::{Diagnostic, Key};
 use super::file::{self, Facing, File};
@@ -12,7 +15,7 @@ mod script;
 pub(super) use objects::intersect;
 use rules::{At, Checked};
 
-/// The meaning of a file.
+/// Validates a file and returns its meaning.
 pub(super) fn scenario(file: File) -> Checked<Scenario> {
     let (table, conveyor) = (file.table, file.conveyor);
     table.as_ref().map_or(Ok(()), check_table)?;
@@ -23,6 +26,8 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
     script::hands(&file.hand, &mut script)?;
     script::keys(&file.key, &mut script)?;
     script::faults(&file.fault, &mut script)?;
+    // The script is played in order of time; the sort is stable, so entries of the same instant
+    // keep the order of the file.
     script.timed.sort_by_key(|(at, _)| *at);
     let arm = file.arm.unwrap_or_default();
     check_arm(&arm)?;
@@ -132,10 +137,11 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
     }
 }
 
-/// A sensor with a place of its own.
+/// Line of sight of a sensor with a position of its own.
 fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     at.numbers("at", &from, -FAR..=FAR, "mm")?;
     at.absent("above", sensor.above.is_some(), "above is for belt_at")?;
+    // 50 mm, and 5 mm above the belt further down, are choices that suit small cubes.
     let range = at.length("range", sensor.range.unwrap_or(50.0), FAR)?;
     Ok(match sensor.facing.unwrap_or(Facing::Down) {
         Facing::Up => Beam::upright(from, range),
@@ -147,7 +153,7 @@ fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     })
 }
 
-/// A sensor at the belt: infrared looks across it, colour down on its middle.
+/// Line of sight of a sensor at the belt: infrared looks across it, colour down onto its middle.
 fn belt_beam(
     at: &At,
     sensor: &file::Sensor,
@@ -193,7 +199,7 @@ fn belt_beam(
     }
 }
 
-/// The diagnostic of a value, by the way to it.
+/// Creates the diagnostic of a value, by the path to it.
 fn diagnostic<T>(path: Vec<Key>, message: impl Into<String>) -> Checked<T> {
     let message = message.into();
     Err(Diagnostic { path, message })
