@@ -281,7 +281,7 @@ const PULSES_OR_INPUT: PinFunctions = PinFunctions {
     ..PULSES
 };
 
-/// What EIO 1 to 20 can do (model section 13).
+/// Functions of EIO 1 to 20 (model section 13).
 const FUNCTIONS: [PinFunctions; PINS] = [
     ANALOG,
     OUTPUT,
