@@ -154,7 +154,7 @@ impl ArmModel {
         },
         ceilings: Ceilings {
             // The ratings with 250 g of payload (user guide), and 300 deg/s2, 300 mm/s and 400
-            // mm/s2 from a third party's driver (S8).
+            // mm/s2 from a third party's driver (model section 6).
             joint_velocity: [320.0, 320.0, 320.0, 480.0],
             joint_acceleration: 300.0,
             linear_velocity: 300.0,

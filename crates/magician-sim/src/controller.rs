@@ -290,8 +290,10 @@ impl Controller {
             [] => links.known(link),
             _ => Some(links.heard(link)),
         };
+        // An unknown link without bytes: nothing can be pending.
         let Some(peer) = heard else { return false };
         let Link { deframer, outbox } = peer;
+        // Noise and rejected candidates are skipped, so one call may consume several of them.
         while let Some(found) = deframer.next(input) {
             match found {
                 Found::Frame { frame, .. } => {
@@ -396,6 +398,7 @@ impl Controller {
     /// Presses the base key. A short press runs or stops the stored program, a long one homes the
     /// arm.
     pub fn press(&mut self, press: Press) {
+        // Keys, hands and faults share one entry, so a script and a caller cause the same.
         self.inject(ExternalEvent::Key(press));
     }
 
@@ -471,6 +474,7 @@ impl Controller {
     ///
     /// Returns `false` if there is no such address.
     pub fn set_input(&mut self, address: u8, level: bool) -> bool {
+        // Run at once: a TRIG that is met must not wait for the next byte or deadline.
         let set = self.device.world.set_input(address, level);
         self.device.run_until_idle();
         set

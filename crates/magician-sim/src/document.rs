@@ -34,6 +34,7 @@ pub fn text(bytes: Vec<u8>) -> Result<String, DocumentError> {
     if bytes.len() > MOST_BYTES {
         return Err(DocumentError::TooLarge);
     }
+    // The error of this conversion gives the position of the first bad byte.
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let bytes = error.into_bytes();
@@ -71,6 +72,7 @@ fn key(text: &str, offset: usize) -> Option<&str> {
     let (before, between) = line.rsplit_once('=')?;
     let named = |char: char| char.is_ascii_alphanumeric() || char == '_';
     let key = before.trim_end().rsplit(|char| !named(char)).next()?;
+    // Only the first value after `=`: a later one in a list or table has another key, or none.
     let begins = between.trim_start_matches([' ', '\t', '[', '{']).is_empty();
     (begins && !key.is_empty()).then_some(key)
 }

@@ -207,6 +207,7 @@ impl Log {
     const CAPACITY: usize = 256;
 
     pub(crate) fn push(&mut self, event: Event) {
+        // The newest events explain the present state, so the oldest go first.
         if self.events.len() >= Self::CAPACITY {
             self.events.pop_front();
             self.lost = self.lost.saturating_add(1);

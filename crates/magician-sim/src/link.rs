@@ -62,6 +62,7 @@ impl Outbox {
         // Len counts id, Ctrl and parameters; header, Len and checksum add 4 bytes (E01).
         let length = usize::from(*self.bytes.get(2)?) + 4;
         let mut whole = [0; MAX_FRAME];
+        // A reply may wrap around the end of the ring buffer.
         let (front, back) = self.bytes.as_slices();
         let (head, tail) = whole
             .get_mut(..length)?
@@ -112,6 +113,7 @@ impl Links {
 
     pub(crate) fn close(&mut self, id: LinkId) {
         if let Some(at) = self.position(id) {
+            // The order is irrelevant: links are found by their id.
             self.links.swap_remove(at);
         }
     }

@@ -85,6 +85,7 @@ impl FromStr for Speed {
             return Ok(Self::Max);
         }
         let times: f64 = text.parse().map_err(|_| SpeedError)?;
+        // 0 is a valid clock (see `Times`), but as a user's speed it would be an arm that hangs.
         let usable = times.is_finite() && times > 0.0;
         usable.then_some(Self::Times(times)).ok_or(SpeedError)
     }
@@ -123,6 +124,7 @@ impl Wire {
         let Some(baud) = self.baud else {
             return from;
         };
+        // The line was idle in between, so no fraction of a microsecond carries over.
         if from > self.busy {
             (self.busy, self.part) = (from, 0);
         }
@@ -236,6 +238,7 @@ impl ArmClock {
     /// Next event, if the arm is busy with something that has an end.
     pub(crate) fn jump_to(controller: &Controller) -> Option<ArmInstant> {
         let event = controller.poll_timeout()?;
+        // The bound is on the next event alone: many short events may take longer in total.
         let endless = event - controller.now() > ENDLESS;
         (!endless && controller.busy()).then_some(event)
     }
@@ -243,6 +246,7 @@ impl ArmClock {
     /// Wall time of the controller's next event; `wall` is the present.
     pub(crate) fn next(&self, controller: &Controller, wall: HostInstant) -> Option<HostInstant> {
         let event = controller.poll_timeout()?;
+        // At full speed the event takes no wall time: it is due at once.
         if self.speed == Speed::Max && Self::jump_to(controller).is_some() {
             return Some(wall);
         }
@@ -280,6 +284,7 @@ impl ArmClock {
         // The division may round either way: step back two microseconds, then search forward.
         let guess = (left as f64 / times).ceil() as Micros;
         let mut wall = self.wall.after_micros(guess.saturating_sub(2));
+        // Two steps back and two for rounding; a longer search would only hide an error.
         for _ in 0..4 {
             if self.arm_at(wall) >= arm {
                 break;

@@ -145,6 +145,7 @@ impl Runner {
             self.observer.closed(link);
         }
         self.clock = (self.clock).at_speed(self.clock.speed(), controller.now(), self.wall);
+        // The snapshot has its own count; a difference would look like a pull.
         self.pulls = controller.line().pulls;
         self.controller = controller.without_peers();
     }
@@ -161,6 +162,7 @@ impl Runner {
         let line = self.line;
         self.links
             .entry(link)
+            // Datagram peers announce themselves by their first bytes.
             .or_insert_with(|| Link::new(line))
             .put(now, bytes);
         self.handle_timeout(now);
@@ -173,6 +175,7 @@ impl Runner {
             self.observer.closed(link);
             return;
         };
+        // A closed serial port still delivers what was written, so only the replies are dropped.
         state.replies.hang_up();
         // With bytes still in flight the link lives on until the last has arrived.
         if state.pieces.is_empty() {
@@ -231,6 +234,7 @@ impl Runner {
     pub fn handle_timeout(&mut self, now: HostInstant) {
         // A caller's clock may step back; ours never does.
         let now = now.max(self.wall);
+        // In order of arrival over all links: a request must see the effects of every earlier one.
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
             self.pass(at);
             self.follow_cable();
@@ -361,6 +365,7 @@ impl Runner {
                 link.fall_silent();
             }
         }
+        // Closed, and the last byte has arrived.
         if link.replies.hung_up && link.pieces.is_empty() {
             self.forget(id);
         }

@@ -122,6 +122,7 @@ impl ControllerState {
             rail: store
                 .settings
                 .motion
+                // A disabled rail has a position, too, but GetPoseL is all that reports it.
                 .has_rail()
                 .then(|| motion.rail_at(*now)),
             line: device.line,

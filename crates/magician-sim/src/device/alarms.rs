@@ -43,6 +43,8 @@ impl Alarms {
     pub(crate) fn set(&mut self, code: u8) -> bool {
         let new = !self.standing.contains(code);
         self.standing.insert(code);
+        // 0x00 to 0x07 are notes of the controller; every other alarm holds the queue (model
+        // section 4).
         self.latched |= Alarm::blocks(code);
         new
     }

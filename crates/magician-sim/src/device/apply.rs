@@ -22,6 +22,7 @@ impl Device {
     }
 
     pub(crate) fn carry_out(&mut self, set: &Set, mode: ExecMode) -> Completion {
+        // Before the handler: a value that was set no longer relies on its value of power-up.
         self.store.settings.told.add(set.row().id);
         let effects = handlers::apply(&mut self.lend(), set, mode);
         self.apply_all(set.row(), effects)
@@ -56,6 +57,7 @@ impl Device {
             Effect::Home => return self.home(),
             Effect::SetReported(joints) => {
                 let geometry = self.view().geometry();
+                // The reported joints move without the arm, so a limit alarm may lose its cause.
                 self.motion.set_reported(self.now, &geometry, joints);
                 self.drop_limit_alarms();
             }
@@ -65,6 +67,7 @@ impl Device {
                 self.queues.active_mut().forget_ways();
                 self.replan_segment();
             }
+            // A running segment keeps its line; only its speeds change.
             Effect::PathChanged => self.replan_segment(),
             Effect::Turn {
                 output,

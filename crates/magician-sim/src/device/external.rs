@@ -67,6 +67,8 @@ impl Device {
         match press {
             Press::Short => self.toggle_program(),
             Press::Long => {
+                // The program first: homing replaces its motion, and it must not continue
+                // afterwards.
                 self.stop_program();
                 // Like an immediate command: no index waits for it.
                 let _: Completion = self.home();
@@ -79,6 +81,7 @@ impl Device {
     /// Pressing it ends the running motion and reads the sensors; after release the motors hold the
     /// arm where it is.
     fn unlock(&mut self, held: bool) {
+        // A key cannot be pressed twice: the periods of teaching must not restart.
         if held == self.teaching.held() {
             return;
         }
@@ -117,6 +120,7 @@ impl Device {
 
     /// Moves an object of the world by hand. Returns false if there is no object of that name.
     pub(crate) fn place(&mut self, name: &str, at: [f64; 3]) -> bool {
+        // NaN would poison every later comparison of positions.
         if at.iter().any(|part| !part.is_finite()) {
             return false;
         }
@@ -124,6 +128,7 @@ impl Device {
         // The world has predicted contacts of the running motion with the old layout: end that
         // prediction first and start a new one after.
         self.motion.end_path(self.now, &mut self.world);
+        // Also while the arm moves: the rest of its motion meets the object at its new place.
         let placed = self.world.place(self.now, &pose, name, at);
         self.motion.show_path(self.now, &mut self.world);
         self.update_tools();
@@ -163,6 +168,7 @@ impl Device {
     /// Powers up in a world whose scenario may define tool, base angle and homing.
     pub(crate) fn switched_on(mut profile: Profile, world: World, flash: Flash) -> Self {
         if let Some(tool) = world.scenario().and_then(Scenario::chosen_tool) {
+            // A real arm keeps the bias chosen before (model section 6); the scenario says which.
             profile.power_up.tool = tool.bias();
         }
         let stands = world.scenario().map(|scenario| *scenario.arm());
@@ -171,6 +177,7 @@ impl Device {
             let joints = device.motion.joints(device.now);
             let j1 = joints.j1 + base_angle;
             device.wake_at(JointAngles { j1, ..joints });
+            // After `wake_at`, which makes the base unknown.
             device.motion.set_homed(homed);
         }
         device

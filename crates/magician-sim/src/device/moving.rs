@@ -267,8 +267,12 @@ impl Device {
                 PathLine::from(&planner, from, point)
             });
         }
+        // Both ends follow from the neighbours: the speed left by the previous segment, and the
+        // look-ahead.
         let speeds = [entry, self.exit_speed(&segment)];
         let planned = self.view().plan_segment(&planner, &from, segment, speeds);
+        // A plan with an alarm would stop at a limit on the way: also a segment that cannot be
+        // done.
         let impossible = match &planned {
             Ok(start) => start.alarm.is_some(),
             Err(_) => true,
@@ -314,6 +318,7 @@ impl Device {
 
     /// Highest exit speed of a segment, mm/s; 0 if the queue will not take the next one at once.
     fn exit_speed(&self, segment: &Segment) -> f64 {
+        // An immediate segment has no successor, and a held or stopped queue will not deliver one.
         if !segment.is_queued() || !self.goes_on() {
             return 0.0;
         }
@@ -332,6 +337,7 @@ impl Device {
         };
         let planner = view.planner_given_rates();
         let queue = self.queues.active_mut();
+        // Only a segment changes the look-ahead; any other command is where the path ends already.
         if queue.resolve_last(|point| PathLine::from(&planner, from, point)) {
             self.replan_segment();
         }

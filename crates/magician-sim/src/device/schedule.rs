@@ -32,6 +32,7 @@ impl Device {
 
     /// Next instant at which something happens by itself.
     pub(crate) fn next_event(&self) -> Option<ArmInstant> {
+        // The world's events count as well: a script acts on an idle arm.
         let events = [self.own_event(), self.world.next_event()];
         events.into_iter().flatten().min()
     }
@@ -112,6 +113,7 @@ impl Device {
         let moves_aside = self.motion.is_jogging() && !head.moves();
         self.is_free()
             && queue.running().is_none()
+            // An immediate motion delays the queue until it has ended (model section 14, a choice).
             && (!self.motion.is_moving() || moves_aside)
             && (!self.alarms.hold_queue() || homes)
     }
@@ -138,6 +140,7 @@ impl Device {
         // A running program is not the hosts' business: it logs no indices.
         if !self.queues.program_runs() {
             self.record.event(Event::Started { index, id });
+            // Faults of a scenario may be tied to the start of a command.
             self.world.index_started(self.now, index);
         }
         let completion = match &command {
@@ -205,6 +208,7 @@ impl Device {
     /// Stops the queue and a stored program. The running motion goes to its end; a running wait or
     /// trigger is cut short (model section 14).
     pub(super) fn stop_queue(&mut self) {
+        // Before the path is replanned, which looks at whether the queue goes on.
         self.queues.hosts_mut().set_started(false);
         self.stop_program();
         // The segment under way must now end at rest, because the queue takes no further one.
@@ -221,6 +225,7 @@ impl Device {
 
     /// Drops the waiting commands of hosts. Numbering and the current index do not change.
     pub(super) fn clear_queue(&mut self) {
+        // The running command is not in the list: whether it ends is decided below.
         let count = self.queues.hosts_mut().clear();
         if count > 0 {
             self.record.event(Event::Dropped { count });
@@ -290,6 +295,7 @@ impl Device {
         }
         if let Some(runs) = self.queues.change() {
             self.record.event(Event::Program { runs });
+            // Fill the program's queue at once, so that a path sees its segments from the start.
             while runs && self.read_ahead() {}
         }
     }
@@ -326,6 +332,7 @@ impl Device {
         if let Some(rate) = turned.rate {
             self.world.stepper(self.now, output, rate);
         }
+        // A new rate for the output ends the count that the queue was waiting for.
         if self.queues.active().busy() == Some(Busy::Turning(output)) {
             self.finish_running();
         }

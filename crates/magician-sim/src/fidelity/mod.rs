@@ -247,6 +247,7 @@ impl Fidelity {
         let Some(uses) = self.uses.get_mut(assumption as usize) else {
             return false;
         };
+        // A soak run may count for weeks.
         *uses = uses.saturating_add(1);
         *uses == 1
     }

@@ -25,6 +25,7 @@ impl Profile {
         let tool = self.power_up.tool;
         finite("power_up.tool", &[tool.x, tool.y, tool.z])?;
         finite("home.joints", &self.home.joints.to_array())?;
+        // Not limited to J1's range: the switch may lie beyond a soft limit.
         turn("home.switch", self.home.switch)?;
         self.check_speeds()?;
         self.check_numbers()?;
@@ -62,6 +63,7 @@ impl Profile {
             ),
         ];
         for (name, text, max, wanted) in texts {
+            // NUL ends a text on the wire (E17).
             let good = text.len() <= max && !text.contains('\0');
             rule(good, name, format!("{text:?}"), wanted)?;
         }
@@ -79,6 +81,7 @@ impl Profile {
             "1 to 1024",
         )?;
         rule(
+            // 0 is never given: hosts take it for an error (model section 14).
             first_index >= 1,
             "queue.first_index",
             first_index,
@@ -118,6 +121,7 @@ impl Profile {
             self.offline.capacity,
             "1 to 65536",
         )?;
+        // With 0 no corner could be passed at any speed (model section 8).
         positive("path.period", &[self.path.period])?;
         let period = self.motion.period;
         rule(
@@ -128,6 +132,7 @@ impl Profile {
             period,
             "0 or 0.001 to 1",
         )?;
+        // With 0 the planner would stop the arm at once instead of braking it.
         positive("stop.force_factor", &[self.stop.force_factor])?;
         positive("rail.length", &[self.rail.length])?;
         positive("rail.home_velocity", &[self.rail.home_velocity])?;

@@ -15,6 +15,8 @@ impl Profile {
     /// custom one.
     #[must_use]
     pub fn pattern() -> String {
+        // Cannot fail: a profile is numbers, text and lists. A test compares the result with the
+        // default.
         let values = Table::try_from(Self::default()).unwrap_or_default();
         let mut section = &values;
         let mut entries: &[Value] = &[];

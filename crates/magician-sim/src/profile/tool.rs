@@ -13,6 +13,7 @@ pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ToolBia
 
 /// Writes the first name with this bias, else the bias itself.
 pub(super) fn write<S: Serializer>(tool: &ToolBias, serializer: S) -> Result<S::Ok, S::Error> {
+    // Suction cup and gripper share a bias (model section 1); the first name is written for both.
     match ToolBias::NAMED.iter().find(|(_, bias)| bias == tool) {
         Some((name, _)) => serializer.serialize_str(name),
         None => [tool.x, tool.y, tool.z].serialize(serializer),

@@ -62,10 +62,12 @@ impl Link {
     }
 
     pub(super) fn put(&mut self, now: HostInstant, bytes: &[u8]) {
+        // A peer that writes again is back, as on a serial port opened anew.
         self.replies.hung_up = false;
         self.bytes.extend(bytes);
         let end = self.cut + bytes.len() as u64;
         if let Some(mut scout) = self.scout.take() {
+            // The scout sees each byte once, however the caller cuts the stream.
             let mut input = bytes;
             while let Some(event) = scout.next(&mut input) {
                 if let Some(end) = decided_at(&event) {

@@ -76,6 +76,7 @@ impl ScenarioError {
 
     /// Locates the error at its value, or at the closest enclosing value that exists.
     pub(super) fn locate(text: &str, diagnostic: Diagnostic) -> Self {
+        // Parsed again: the checked types keep no positions, and errors are rare.
         let span = DeTable::parse(text)
             .map(|file| find(&file, &diagnostic.path))
             .unwrap_or_default();

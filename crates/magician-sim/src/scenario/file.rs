@@ -235,6 +235,7 @@ impl<'de> Visitor<'de> for ColorVisitor {
                 .next_element()?
                 .ok_or_else(|| A::Error::invalid_length(at, &self))?;
         }
+        // A fourth number would be an alpha value, which objects do not have.
         match seq.next_element::<u8>()? {
             None => Ok(Color(rgb)),
             Some(_) => Err(A::Error::invalid_length(4, &self)),

@@ -99,6 +99,7 @@ impl Drawing {
             let [x, y] = [point[0] - last[0], point[1] - last[1]];
             x.abs().max(y.abs()) <= SAME
         };
+        // A pen that stands still must not fill the drawing with equal points.
         if self.last().is_some_and(there) || !self.has_room() {
             return;
         }

@@ -57,6 +57,7 @@ impl Ink {
 
     /// Sets the laser power from now on. `resting` is the position of an arm that does not move.
     pub(super) fn power(&mut self, now: ArmInstant, power: f64, resting: Option<[f64; 2]>) {
+        // False for NaN: no power, no burn.
         let power = if power > 0.0 { power.min(100.0) } else { 0.0 };
         let Some(at) = resting else {
             self.powers.push((now, power));
@@ -77,6 +78,7 @@ impl Ink {
         path: &TimedPath<'_>,
         tip: impl Fn(ArmInstant) -> ObjectPose,
     ) {
+        // A replanned path may begin before the end of what is drawn.
         let from = path.from.max(self.until);
         if from > path.to {
             return;

@@ -56,6 +56,7 @@ impl World {
     #[must_use]
     pub fn from_scenario(scenario: &Scenario) -> Self {
         Self {
+            // Boxed: most arms have no world, and a controller is cloned for snapshots.
             state: Some(Box::new(WorldState::new(scenario.clone()))),
         }
     }
@@ -76,6 +77,7 @@ impl World {
     /// Sets an analog input, address 1 to 20, to a value from 0 to 4095 (clamped); see
     /// [`set_input`](Self::set_input).
     pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
+        // Full scale of the converter (model section 13).
         let value = value.min(4095);
         self.state_mut()
             .override_input(Action::Analog { address, value })

@@ -203,6 +203,7 @@ impl Scene {
         let highest = self
             .grounds(object, scenario, frames)
             .filter(|(_, ground)| ground.contains(from.xy()))
+            // Surfaces above the object do not catch it.
             .filter(|(_, ground)| ground.place.z <= from.z + slack)
             .max_by(|(_, one), (_, other)| one.place.z.total_cmp(&other.place.z));
         let (rest, z) = highest.map_or((Rest::Floor, FLOOR), |(rest, ground)| {
@@ -234,6 +235,7 @@ impl Scene {
             .map(|belt| (Rest::Belt, belt.footprint()));
         let tops = self
             .ids()
+            // An object cannot fall onto its own load.
             .filter(move |other| !self.stands_on(*other, object))
             .map(move |other| {
                 (

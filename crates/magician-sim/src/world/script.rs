@@ -133,6 +133,7 @@ impl ScriptPlayer {
     }
 
     fn schedule(&mut self, at: ArmInstant, action: Action) {
+        // After those of the same instant: actions keep the order in which they were triggered.
         let place = self.soon.partition_point(|(other, _)| *other <= at);
         self.soon.insert(place, (at, action));
     }
@@ -147,6 +148,8 @@ impl ScriptPlayer {
     /// Does the earliest action that is due.
     pub(super) fn happen(&mut self, script: &Script, now: ArmInstant) -> Option<ExternalEvent> {
         let at = self.next_event(script).filter(|at| *at <= now)?;
+        // The hand first: a key that is released in the same instant must find the arm where it was
+        // guided.
         if self.hand.is_some_and(|hand| hand.next() == at) {
             return self.move_hand();
         }

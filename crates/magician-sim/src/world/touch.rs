@@ -88,6 +88,7 @@ impl Reach<'_> {
         });
         let of_held = self.scene.held().and_then(|object| {
             let held = self.solid(object);
+            // The underside of the held object is a face, not a point: any overlap counts.
             let depth = top.place.z - held.place.z;
             (depth > TOUCH && top.overlaps(&held.footprint())).then_some(depth)
         });

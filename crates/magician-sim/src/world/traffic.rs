@@ -94,6 +94,7 @@ pub(super) fn run_off(
     };
     let belt = conveyor.frame();
     let along = belt.to(&solid.place);
+    // Far enough out that it cannot land on the belt again.
     let clear = solid.footprint().reach(belt.yaw);
     // It leaves over the closer end.
     let x = if along.x > conveyor.length / 2.0 {
@@ -125,6 +126,7 @@ impl Watch<'_> {
 
     /// Instant at which the middle of an object on the belt is beyond the end.
     fn falls(&self, object: u16) -> Option<ArmInstant> {
+        // Only the bottom object of a stack runs off; the others fall with it.
         if self.scene.rest(object) != Rest::Belt {
             return None;
         }

@@ -13,6 +13,7 @@ impl Report for AlarmsState {
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
+            // 16 bytes, as a Magician sends (E20).
             alarms_state: cx.alarms.standing(),
         }
     }

@@ -74,6 +74,7 @@ impl Report for DeviceWithL {
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
+            // The get answers one byte, although the set has two (E15).
             with_l: cx.store.settings.motion.with_rail.with_l,
         }
     }
@@ -104,6 +105,8 @@ impl Report for DeviceId {
     const RESTS_ON: Assumption = Assumption::DeviceIdWords;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        // Derived from a seed: fixed for each virtual arm, and different between arms (model
+        // section 15).
         let seed = cx.firmware.profile.identity.device_id_seed;
         let device_id = [1, 2, 3].map(|word| (scrambled(seed, word) >> 32) as u32);
         Self { device_id }

@@ -15,6 +15,7 @@ impl Apply for LostStepParams {
     const RESTS_ON: Assumption = Assumption::LostSteps;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // Takes effect with the next comparison; there is no continuous one (model section 12).
         cx.store.settings.lost_step = *self;
         Effects::none()
     }

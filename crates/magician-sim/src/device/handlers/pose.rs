@@ -33,6 +33,8 @@ impl Report for Pose {
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        // The commanded pose: steppers run open-loop, so the controller knows no other (model
+        // section 1).
         pose_to_wire(&cx.arm())
     }
 }

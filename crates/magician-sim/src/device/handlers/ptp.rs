@@ -30,6 +30,8 @@ stored! {
 fn move_to(cx: &mut Context<'_>, to: &PtpMove) -> Effects {
     match request(cx, to) {
         Some(request) => {
+            // Planned at the start of the move, with whatever has been set by then (model section
+            // 7).
             let (rail, outputs) = (rail_target(cx, to), to.outputs.unwrap_or_default());
             Effect::Move(cx.view().plan_move(&request, rail, outputs)).into()
         }

@@ -116,6 +116,8 @@ impl Report for QueuedCmdCurrentIndex {
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
+            // The last finished index, also while the next one runs (E37); hosts wait for it (hosts
+            // 6).
             queued_cmd_current_index: cx.hosts().current(),
         }
     }
@@ -130,6 +132,7 @@ impl Report for QueuedCmdLeftSpace {
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        // Four bytes: the answer of the Magician, unlike the M1's eight (E38).
         let left_space = u32::try_from(cx.hosts().left()).unwrap_or(u32::MAX);
         Self { left_space }
     }

@@ -31,6 +31,7 @@ impl Apply for EndEffectorParams {
     /// A running motion goes to its planned target; a continuous path comes to rest at the end of
     /// its segment.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // Not checked: no source says that an arm refuses any bias.
         cx.store.settings.motion.tool = *self;
         Effect::ToolChanged.into()
     }

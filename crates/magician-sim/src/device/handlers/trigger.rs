@@ -33,6 +33,7 @@ impl Apply for TrigCmd {
                 Effects::none()
             };
         };
+        // A condition that holds already must not wait for the next change of the input.
         if mode == ExecMode::Immediate || trigger.is_met(&cx.io.pins, cx.world, cx.now) {
             Effects::none()
         } else {

@@ -119,6 +119,7 @@ impl Pins {
         Self {
             pins: [Pin::NEW; PINS],
             abilities,
+            // Pin 1 at first (E39).
             last_address: 1,
         }
     }

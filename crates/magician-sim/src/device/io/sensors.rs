@@ -14,6 +14,7 @@ impl Default for Detectors {
     fn default() -> Self {
         Self {
             enabled: [false; 4],
+            // GP1 at power-up: a choice (model section 15a).
             last: Port::Gp1,
         }
     }

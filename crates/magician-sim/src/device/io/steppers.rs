@@ -92,6 +92,7 @@ impl Steppers {
         rate: f64,
         pulses: Option<u32>,
     ) -> Option<Turned> {
+        // Both signs: the sign is the direction.
         let rate = rate.clamp(-FASTEST, FASTEST);
         // Neither a standing motor nor zero pulses may block the queue.
         let nothing = rate == 0.0 || pulses == Some(0);

@@ -189,6 +189,8 @@ impl Actuators {
         let (_, commanded) = self.air;
         let laser_driven = self.laser_driven();
         let level = |address, driven: bool| {
+            // A pin multiplexed to an output overrides the firmware, as users drive the tools by
+            // pins.
             let share = pins.signal(address).share();
             share.map_or(driven, |share| share > 0.0)
         };

@@ -49,6 +49,7 @@ impl ArmView<'_> {
             kind: MoveKind::Joint,
         };
         let mut speeds = rules.speeds();
+        // Only J1 moves, at the speed of the stage; the acceleration is that of the final move.
         speeds.joint_velocity[0] = velocity;
         // Limits refer to the commanded angle, so they mean nothing until J1 is referenced.
         let planner = Planner {

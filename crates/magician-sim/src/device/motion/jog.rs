@@ -181,6 +181,7 @@ impl ArmView<'_> {
             Some((path, elapsed)) => (path.sample(elapsed), path.velocity(elapsed)),
             None => (self.rail(), 0.0),
         };
+        // The ends of the rail stop a jog without an alarm (model section 15a).
         let to = if positive { length } else { 0.0 };
         let path = RailPath::slowing(self.law(), from, velocity, rates.acceleration, length);
         self.start_rail_jog(path.then_going(self.law(), to, &rates), None)

@@ -55,6 +55,7 @@ impl Outputs {
         self.next = entries
             .filter(|(entry, _)| self.switched & (1 << entry) == 0)
             .filter_map(|(entry, output)| {
+                // A ratio above 100 is clamped to the end of the path by `time_at_progress`.
                 let share = f64::from(output.ratio) / 100.0;
                 let due = if arm.duration_us() == 0 && rail.duration() > 0 {
                     rail.time_at_progress(share)

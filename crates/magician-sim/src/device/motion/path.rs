@@ -35,12 +35,15 @@ impl PathLine {
     /// Resolves the line of a segment that starts at a point.
     pub(crate) fn from(planner: &Planner, start: [f64; 3], point: PathPoint) -> Self {
         let mut to = from_wire(point.numbers);
+        // Relative to the end of the previous segment, not to the present position (model section
+        // 8).
         if point.mode == CpMode::Relative {
             for (to, start) in to.iter_mut().zip(start) {
                 *to += start;
             }
         }
         let [x, y, z] = to;
+        // r does not matter: only J1 to J3 decide whether the point is in reach.
         let joints = planner.geometry.inverse(&Pose::new(x, y, z, 0.0));
         Self {
             to,

@@ -122,6 +122,7 @@ impl ArmView<'_> {
             motion.elapsed(self.now),
             self.firmware.profile.stop.force_factor,
         );
+        // The PTP acceleration counts, whatever kind of motion is braked (model section 14).
         let mut planner = self.planner(self.settings.motion.speeds());
         // During the search for the switch the commanded J1 is unrelated to its limits.
         if let MotionKind::Search(_) = motion.kind {

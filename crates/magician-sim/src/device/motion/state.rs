@@ -173,6 +173,7 @@ impl UnderWay {
 impl Motion {
     /// Creates the arm at power-up, at rest.
     pub(crate) fn at(model: &ArmModel) -> Self {
+        // Any geometry will do: a pose is computed again when the bias in force differs.
         let measured = Geometry::default();
         Self {
             rest: ArmState::at_joints(&measured, &model.power_up.joints),

@@ -164,6 +164,7 @@ impl Queues {
         let Some(download) = &mut self.download else {
             return Placed::Full;
         };
+        // The flash is full: the host sees a full queue.
         if download.lines.len() >= self.capacity {
             return Placed::Full;
         }
@@ -208,6 +209,7 @@ impl Queues {
             }
             Run::On(pass) => {
                 pass.stopped = true;
+                // Lines read ahead are dropped; the running one goes to its end.
                 self.active.clear();
                 true
             }
@@ -231,6 +233,7 @@ impl Queues {
                 }));
                 Some(true)
             }
+            // No line is left: `read_ahead` fills the queue before this is reached.
             Run::On(_) if self.active.head().is_none() => {
                 if let Run::On(pass) = std::mem::take(&mut self.run) {
                     self.active = pass.hosts;

@@ -46,6 +46,7 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
 fn check_arm(arm: &Arm) -> Checked<()> {
     let at = At::section("arm");
     at.number("base_angle", arm.base_angle, -180.0..=180.0, "deg")?;
+    // Homing makes both angles equal (model section 11).
     if arm.homed && arm.base_angle != 0.0 {
         return at.diagnostic(
             "base_angle",
@@ -75,6 +76,7 @@ fn tool(tool: &file::Tool) -> Checked<Tool> {
 
 fn check_table(table: &Table) -> Checked<()> {
     let at = At::section("table");
+    // Wider than the workspace (-147 to 173 mm), so that a table out of reach can be tried, too.
     at.number("height", table.height, -500.0..=500.0, "mm")?;
     for (name, [from, to]) in [("x", table.x), ("y", table.y)] {
         at.numbers(name, &[from, to], -FAR..=FAR, "mm")?;
@@ -111,6 +113,7 @@ fn sensors(sensors: &[file::Sensor], conveyor: Option<&Conveyor>) -> Checked<Vec
     for (nth, sensor) in sensors.iter().enumerate() {
         let at = At::entry("sensor", nth);
         let (kind, port) = (sensor.kind, sensor.port);
+        // One plug per connector.
         if checked.iter().any(|other| other.port == port) {
             return at.diagnostic(
                 "port",
@@ -182,6 +185,7 @@ fn belt_beam(
         SensorKind::Infrared => {
             let above = at.length("above", sensor.above.unwrap_or(5.0), 500.0)?;
             let range = at.length("range", sensor.range.unwrap_or(belt.width), FAR)?;
+            // The sensor stands at the edge of the belt and looks to the opposite one.
             let side = belt.width / 2.0;
             Ok(Beam {
                 from: place(-side, above),

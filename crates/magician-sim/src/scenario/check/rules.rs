@@ -73,6 +73,7 @@ impl At {
 
     /// Checks a length: above 0, at most `most`.
     pub(super) fn length(&self, name: &'static str, value: f64, most: f64) -> Checked<f64> {
+        // False for NaN as well.
         if value > 0.0 && value <= most {
             return Ok(value);
         }

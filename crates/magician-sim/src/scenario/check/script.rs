@@ -70,6 +70,7 @@ pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
     for (nth, hand) in hands.iter().enumerate() {
         let at = At::entry("hand", nth);
         let start = at.time("at", hand.at)?;
+        // There is one hand on the arm: two movements at a time would contradict each other.
         if start < state.busy_until {
             let message = "hands must be in order of time, each after the end of the one before";
             return at.diagnostic("at", message);
@@ -199,6 +200,7 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
             FaultKind::Cable => {
                 let lasting = lasting(&at, fault)?;
                 moment.then(0, ExternalEvent::Cable { plugged: false }, script);
+                // The end of a fault is scripted along with its start.
                 moment.then(lasting, ExternalEvent::Cable { plugged: true }, script);
             }
             FaultKind::Slow => {

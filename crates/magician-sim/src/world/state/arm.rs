@@ -74,6 +74,8 @@ impl WorldState {
         let begins = after && !before && self.scene.held().is_none();
         self.grips.begun += u64::from(begins);
         let frames = self.frames(now, joint_state);
+        // Before the state changes: an open gripper grasps, a closed one has nothing between its
+        // fingers.
         let reached_for = begins.then(|| self.reach(frames).within_grasp()).flatten();
         self.tool = tool;
         if let Some(object) = reached_for {
@@ -169,6 +171,7 @@ impl WorldState {
         self.carried = carried;
         self.mark_seen(now);
         self.watch_belt(now);
+        // A sensor may see something else now, and a TRIG may wait for it.
         self.script.look_again(now);
     }
 

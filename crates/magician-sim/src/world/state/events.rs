@@ -22,6 +22,7 @@ impl WorldState {
 
     pub(in crate::world) fn poll_external(&mut self, now: ArmInstant) -> Option<ExternalEvent> {
         self.now = self.now.max(now);
+        // The stall that belongs to the touch reported last.
         if let Some(event) = self.pending.take() {
             return Some(event);
         }

@@ -64,6 +64,7 @@ impl Apply for IoMultiplexing {
         if !fits && !cx.record.allows(Self::ROW.id, Assumption::LackingFunction) {
             return Effects::none();
         }
+        // Two switches: `fidelity.strict` refuses all choices, `io.strict` this one alone.
         if !fits && cx.firmware.profile.io.strict {
             return Effect::Refuse(Refusal::Pin).into();
         }

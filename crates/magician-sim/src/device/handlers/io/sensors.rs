@@ -14,6 +14,7 @@ impl Report for ColorSensor {
 
     /// A sensor that is off reads 0.
     fn report(cx: &mut Context<'_>, query: &GetColorSensor) -> Self {
+        // Hosts send none, the port, or the port with a version (E42).
         let port = cx.io.color_sensors.asked(query.port);
         let [r, g, b] = port.map_or([0; 3], |port| cx.world.color(cx.now, port));
         Self { r, g, b }

@@ -101,6 +101,7 @@ impl Flash {
     #[must_use]
     pub fn to_toml(&self) -> String {
         let lines = self.program.lines.iter().filter_map(line_to_hex).collect();
+        // Version first: a reader must recognise a newer file before anything else.
         let file = File {
             version: VERSION,
             name: Words::of(self.name.device_name.as_bytes()),
@@ -214,6 +215,7 @@ fn line_of_hex(hex: &str) -> Option<Set> {
         .collect();
     let bytes = bytes?;
     let frame = Frame::new(&bytes)?;
+    // Read back by the decoder of the controller: a file holds what a host could have queued.
     match Request::decode(&frame) {
         Ok(Request::Queue(set)) => Some(set),
         _ => None,
