@@ -267,8 +267,8 @@ impl<'a> Replay<'a> {
         self
     }
 
-    /// Sets the speed of the recorded arm's clock; real time by default. A trace of `magician sim
-    /// --speed 20` needs 20.
+    /// Sets the speed of the recorded arm's clock; real time by default. A trace of
+    /// `magician sim --speed 20` needs 20.
     #[must_use]
     pub fn clock(mut self, clock: Speed) -> Self {
         self.clock = clock;
