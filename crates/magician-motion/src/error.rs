@@ -104,7 +104,7 @@ pub enum MotionError {
     Speed {
         /// The invalid quantity.
         quantity: SpeedQuantity,
-        /// Its value, in its own unit.
+        /// Value of the quantity: mm/s, mm/s2, deg/s, deg/s2, percent or seconds.
         value: f64,
     },
     /// Two of an arc's three points are less than 0.0001 mm apart (alarm 0x13).

@@ -81,8 +81,8 @@ impl MotionLaw {
     /// Returns the profile over `length` from rest to rest with the ramps of `duration` seconds,
     /// which must not be shorter than the fastest.
     ///
-    /// It is a triangle if that stays below the velocity limit, else a trapezoid at full velocity.
-    /// In periods the profile ends with the period in which `duration` ends.
+    /// The profile is a triangle if that stays below the velocity limit, else a trapezoid at full
+    /// velocity. In periods the profile ends with the period in which `duration` ends.
     #[must_use]
     pub fn rest_to_rest_in(
         self,
@@ -138,7 +138,7 @@ impl MotionLaw {
     /// [`VelocityProfile::between`].
     ///
     /// In periods it takes the nearest whole number of them, at least one, and ends on its target.
-    /// Its speed on the way is lowered or raised to fit, and its positions are those of a
+    /// The speed in between is lowered or raised to fit, and its positions are those of a
     /// continuous profile (choice `CpTimes`). A tie counts as the longer time.
     #[must_use]
     pub fn segment(

@@ -119,8 +119,8 @@ impl VelocityProfile {
     /// Returns the profile over `length` from rest to rest in `duration` seconds, which must not be
     /// shorter than the fastest.
     ///
-    /// It is a triangle if that stays below the velocity limit, else a trapezoid at full velocity
-    /// with the ramps that fit.
+    /// The profile is a triangle if that stays below the velocity limit, else a trapezoid at full
+    /// velocity with the ramps that fit.
     #[must_use]
     pub(crate) fn trapezoid_in(length: f64, limits: &KinematicLimits, duration: f64) -> Self {
         if 2.0 * length <= limits.velocity * duration {

@@ -11,10 +11,10 @@
 //!   are fitted.
 //!
 //! Times are the host's, and jitter. A pose may belong to an instant up to 5 ms before or after its
-//! time, and only the deviation at the best of these instants is residue. So the pose of a
-//! neighbouring period is no residue near its boundary, and in continuous time neither is anything
-//! passed within these 10 ms. A command may have arrived up to half a period before or after its
-//! time; it is moved to the neighbouring period if the poses that follow say so.
+//! time, and only the deviation at the best of these instants is residue. Near the boundary of a
+//! period, the pose of the neighbouring period therefore adds no residue; in continuous time, no
+//! position passed within these 10 ms does. A command may have arrived up to half a period before
+//! or after its time; it is moved to the neighbouring period if the poses that follow say so.
 //!
 //! Whatever a log does not reveal is listed ([`LawReport::untold`]), not guessed.
 
@@ -197,7 +197,7 @@ pub enum Untold {
 }
 
 impl Untold {
-    /// Subject that is not revealed.
+    /// Subject of the report that remains unknown: the law, the period, and so on.
     #[must_use]
     pub const fn about(&self) -> &'static str {
         match self {

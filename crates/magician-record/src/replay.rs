@@ -99,7 +99,7 @@ pub enum ReplayError {
         /// Number of packets.
         packets: usize,
     },
-    /// There is no link with this name.
+    /// The trace has no link with this name.
     #[error("the trace has no link '{name}'; it has {known}")]
     NoLink {
         /// The name.
@@ -125,7 +125,7 @@ pub enum ReplayError {
         /// Length in days.
         days: u64,
     },
-    /// There is no command or field with this name.
+    /// No command or field has this name.
     #[error("'{name}' is neither a command, a COMMAND.FIELD nor a field")]
     NoSuchField {
         /// The name.

@@ -94,7 +94,7 @@ impl Controller {
 
     /// Returns the arm with another tool bias at power-up, kept through a reset.
     ///
-    /// It overrides the tool of the profile and of the scenario.
+    /// This bias overrides that of the profile and of the scenario.
     ///
     /// ```
     /// use magician_motion::ToolBias;

@@ -157,7 +157,7 @@ pub enum Refusal {
     Unplannable,
     /// The point-to-point mode is undefined (model section 15a).
     UnknownMode,
-    /// There is no such pin, motor or connector, or the pin lacks the function.
+    /// The pin, motor or connector does not exist, or the pin lacks the function.
     Pin,
     /// The input does not exist, or the comparison is undefined.
     Trigger,

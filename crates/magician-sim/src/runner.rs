@@ -24,8 +24,8 @@ const BACKLOG: usize = 4096;
 /// Runs a [`Controller`] on the wall clock: arm speed, baud rate, turnaround and inter-byte
 /// timeout.
 ///
-/// It has no clock and no I/O. The wall clock shows 0 when the runner is created, is passed to
-/// every call, and never runs back. The same calls give the same answers bit for bit, and extra
+/// A runner has no clock and no I/O. The wall clock shows 0 when the runner is created, is passed
+/// to every call, and never runs back. The same calls give the same answers bit for bit, and extra
 /// calls of [`handle_timeout`](Self::handle_timeout) change nothing.
 ///
 /// * [`receive`](Self::receive): a peer has put bytes on its line.

@@ -142,7 +142,7 @@ pub enum FenceError {
     },
     /// A number is out of its range.
     OutOfRange(FencePart, f64),
-    /// There are more keep-outs than a fence can hold.
+    /// More keep-outs than a fence can hold.
     TooMany,
 }
 

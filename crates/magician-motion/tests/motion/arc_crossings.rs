@@ -124,8 +124,8 @@ fn samples_are_found_to_cross_often_enough_to_prove_something() {
     assert!(outcomes.iter().all(|count| *count > 50), "{outcomes:?}");
 }
 
-/// An arc around the base exactly at a bound is within, although it cannot be told from the bound
-/// itself. A ten-millionth of a degree tighter, it is not.
+/// An arc around the base exactly at a bound counts as inside, although rounding hides on which
+/// side of the bound it is. A ten-millionth of a degree tighter, it is not.
 #[test]
 fn arcs_round_the_base_that_hug_a_bound() {
     let planner = continuous();

@@ -301,7 +301,7 @@ proptest! {
                 prop_assert!((velocity - expected).abs() < 1e-6, "{velocity} {expected}");
             }
         }
-        // From the limit: no further out, but back.
+        // At the limit a jog further out takes no time.
         let further = planner.jog(&end, jog, rates, 0.0).expect("planned");
         prop_assert_eq!((further.trajectory.duration_us(), *further.trajectory.end()), (0, end));
         prop_assert!(further.crossing.is_some());
@@ -350,7 +350,7 @@ proptest! {
         let at_us = (motion.duration_us() as f64 * share) as u64;
         let entry = motion.velocity_along(jog.axis, at_us);
         let start = motion.sample(at_us);
-        // On in the same direction at another speed, or back.
+        // The second jog goes on in the same direction at another speed, or back.
         let next = Jog { positive: jog.positive == same, ..jog };
         let plan = planner.jog(&start, next, back, entry).expect("planned");
         let second = plan.trajectory;

@@ -241,7 +241,7 @@ impl Samples {
         let messages = mcap::MessageStream::new_with_options(bytes, options).map_err(unreadable)?;
         let mut log = Self::default();
         let mut begin = None;
-        // Nothing behind damaged bytes can be found.
+        // Records have no markers to synchronise on, so everything behind damaged bytes is lost.
         for (number, message) in (1..).zip(messages.map_while(Result::ok)) {
             let wrong = |error: serde_json::Error| LogError::Line {
                 line: number,

@@ -127,8 +127,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Height above the plane up to which a pen draws, mm: more than an arm that brakes by its
-    /// joints leaves its line upwards, and less than a pen is lifted.
+    /// Height above the plane up to which a pen draws, mm. An arm that brakes joint by
+    /// joint rises less above its line, and a lifted pen is higher.
     const AT_PAPER: f64 = 0.3;
 
     fn has(&self, [x, y, z]: [f64; 3]) -> bool {

@@ -31,7 +31,7 @@ pub enum FramesError {
         /// Number of the message, from 1.
         number: usize,
     },
-    /// There are no messages in `/frames`.
+    /// The recording has no messages in `/frames`.
     #[error("the recording has no frames: nothing in /frames")]
     Empty,
 }
@@ -54,7 +54,7 @@ struct Message {
 /// Converts `/frames` of a recording to a [trace](crate::trace): one packet for each message, in
 /// order of time.
 ///
-/// What is missing at the end of a killed program's file is left out.
+/// A file without an end, as a killed program leaves it, is converted as far as it goes.
 ///
 /// # Errors
 /// [`FramesError`] if the file is unreadable, or has no frames of this crate.
@@ -63,7 +63,7 @@ pub fn trace_of(recording: &[u8]) -> Result<Vec<u8>, FramesError> {
     let options = mcap::read::Options::IgnoreEndMagic.into();
     let messages = mcap::MessageStream::new_with_options(recording, options).map_err(unreadable)?;
     let mut frames = Vec::new();
-    // Nothing behind damaged bytes can be found.
+    // Records have no markers to synchronise on, so everything behind damaged bytes is lost.
     for message in messages.map_while(Result::ok) {
         if message.channel.topic == Topic::Frames.name() {
             let number = frames.len() + 1;

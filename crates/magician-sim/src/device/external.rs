@@ -55,7 +55,7 @@ impl Device {
 
     /// Presses the base key: short runs or stops the stored program, long homes the arm.
     ///
-    /// It has no effect while the unlock key is held, because the motors are released.
+    /// The press has no effect while the unlock key is held, because the motors are released.
     fn press(&mut self, press: Press) {
         if self.teaching.held() {
             return;

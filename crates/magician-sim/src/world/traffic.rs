@@ -96,7 +96,7 @@ pub(super) fn run_off(
     let along = belt.to(&solid.place);
     // Far enough out that it cannot land on the belt again.
     let clear = solid.footprint().reach(belt.yaw);
-    // It leaves over the closer end.
+    // The object leaves over the closer end.
     let x = if along.x > conveyor.length / 2.0 {
         conveyor.length + clear
     } else {

@@ -52,12 +52,12 @@ struct Pass {
 /// Result of queueing a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Placed {
-    /// It waits in the queue.
+    /// Waiting in the queue, with this index.
     Queued(u64),
-    /// It was stored as a line of a program. Its index is never queued; the current index will pass
-    /// over it.
+    /// Stored as a line of a program. No queued command gets this index; the current index skips
+    /// it.
     Stored(u64),
-    /// There is no room.
+    /// Refused: the queue is full.
     Full,
 }
 
