@@ -330,7 +330,8 @@ impl Candidate {
         all
     }
 
-    /// True if a profile moves alike: the identity does not affect motion.
+    /// True if both profiles move alike. The identity of the arm is left out, because it does not
+    /// affect motion.
     fn moves_as(&self, profile: &Profile) -> bool {
         let identity = self.profile.identity.clone();
         self.profile
