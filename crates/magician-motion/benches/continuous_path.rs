@@ -1,4 +1,4 @@
-//! What continuous path costs: `cargo bench -p magician-motion --bench continuous_path`.
+//! Benchmarks of continuous paths: `cargo bench -p magician-motion --bench continuous_path`.
 
 use std::cell::Cell;
 use std::hint::black_box;
@@ -23,7 +23,7 @@ fn planner() -> Planner {
     }
 }
 
-/// So many points round a circle of 40 mm, again and again, `step` mm apart.
+/// Points on a circle of 40 mm, `step` mm apart, going round repeatedly.
 fn circle(count: usize, step: f64) -> Vec<[f64; 3]> {
     (0..count)
         .map(|n| {
@@ -40,7 +40,8 @@ fn segments(points: &[[f64; 3]]) -> Vec<CpSegment> {
         .collect()
 }
 
-/// The exit of the running segment with 32 behind it, all of which count: so short that the end is in sight.
+/// Exit speed of the running segment with 32 queued. They are so short that all of them are
+/// examined.
 #[divan::bench]
 fn look_ahead_over_32(bencher: Bencher) {
     let look_ahead = LookAhead::new(
@@ -59,7 +60,7 @@ fn look_ahead_over_32(bencher: Bencher) {
     });
 }
 
-/// A million segments of 0.2 mm from rest to rest.
+/// A million segments of 0.2 mm, from rest to rest.
 #[divan::bench]
 fn times_of_a_million(bencher: Bencher) {
     let look_ahead = LookAhead::new(

@@ -1,6 +1,6 @@
-//! What the mathematics costs: `cargo bench -p magician-motion`.
+//! Benchmarks of the mathematics: `cargo bench -p magician-motion`.
 //!
-//! Every figure is for one call on inputs that vary from call to call.
+//! Each figure is for one call, on inputs that vary from call to call.
 
 use std::cell::Cell;
 use std::hint::black_box;
@@ -35,7 +35,7 @@ fn spread() -> Vec<JointAngles> {
         .collect()
 }
 
-/// Goes round a list.
+/// Cycles through a list.
 struct Round<T> {
     items: Vec<T>,
     next: Cell<usize>,
@@ -124,7 +124,7 @@ fn plan_arc(bencher: Bencher) {
         .iter()
         .map(|joints| ArmState::at_joints(&ARM, joints))
         .collect();
-    // Through a place near the middle between the two ends: arcs as people draw them.
+    // Through a point near the middle between both ends, like arcs in drawings.
     let arcs: Vec<(ArmState, Pose, Pose)> = states
         .windows(2)
         .map(|pair| {

@@ -1,6 +1,6 @@
-//! Trigonometry in degrees. The one file of the crate in which radians occur.
+//! Trigonometry in degrees. Radians occur only in this file.
 //!
-//! Everything goes through `libm`, so that results are the same on every platform.
+//! All functions come from `libm`, so results are the same on every platform.
 
 use core::f64::consts::PI;
 

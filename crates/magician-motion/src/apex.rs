@@ -1,21 +1,22 @@
-//! How high the tool rises while the joints move.
+//! Highest point of the tool while the joints move.
 //!
-//! Between two heights joints swing the arm along arcs that bulge upwards, so that the way may be higher than both of
-//! its ends. The height's second derivative is bounded by the joints' speeds: over a span of time the height exceeds
-//! neither end by more than an eighth of that bound times the square of the span. Spans that cannot beat the
-//! highest point known are dropped, others halved; near a summit few are left.
+//! Between two heights the joints swing the arm along arcs that bulge upwards, so the path may rise
+//! above both of its ends. The joint speeds bound the second derivative of the height: within a
+//! time span the height exceeds the higher end by at most an eighth of that bound times the span
+//! squared. The search bisects: a span that cannot beat the highest known point is dropped, any
+//! other is halved. Only a few spans are left near the summit.
 
 use crate::Geometry;
 use crate::angle::{DEGREES_PER_RADIAN, sin_cos};
 use crate::axis_motion::AxisMotion;
 use crate::joint_segment::JointSegment;
 
-/// How exactly the summit is found, mm.
+/// Accuracy of the summit, mm. Far below a motor step and far above rounding errors.
 const EXACT: f64 = 1e-6;
-/// Spans looked at, at most. A jump needs dozens; more are asked for only by numbers that are no arm's.
+/// Most spans examined. A jump needs dozens; only values that no arm has would need more.
 const MOST_SPANS: u32 = 5_000;
 
-/// The greatest height of the tool on a segment, mm, if it is above `ceiling`.
+/// Greatest height of the tool on a segment, mm. `None` if it does not exceed `ceiling`.
 pub(crate) fn above(segment: &JointSegment, geometry: &Geometry, ceiling: f64) -> Option<f64> {
     if bound(segment, geometry) <= ceiling {
         return None;
@@ -38,7 +39,7 @@ pub(crate) fn above(segment: &JointSegment, geometry: &Geometry, ceiling: f64) -
     (highest > ceiling + 2.0 * EXACT).then_some(highest)
 }
 
-/// A height that the tool does not exceed, known at once: every joint at its best.
+/// Upper bound of the height from the range of each joint alone, without a search.
 fn bound(segment: &JointSegment, geometry: &Geometry) -> f64 {
     let (from, to) = (segment.from.joints, segment.to.joints);
     let within = |angle: f64, a: f64, b: f64| a.min(b) <= angle && angle <= a.max(b);
@@ -51,7 +52,7 @@ fn bound(segment: &JointSegment, geometry: &Geometry) -> f64 {
     geometry.rear_arm * cos - geometry.forearm * sin - geometry.tool.z
 }
 
-/// A bound of the height's second derivative, mm/s2.
+/// Upper bound of the second derivative of the height, mm/s2.
 fn curvature(segment: &JointSegment, geometry: &Geometry) -> f64 {
     let [_, rear, fore, _] = &segment.axes;
     let swing = |length: f64, axis: &AxisMotion| {

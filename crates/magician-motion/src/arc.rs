@@ -1,15 +1,16 @@
-//! A circle through three points, by the length gone along it.
+//! A circle through three points, parametrised by the length along it.
 //!
-//! The place after a way is the start, plus `radius sin` along the tangent there, plus `radius (1 - cos)` towards
-//! the centre. Both terms keep their digits however large the radius: nearly straight arcs lose nothing, and the
-//! centre, which may be far away, is never asked for.
+//! The position is the start plus `radius sin` along its tangent plus `radius (1 - cos)` towards
+//! the centre. Both terms keep their digits for any radius, so nearly straight arcs lose no
+//! precision. The centre, which may be far away, is never computed.
 
 use crate::angle::{DEGREES_PER_RADIAN, atan2, sin_cos};
 use crate::move_segment::SHORTEST_MOVE;
 use crate::roots::quadratic;
 use crate::{MotionError, Pose, Unreachable};
 
-/// A circular arc in any plane; it begins at the first of three points and turns towards the second.
+/// A circular arc in any plane. It begins at the first of three points and turns towards the
+/// second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arc {
     start: [f64; 3],
@@ -19,7 +20,7 @@ pub(crate) struct Arc {
     length: f64,
 }
 
-/// A point of the arc with its first and second derivative by the length of way.
+/// A point of the arc, with the first and second derivative by arc length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) at: [f64; 3],
@@ -28,9 +29,10 @@ pub(crate) struct Place {
 }
 
 impl Arc {
-    /// The arc from the first point through the second to the third; rotations do not matter.
+    /// Computes the arc from the first point through the second to the third; rotations are
+    /// ignored.
     ///
-    /// Two points nearer than the shortest move are the same to the arm, and so is a triangle flatter than that to a
+    /// Points closer than the shortest move coincide for the arm. A triangle flatter than that is a
     /// straight line.
     pub(crate) fn through(from: &Pose, via: &Pose, to: &Pose) -> Result<Self, MotionError> {
         let [start, middle, end] = [from, via, to].map(|pose| [pose.x, pose.y, pose.z]);
@@ -52,12 +54,12 @@ impl Arc {
         let longest = sides.into_iter().fold(0.0, f64::max);
         let [first_side, second_side, chord] = sides;
         let radius = first_side * second_side * (chord / (2.0 * doubled_area));
-        // Asked this way round, numbers too large to be multiplied are refused as well.
+        // The negated form also refuses values that overflow to infinity or NaN.
         if !(doubled_area >= SHORTEST_MOVE * longest && radius.is_finite()) {
             return Err(MotionError::Collinear);
         }
-        // The angle by which the way turns at the middle point is half the sweep; the chord is turned by as much
-        // against the tangent at the start.
+        // The path turns at the middle point by half of the sweep. The chord is turned against the
+        // tangent at the start by the same angle.
         let straight_on = dot(first, second);
         let half_sweep = atan2(doubled_area, straight_on);
         let (sin, cos) = {
@@ -75,12 +77,12 @@ impl Arc {
         })
     }
 
-    /// The way from the first point to the third.
+    /// Length from the first point to the third.
     pub(crate) fn length(&self) -> f64 {
         self.length
     }
 
-    /// The way once round.
+    /// Length of a full circle.
     pub(crate) fn turn(&self) -> f64 {
         self.radius * (360.0 / DEGREES_PER_RADIAN)
     }
@@ -89,7 +91,7 @@ impl Arc {
         1.0 / self.radius
     }
 
-    /// No two points of a way of this length are further apart.
+    /// Greatest distance between two points on an arc of this length.
     pub(crate) fn widest(&self, way: f64) -> f64 {
         way.min(2.0 * self.radius)
     }
@@ -108,8 +110,10 @@ impl Arc {
         }
     }
 
-    /// Where the circle meets the plane of all points whose product with `normal` is `offset`: ways from the start,
-    /// less than once round. The half angle's tangent is the root of a quadratic.
+    /// Reports the arc lengths from the start, within one full circle, at which the circle meets
+    /// the plane `normal * x = offset`.
+    ///
+    /// The tangent of the half angle is the root of a quadratic.
     pub(crate) fn plane_cuts(&self, normal: [f64; 3], offset: f64, report: &mut impl FnMut(f64)) {
         let height = dot(normal, self.start) - offset;
         let ahead = 2.0 * self.radius * dot(normal, self.tangent);
@@ -123,6 +127,7 @@ impl Arc {
             };
             report(self.radius * (degrees / DEGREES_PER_RADIAN));
         }
+        // The half angle is 90 degrees and its tangent infinite, so the quadratic misses this root.
         if opposite == 0.0 {
             report(0.5 * self.turn());
         }

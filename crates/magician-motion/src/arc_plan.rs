@@ -1,4 +1,4 @@
-//! From three points to a trajectory round an arc (model section 9).
+//! Planning of arcs and circles through three points (model section 9).
 
 use crate::arc::Arc;
 use crate::arc_segment::ArcSegment;
@@ -6,23 +6,28 @@ use crate::move_segment::MoveSegment;
 use crate::{ArmState, MotionError, Plan, Planner, Pose, Trajectory, Unreachable};
 
 impl Planner {
-    /// Plans a circular arc from rest: from where the arm is through `via` to `to`, in the plane of the three points
-    /// and in the sense that `via` fixes, less than once round (model section 9).
+    /// Plans a circular arc from rest, from the present pose through `via` to `to`.
     ///
-    /// The way round the arc keeps the linear speeds of [`speeds`](Self::speeds), into which the caller puts the set
-    /// for arcs. Meanwhile r goes straight from its present value to `to.r` by the rotation speeds, each profile
-    /// stretched to the longer one; `via.r` is ignored. The profile bounds velocity and acceleration along the arc and
-    /// not the acceleration towards its centre, as the arm's own.
+    /// The arc lies in the plane of the three points, turns in the sense that `via` fixes, and is
+    /// shorter than a full circle (model section 9).
     ///
-    /// `to` must be within reach and limits, and `via` too, but for J4. An arc that leaves them on the way ends there,
-    /// and the plan says so in its [`crossing`](Plan::crossing); found by enclosures that pass over no crossing
-    /// (none deeper than rounding errors, or 0.001 mm on an arc that hugs a limit all along).
+    /// The length of the arc follows the linear speeds of [`speeds`](Self::speeds), where the
+    /// caller puts the speeds of arcs. r goes from its present value to `to.r` at the rotation
+    /// speeds; both profiles are stretched to the longer one, and `via.r` is ignored. As in the
+    /// arm, the profile limits velocity and acceleration along the arc, but not the centripetal
+    /// acceleration.
+    ///
+    /// `to` must be within reach and limits, and `via` too except for J4. An arc that leaves them
+    /// on the way ends there, and the plan has a [`crossing`](Plan::crossing). The search misses no
+    /// crossing deeper than rounding errors, or than 0.001 mm on an arc that follows a limit all
+    /// along.
     ///
     /// # Errors
     ///
-    /// [`Unreachable::NotFinite`] for a point that is not one, [`MotionError::Coincident`] and
-    /// [`MotionError::Collinear`] for points that make no circle, [`MotionError::Unreachable`] and
-    /// [`MotionError::Limit`] for `to` or `via`, [`MotionError::Speed`] for a speed that the motion needs.
+    /// [`Unreachable::NotFinite`] for a point that is NaN or infinite, [`MotionError::Coincident`]
+    /// and [`MotionError::Collinear`] for points that make no circle, [`MotionError::Unreachable`]
+    /// and [`MotionError::Limit`] for `to` or `via`, [`MotionError::Speed`] for an invalid speed
+    /// that the motion needs.
     pub fn arc(&self, from: &ArmState, via: &Pose, to: &Pose) -> Result<Plan, MotionError> {
         if !to.r.is_finite() {
             return Err(Unreachable::NotFinite.into());
@@ -33,15 +38,18 @@ impl Planner {
         self.round(from, &end, arc, arc.length())
     }
 
-    /// Plans `count` full turns from rest on the circle through where the arm is, `via` and `to`, in the sense of the
-    /// [`arc`](Self::arc) through them, back to exactly where they began (model section 9).
+    /// Plans `count` full turns from rest on the circle through the present pose, `via` and `to`.
     ///
-    /// r stays what it is all the way, so J4 turns against J1; the rotations of both poses are ignored. The whole is
-    /// one motion, without a stop between turns. No turn at all is no motion, and then the points do not matter.
+    /// The turns have the sense of the [`arc`](Self::arc) through these points and end exactly
+    /// where they began (model section 9).
+    ///
+    /// r stays constant, so J4 turns against J1; the rotations of both poses are ignored. All turns
+    /// are one motion without stops. With a count of 0 nothing moves and the points are not
+    /// checked.
     ///
     /// # Errors
     ///
-    /// As [`arc`](Self::arc).
+    /// As for [`arc`](Self::arc).
     pub fn circle(
         &self,
         from: &ArmState,
@@ -59,7 +67,7 @@ impl Planner {
         self.round(from, from, arc, arc.turn() * f64::from(count))
     }
 
-    /// Whether the tool can be at a place, however it is turned there.
+    /// Checks that the tool can be at a position, at any rotation.
     fn check_place(&self, pose: &Pose) -> Result<(), MotionError> {
         let place = Pose { r: 0.0, ..*pose };
         self.geometry

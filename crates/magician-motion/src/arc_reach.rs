@@ -1,14 +1,19 @@
-//! Where a circular arc cuts the boundaries of the workspace (model section 5).
+//! Crossings of a circular arc with the boundaries of the workspace (model section 5).
 //!
-//! A bound of J1 is a plane through the base axis, and an arc cuts a plane in closed form. Every other boundary is a
-//! circle in the arm's vertical plane, in space a torus or a sphere, on which a function of the way along the arc is
-//! zero: the square of the wrist's distance from the circle's centre, less the square of the radius. On an arc in
-//! any plane that leads to polynomials of the eighth degree with spurious roots, so the zeros are enclosed instead:
-//! from the middle of a span the function is known with two derivatives, and a bound of the third holds on all of
-//! the span, as the arc's curvature bounds how fast anything can change. By Taylor's formula a span may prove free of
-//! zeros, or prove monotone, and then its ends tell; any other is halved. Nothing between samples is passed over.
-//! Near a touch the spans shrink fast, so that few are needed. Only an arc that hugs a boundary all along needs many,
-//! and is followed at a coarser resolution when it gets too many: what may then be missed is shallower than 0.001 mm.
+//! A bound of J1 is a plane through the base axis, which an arc cuts in closed form. Every other
+//! boundary is a circle in the arm's vertical plane, in space a torus or a sphere. On it a function
+//! of the arc length is zero: the squared distance of the wrist from the circle's centre less the
+//! squared radius. For an arc in any plane that leads to polynomials of degree eight with spurious
+//! roots, so the zeros are enclosed instead:
+//!
+//! * At the middle of a span the function is known with two derivatives. A bound of the third holds
+//!   on the whole span, because the curvature of the arc bounds how fast anything can change.
+//! * By Taylor's formula a span may prove free of zeros, or monotone, and then its ends decide. Any
+//!   other span is halved.
+//!
+//! So nothing between samples is missed. Near a tangent point the spans shrink fast, and few are
+//! needed. Only an arc that follows a boundary all along needs many; above a limit the search
+//! continues at a coarser resolution, and may then miss what is shallower than 0.001 mm.
 
 use crate::angle::sin_cos;
 use crate::arc::{Arc, Place};
@@ -17,40 +22,43 @@ use crate::roots::bisect;
 use crate::wrist::Interval;
 use crate::{Bound, Geometry, Limits};
 
-/// A boundary nearer than this counts as touched, in the unit of the functions, mm2: far above rounding errors, and on
-/// a boundary less than [`LIMIT_TOLERANCE`](crate::LIMIT_TOLERANCE).
+/// Tolerance at which a boundary counts as touched, in the unit of the functions, mm2. It is far
+/// above rounding errors, and at a boundary it is less than
+/// [`LIMIT_TOLERANCE`](crate::LIMIT_TOLERANCE).
 const TOUCH: f64 = 1e-7;
-/// No span shorter than this is halved, mm.
+/// Shortest span that is halved, mm.
 const SHORTEST_SPAN: f64 = 1e-7;
-/// When so many spans have been looked at, only those are halved that are longer than the following share of the way.
+/// Number of spans after which the search becomes coarser, so that planning time stays bounded.
 const MANY_SPANS: u32 = 30_000;
+/// Shortest span of the coarse search, as a share of the path.
 const COARSE_SHARE: f64 = 1.0 / 8192.0;
 
-/// What the wrist does over a span of the way, seen in the arm's vertical plane: values and derivatives by the way at
-/// the middle of the span, and bounds that hold on all of it.
+/// Motion of the wrist over a span of the arc, in the arm's vertical plane.
+///
+/// Values and derivatives by arc length hold at the middle of the span, bounds on all of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
     half: f64,
     curvature: f64,
-    /// Distances from the base axis that the tool keeps between.
+    /// Smallest and greatest distance of the tool from the base axis.
     near: f64,
     far: f64,
-    /// The square of the tool's distance from the base axis, less that of the sideways bias.
+    /// Squared distance of the tool from the base axis, less the squared sideways bias.
     square: [f64; 3],
-    /// Its root: how far the tool is out in the vertical plane.
+    /// Root of `square`: horizontal distance of the tool in the vertical plane.
     out: [f64; 3],
-    /// Between which values that is on all of the span.
+    /// Range of `out` on the span.
     out_range: Interval,
-    /// Bounds of the first three derivatives of `out`, infinite where the root may vanish.
+    /// Bounds of the first three derivatives of `out`; infinite where the root may vanish.
     out_rates: [f64; 3],
-    /// The height of the wrist.
+    /// Height of the wrist.
     up: [f64; 3],
-    /// No point is further from the middle.
+    /// Radius of a ball around the middle that holds the span.
     ball: f64,
 }
 
 impl Outline {
-    /// The span of `half` the way before and behind a place.
+    /// Outlines the span that reaches `half` before and behind a place.
     pub(crate) fn new(arc: &Arc, geometry: &Geometry, place: &Place, half: f64) -> Self {
         let Place {
             at: [x, y, z],
@@ -68,7 +76,7 @@ impl Outline {
         let root = libm::sqrt((whole - across).max(0.0));
         let root_rate = slope / root;
         let nearest_out = libm::sqrt((near * near - across).max(0.0));
-        // The root's slope is the tool's speed outwards times at most `tilt`.
+        // `tilt` bounds the ratio of the root's slope to the speed of the tool.
         let tilt = far / nearest_out;
         let second = tilt * tilt / nearest_out + tilt * curvature;
         let third =
@@ -92,8 +100,8 @@ impl Outline {
         }
     }
 
-    /// Bounds of the rate of J1 by the way on the span, rad/mm, if the tool keeps clear of the base axis; `place` is
-    /// the middle.
+    /// Bounds of the rate of J1 by arc length on the span, rad/mm. `None` if the tool may touch the
+    /// base axis. `place` is the middle of the span.
     pub(crate) fn turning(&self, place: &Place, across: f64) -> Option<Interval> {
         let [x, y, _] = place.at;
         let [dx, dy, _] = place.along;
@@ -109,16 +117,17 @@ impl Outline {
     }
 }
 
-/// A boundary as the zeros of a function of the way.
+/// A boundary, given as the zeros of a function of arc length.
 #[derive(Clone, Copy, Debug)]
 enum Surface {
-    /// The wrist is on a circle in the vertical plane, its centre given as the tool's place.
+    /// The wrist is on a circle in the vertical plane. The centre is given as a position of the
+    /// tool.
     Circle(Circle),
-    /// The tool is as near to the base axis as a sideways bias lets it.
+    /// The tool is as close to the base axis as its sideways bias allows.
     Axis,
 }
 
-/// What a span is known to hold of a surface.
+/// Result of a check of one span against a surface.
 enum SurfaceCheck {
     Clear,
     Monotone,
@@ -126,7 +135,8 @@ enum SurfaceCheck {
 }
 
 impl Surface {
-    /// The function at the middle of a span, two derivatives, and a bound of the third on all of it.
+    /// Returns the function and two derivatives at the middle of a span, and a bound of the third
+    /// on all of it.
     fn taylor(&self, outline: &Outline) -> [f64; 4] {
         let Outline {
             curvature: bend, ..
@@ -171,6 +181,7 @@ impl Surface {
         let bulge = half * half * (0.5 * libm::fabs(second) + half * third / 6.0);
         let change = half * libm::fabs(slope) + bulge;
         let size = libm::fabs(value);
+        // The whole span is clear of the surface, or lies within the tolerance of it.
         if size - change > TOUCH || size + change <= TOUCH {
             SurfaceCheck::Clear
         } else if libm::fabs(slope) > half * (libm::fabs(second) + 0.5 * half * third) {
@@ -181,8 +192,8 @@ impl Surface {
     }
 }
 
-/// Reports the ways from the start, up to `lap` and beyond, at which the arc may pass a bound of the strict limits, or
-/// one of the wide limits where that differs, or leave the reach.
+/// Reports the arc lengths, within `lap`, at which the arc may pass a bound of the strict limits or
+/// of the wide limits where these differ, or leave the reach.
 pub(crate) fn spatial_cuts(
     arc: &Arc,
     lap: f64,
@@ -223,7 +234,7 @@ struct Search<'a, R> {
 }
 
 impl<R: FnMut(f64)> Search<'_, R> {
-    /// Six bounds, set and let out, two edges of reach, and the axis.
+    /// Six bounds, each strict and wide, two edges of reach, and the base axis.
     const MOST_SURFACES: usize = 15;
 
     fn add(&mut self, circle: Circle) {
@@ -237,7 +248,7 @@ impl<R: FnMut(f64)> Search<'_, R> {
         }
     }
 
-    /// Takes a bound that stands at `angle` on the list, or reports at once where the arc may pass it.
+    /// Adds a bound at `angle` to the surfaces. Crossings of a bound of J1 are reported at once.
     fn look_for(&mut self, bound: Bound, angle: f64) {
         if !angle.is_finite() {
             return;
@@ -245,7 +256,7 @@ impl<R: FnMut(f64)> Search<'_, R> {
         if let Some(circle) = Circle::of(self.geometry, bound, angle) {
             self.add(circle);
         } else if matches!(bound, Bound::J1Min | Bound::J1Max) {
-            // The tool stands sideways of the vertical plane at J1 = angle by exactly the bias.
+            // At J1 = angle the tool is off the vertical plane by exactly the sideways bias.
             let (sin, cos) = sin_cos(angle);
             let across = self.geometry.tool.y;
             self.arc.plane_cuts([-sin, cos, 0.0], across, self.report);
@@ -262,7 +273,7 @@ impl<R: FnMut(f64)> Search<'_, R> {
         Outline::new(self.arc, self.geometry, &place, 0.5 * (to - from))
     }
 
-    /// Looks for zeros of the surfaces whose bits are set on the span.
+    /// Searches a span for zeros of the surfaces whose bits are set in `pending`.
     fn halve(&mut self, from: f64, to: f64, pending: u32) {
         let outline = self.outline(from, to);
         let across = libm::fabs(self.geometry.tool.y);
@@ -270,7 +281,8 @@ impl<R: FnMut(f64)> Search<'_, R> {
         let mut monotone = 0;
         for (index, surface) in self.surfaces.iter().enumerate() {
             let bit = 1 << index;
-            // No wrist is anywhere while the tool is nearer to the axis than its bias.
+            // Closer to the axis than its bias the tool has no wrist position, so no circle
+            // applies.
             let nowhere = outline.far < across && matches!(surface, Surface::Circle(_));
             if pending & bit == 0 || nowhere {
                 continue;
@@ -287,6 +299,7 @@ impl<R: FnMut(f64)> Search<'_, R> {
         } else {
             self.coarse.max(SHORTEST_SPAN)
         };
+        // Too short to halve: treat the open surfaces by their ends.
         if to - from <= shortest || middle <= from || middle >= to {
             (monotone, open) = (monotone | open, 0);
         }
@@ -298,8 +311,10 @@ impl<R: FnMut(f64)> Search<'_, R> {
         }
     }
 
-    /// Reports the zeros of monotone functions on a span. A function that goes on to touch zero, or comes from there,
-    /// is reported at that end, so that nothing is lost between spans that are on a boundary as a whole.
+    /// Reports the zeros of monotone functions on a span.
+    ///
+    /// A function that only touches zero at an end is reported at that end. So nothing is lost
+    /// between spans that lie on a boundary as a whole.
     fn settle(&mut self, from: f64, to: f64, pending: u32) {
         if pending == 0 {
             return;

@@ -1,4 +1,4 @@
-//! The tool of a motion on a circular arc, r alongside.
+//! Segment of a motion: the tool on a circular arc, r along with it.
 
 use crate::angle::atan2;
 use crate::arc::Arc;
@@ -8,7 +8,7 @@ use crate::velocity_profile::VelocityProfile;
 use crate::wrist::{Interval, speeds};
 use crate::{ArmState, Geometry, Limits, Pose};
 
-/// The tool along a circular arc, perhaps several times round, r alongside.
+/// The tool on a circular arc, possibly several times round, while r turns by its own profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ArcSegment {
     pub(crate) from: ArmState,
@@ -23,12 +23,12 @@ impl ArcSegment {
         libm::copysign(1.0, self.to.pose.r - self.from.pose.r)
     }
 
-    /// The rate of r at `t`, deg/s.
+    /// Rate of r at `t`, deg/s.
     fn turn_rate(&self, t: f64) -> f64 {
         self.turn_sign() * self.turning.velocity(t)
     }
 
-    /// The tool's velocity at `t`, mm/s and deg/s.
+    /// Velocity of the tool at `t`, mm/s and deg/s.
     pub(crate) fn tool_rate_at(&self, t: f64) -> Pose {
         let velocity = self.along.velocity(t);
         let [x, y, z] = self.arc.place(self.along.position(t)).along;
@@ -40,13 +40,15 @@ impl ArcSegment {
         }
     }
 
-    /// The way until the end, or until it repeats itself, mm.
+    /// Length until the end, or until the path repeats itself, mm.
     fn lap(&self) -> f64 {
         self.along.length().min(self.arc.turn())
     }
 
-    /// Bounds of J1 on the whole path: the tool keeps within a ball round the middle of it, and the ball within an
-    /// angle as seen from the base axis.
+    /// Bounds of J1 on the whole path; `None` if the tool may touch the base axis.
+    ///
+    /// The tool stays in a ball around the middle of the path, which the base axis sees within an
+    /// angle.
     fn j1_bounds(&self, geometry: &Geometry) -> Option<Interval> {
         let way = 0.5 * self.lap();
         let [x, y, _] = self.arc.place(way).at;
@@ -56,7 +58,7 @@ impl ArcSegment {
         if near <= libm::fabs(across) {
             return None;
         }
-        // The angle at the base axis of a right triangle, given the sides opposite and longest.
+        // Angle at the base axis of a right triangle, given the opposite side and the hypotenuse.
         let angle = |opposite: f64, longest: f64| {
             atan2(
                 opposite,
@@ -67,7 +69,7 @@ impl ArcSegment {
         let bias = Interval::over(angle(across, near), angle(across, distance + ball));
         let heading = atan2(y, x);
         let j1 = Interval(heading - cone - bias.1, heading + cone - bias.0);
-        // Further round the azimuth may jump by a turn.
+        // Beyond half a turn `atan2` may jump by 360 degrees.
         (libm::fabs(heading) + cone < 180.0).then_some(j1)
     }
 }
@@ -83,7 +85,7 @@ impl ToolPath for ArcSegment {
         Pose { x, y, z, r }
     }
 
-    /// Only a circle repeats itself; r, which an arc turns, stays what it is there.
+    /// Only a circle repeats itself, and on a circle r is constant.
     fn horizon(&self) -> f64 {
         self.along.time_at(self.lap())
     }

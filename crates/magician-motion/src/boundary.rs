@@ -1,17 +1,18 @@
-//! Where a straight line cuts the boundaries of the workspace (model section 5).
+//! Crossings of a straight line with the boundaries of the workspace (model section 5).
 //!
-//! In the arm's vertical plane every boundary is a circle: at a bound of J2 the wrist is on a circle round the elbow,
-//! at a bound of J3 on one round a displaced shoulder, and a bound of J2 - J3 or the end of reach is a circle round
-//! the shoulder. Along a straight line the wrist's radius is the root of a quadratic, so that the equation of a cut
-//! is `quadratic - c * sqrt(quadratic) = 0`. Its second derivative has at most two zeros, in closed form; between
-//! them the function is convex or concave, which bounds its roots to two and brackets each of them. Nothing is
-//! sampled, and no root can be missed.
+//! In the arm's vertical plane every boundary is a circle: around the elbow for a bound of J2,
+//! around a displaced shoulder for a bound of J3, and around the shoulder for a bound of J2 - J3
+//! and for the edge of reach. Along a straight line the wrist's radius is the root of a quadratic,
+//! so a crossing solves `quadratic - c * sqrt(quadratic) = 0`. The second derivative of that
+//! function has at most two zeros, in closed form. Between them it is convex or concave, so each
+//! piece has at most two roots, and each of them can be bracketed. Nothing is sampled, and no root
+//! can be missed.
 
 use crate::angle::sin_cos;
 use crate::roots::{bisect, quadratic};
 use crate::{Bound, Geometry, Limits, Pose};
 
-/// A boundary of the workspace in the arm's vertical plane, its centre given from the shoulder.
+/// A boundary of the workspace in the arm's vertical plane. The centre is relative to the shoulder.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Circle {
     pub(crate) outwards: f64,
@@ -20,7 +21,8 @@ pub(crate) struct Circle {
 }
 
 impl Circle {
-    /// Where the wrist is when a bound of J2, J3 or J2 - J3 stands at `angle` and the arm is at it.
+    /// Returns the positions of the wrist at which a bound of J2, J3 or J2 - J3 at `angle` is
+    /// reached.
     pub(crate) fn of(geometry: &Geometry, bound: Bound, angle: f64) -> Option<Self> {
         let (rear_arm, forearm) = (geometry.rear_arm, geometry.forearm);
         let (sin, cos) = sin_cos(angle);
@@ -32,7 +34,7 @@ impl Circle {
                     rear_arm * rear_arm + forearm * forearm + 2.0 * rear_arm * forearm * sin;
                 (0.0, 0.0, libm::sqrt(square))
             }
-            // The elbow cannot bend further than straight; J1 and J4 are not matters of the vertical plane.
+            // The elbow bends no further than straight; J1 and J4 do not act in the vertical plane.
             _ => return None,
         };
         Some(Self {
@@ -42,7 +44,7 @@ impl Circle {
         })
     }
 
-    /// Where the links are straight, and where they are folded.
+    /// Returns the circles of the straight arm and of the folded arm.
     pub(crate) fn reach(geometry: &Geometry) -> [Self; 2] {
         let (rear_arm, forearm) = (geometry.rear_arm, geometry.forearm);
         [rear_arm + forearm, libm::fabs(forearm - rear_arm)].map(|radius| Self {
@@ -53,13 +55,14 @@ impl Circle {
     }
 }
 
-/// A straight line as the arm's vertical plane sees it; its parameter runs from 0 to 1.
+/// A straight line in the arm's vertical plane; its parameter runs from 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Section {
     geometry: Geometry,
     from: Pose,
     step: Pose,
-    /// Square of the tool's distance from the base axis, less the sideways bias: coefficients, constant first.
+    /// Squared distance of the tool from the base axis, less the squared sideways bias:
+    /// coefficients, constant first.
     square: [f64; 3],
 }
 
@@ -79,35 +82,37 @@ impl Section {
         }
     }
 
-    /// Square of the radius at a parameter, and its derivative.
+    /// Squared radius at a parameter, and its derivative.
     pub(crate) fn square(&self, at: f64) -> (f64, f64) {
         let [c0, c1, c2] = self.square;
         (c0 + at * (c1 + at * c2), c1 + 2.0 * c2 * at)
     }
 
-    /// The parameter at which the line is nearest to the base axis; not a number for a vertical line.
+    /// Parameter at which the line is closest to the base axis; NaN for a vertical line.
     pub(crate) fn nearest(&self) -> f64 {
         let [_, c1, c2] = self.square;
         -0.5 * c1 / c2
     }
 
-    /// The least square of the radius on the line without ends: from the swept area, since its coefficients cancel.
+    /// Smallest squared radius on the infinite line. Computed from the swept area, because the
+    /// coefficients cancel.
     fn least_square(&self) -> f64 {
         let (swept, across) = (self.swept(), self.geometry.tool.y);
         let [_, _, c2] = self.square;
         swept * swept / c2 - across * across
     }
 
-    /// Twice the area that the line sweeps round the base axis: constant along it.
+    /// Twice the area per unit of parameter that the line sweeps around the base axis: a constant.
     pub(crate) fn swept(&self) -> f64 {
         self.from.x * self.step.y - self.from.y * self.step.x
     }
 
-    /// Reports the parameters at which the line may pass a bound of J1, J2, J3 or J2 - J3 standing at `angle`.
+    /// Reports the parameters at which the line may pass a bound of J1, J2, J3 or J2 - J3 at
+    /// `angle`.
     pub(crate) fn cuts(&self, bound: Bound, angle: f64, report: &mut impl FnMut(f64)) {
         match bound {
             Bound::J1Min | Bound::J1Max => {
-                // The tool stands sideways of the vertical plane at J1 = angle by exactly the bias.
+                // At J1 = angle the tool is off the vertical plane by exactly the sideways bias.
                 let (sin, cos) = sin_cos(angle);
                 let Pose { x, y, .. } = self.from;
                 let offset = y * cos - x * sin - self.geometry.tool.y;
@@ -130,7 +135,7 @@ impl Section {
         quadratic(c2, c1, c0).into_iter().for_each(report);
     }
 
-    /// Reports where the wrist is on a circle in the vertical plane.
+    /// Reports the parameters at which the wrist is on a circle in the vertical plane.
     fn circle(&self, circle: &Circle, report: &mut impl FnMut(f64)) {
         let radius = circle.radius;
         let height = self.from.z + self.geometry.tool.z - circle.up;
@@ -152,20 +157,20 @@ impl Section {
     }
 }
 
-/// A line so near to the axis goes through it: the square of a distance, mm2.
+/// Squared distance from the base axis below which a line counts as passing through it, mm2.
 const THROUGH: f64 = 1e-6;
 
-/// `sum(x) - 2 centre sqrt(square(x))`, both quadratics, constant first.
+/// The function `sum(x) - 2 centre sqrt(square(x))`; both quadratics with the constant first.
 struct Cut {
     square: [f64; 3],
-    /// The place nearest to the axis, and `square` there.
+    /// Parameter closest to the axis, and `square` there.
     nearest: f64,
     least: f64,
     sum: [f64; 3],
     centre: f64,
 }
 
-/// A point of the function: its value and slope there.
+/// Value and slope of the function at one parameter.
 #[derive(Clone, Copy)]
 struct Point {
     at: f64,
@@ -177,7 +182,7 @@ impl Cut {
     fn point(&self, at: f64) -> Point {
         let ([s0, s1, s2], [g0, g1, g2]) = (self.square, self.sum);
         let root = libm::sqrt((s0 + at * (s1 + at * s2)).max(0.0));
-        // Where the root vanishes its slope has no bound; its sign is what counts.
+        // Where the root vanishes its slope is unbounded; only the sign of the slope is used.
         let root_slope = if self.turns_at(at) {
             0.0
         } else {
@@ -190,7 +195,8 @@ impl Cut {
         }
     }
 
-    /// Where the second derivative vanishes: `2 g2 = centre (4 s0 s2 - s1^2) / (2 root^3)`, and what is in brackets is `4 s2 least`.
+    /// Zeros of the second derivative: `2 g2 = centre (4 s0 s2 - s1^2) / (2 root^3)`, where the
+    /// bracket is `4 s2 least`.
     fn inflections(&self) -> [f64; 2] {
         let ([s0, s1, s2], [_, _, g2]) = (self.square, self.sum);
         let cube = self.centre * s2 * self.least / g2;
@@ -202,7 +208,7 @@ impl Cut {
         }
     }
 
-    /// Whether the line goes through the axis, or as good as through it: there it turns from inwards to outwards at once.
+    /// True if the line passes through the axis, or nearly so. There the radius has a kink.
     fn turns_at(&self, at: f64) -> bool {
         at == self.nearest && libm::fabs(self.least) < THROUGH
     }
@@ -215,7 +221,7 @@ impl Cut {
         } else {
             quadratic(s2, s1, s0)
         };
-        // Beside the inflections the places where the root may begin, end, or have a kink.
+        // Besides the inflections: parameters where the root begins, ends, or has a kink.
         let mut pieces = [first, second, enter, leave, self.nearest];
         pieces.sort_unstable_by(f64::total_cmp);
         let mut from = self.point(0.0);
@@ -236,15 +242,15 @@ impl Cut {
         self.piece_roots(from, self.point(1.0), report);
     }
 
-    /// The roots in a piece on which the function is convex or concave.
+    /// Reports the roots in a piece on which the function is convex or concave.
     fn piece_roots(&self, from: Point, to: Point, report: &mut impl FnMut(f64)) {
         let value = |at| self.point(at).value;
         if (from.value > 0.0) != (to.value > 0.0) {
             report(bisect(from.at, to.at, value));
             return;
         }
-        // Only a hollow (a hill, if both values are negative) can hold two roots, and only one that dips below the
-        // point where the tangents of its ends meet.
+        // Two roots need a valley (a hill, if both values are negative) that reaches below the
+        // intersection of the tangents at its ends.
         let side = if from.value > 0.0 { 1.0 } else { -1.0 };
         let (falling, rising) = (side * from.slope, side * to.slope);
         if !(falling < 0.0 && rising > 0.0) {
@@ -263,7 +269,7 @@ impl Cut {
     }
 }
 
-/// The bounds that are boundaries in space, in other words all but J4's.
+/// Bounds that limit positions in space: all except those of J4.
 pub(crate) const SPATIAL: [Bound; 8] = [
     Bound::J1Min,
     Bound::J1Max,
@@ -275,7 +281,8 @@ pub(crate) const SPATIAL: [Bound; 8] = [
     Bound::J23Max,
 ];
 
-/// Reports every parameter at which a line may pass a bound of `strict`, or one of `wide` where that differs.
+/// Reports every parameter at which a line may pass a bound of `strict`, or of `wide` where it
+/// differs.
 pub(crate) fn spatial_cuts(
     section: &Section,
     strict: &Limits,

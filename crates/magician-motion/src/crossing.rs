@@ -1,8 +1,8 @@
-//! The first crossing of a limit, given every moment at which there may be one.
+//! First crossing of a limit, given all times at which one is possible.
 
 use crate::{JointAngles, Limits, MotionError};
 
-/// Moments of a motion at which something may change, in order, kept in place.
+/// Times at which a motion may cross a bound. Stored in place, sorted on demand.
 #[derive(Clone, Debug)]
 pub(crate) struct Moments {
     times: [f64; Self::CAPACITY],
@@ -10,9 +10,10 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// More than the boundaries of the workspace can cut a path. On an arc fifteen circles (the bounds of J2, J3 and
-    /// J2 - J3, each also where the start lies beyond it, and the edges of reach) have at most eight cuts each,
-    /// reported twice at worst, and the planes of J1 eight.
+    /// More than the boundaries of the workspace can cut a path. On an arc, fifteen circles (the
+    /// bounds of J2, J3 and J2 - J3, each also where the start lies beyond it, and the edges of
+    /// reach) have at most eight cuts each, each reported at most twice, and the planes of J1 have
+    /// eight.
     const CAPACITY: usize = 256;
 
     pub(crate) fn new() -> Self {
@@ -22,7 +23,7 @@ impl Moments {
         }
     }
 
-    /// Adds a moment; one that is not a positive number is nothing.
+    /// Adds a time. Values that are not positive and finite are ignored.
     pub(crate) fn add(&mut self, time: f64) {
         if time > 0.0
             && time.is_finite()
@@ -33,7 +34,7 @@ impl Moments {
         }
     }
 
-    /// The moments in order.
+    /// Returns the times in order.
     pub(crate) fn sorted(&mut self) -> &[f64] {
         let times = self.times.get_mut(..self.count).unwrap_or_default();
         times.sort_unstable_by(f64::total_cmp);
@@ -41,10 +42,12 @@ impl Moments {
     }
 }
 
-/// The first of the spans between `moments` in which the limits are violated: when it begins, and how.
+/// Returns the start of the first span between `moments` in which the limits are violated, and the
+/// error.
 ///
-/// The moments hold every passing of a bound, so a span is inside or outside as a whole and its middle speaks for it.
-/// A bound that the start violates is let out to where the start is until the motion has come back within.
+/// The moments include every passing of a bound, so a span is inside or outside as a whole and its
+/// middle decides. A bound that the start violates is widened to the start until the motion has
+/// come back within it: a motion back into the limits is allowed (model section 4).
 pub(crate) fn first_violation(
     limits: &Limits,
     start: &JointAngles,
@@ -71,7 +74,7 @@ pub(crate) fn first_violation(
     None
 }
 
-/// A violation of a bound let out, told with the bound as it is set.
+/// Restates a violation of a widened bound with the bound as configured.
 fn as_set(limits: &Limits, error: MotionError) -> MotionError {
     match error {
         MotionError::Limit { bound, value, .. } => limits.violation(bound, value),

@@ -1,32 +1,33 @@
-//! Why a motion cannot be made: the request's fault, never the machine's state.
+//! Reasons why a motion cannot be planned. They concern the request, never the state of the
+//! machine.
 
 use core::fmt;
 
 use crate::Bound;
 
-/// Why no joint angles lead to a pose. Distances in mm.
+/// Reason why no joint angles lead to a pose. Distances in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Unreachable {
-    /// The wrist would have to be further from the shoulder than both links together reach.
+    /// The wrist would be further from the shoulder than both links together reach.
     TooFar {
-        /// Distance that the pose asks for.
+        /// Distance of the requested pose.
         distance: f64,
-        /// Longest distance there is.
+        /// Longest possible distance.
         limit: f64,
     },
-    /// The pose is nearer to the shoulder or to the base axis than the arm can fold.
+    /// The pose is closer to the shoulder or to the base axis than the arm can fold.
     TooNear {
-        /// Distance that the pose asks for.
+        /// Distance of the requested pose.
         distance: f64,
-        /// Shortest distance there is.
+        /// Shortest possible distance.
         limit: f64,
     },
     /// A component of the target, or a jump height, is NaN or infinite.
     NotFinite,
 }
 
-/// A velocity, acceleration, ratio or period that a motion needs.
+/// Quantity of an invalid speed setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SpeedQuantity {
@@ -79,30 +80,31 @@ impl SpeedQuantity {
     }
 }
 
-/// Why a motion cannot be made as asked.
+/// Error of a motion that cannot be planned as requested.
 ///
-/// The kinds are the answers of the controller: no solution (alarm 0x11 while planning, 0x21 while moving), solved but
-/// beyond a limit (0x12, 0x22, or 0x40 to 0x49 for a motion of joints), a speed that is not one (0x1A), and three
-/// points that make no circle (0x13, 0x14).
+/// The kinds match the controller's alarms: no solution (0x11 while planning, 0x21 while moving),
+/// solved but beyond a limit (0x12, 0x22, or 0x40 to 0x49 for a motion of joints), an invalid speed
+/// (0x1A), and three points that make no circle (0x13, 0x14).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// No joint angles lead there.
+    /// No joint angles lead to the pose.
     Unreachable(Unreachable),
-    /// Joint angles lead there, but beyond a limit.
+    /// Joint angles lead to the pose, but beyond a limit.
     Limit {
         /// The bound violated.
         bound: Bound,
-        /// Where the motion would lead, degrees.
+        /// Angle that the motion would need, degrees.
         value: f64,
-        /// Where the bound stands, degrees.
+        /// Angle of the bound, degrees.
         limit: f64,
     },
-    /// The motion needs a velocity, acceleration, ratio or period that is NaN, zero, negative, or too small to end.
+    /// A velocity, acceleration, ratio or period is NaN, zero, negative, or too small for the
+    /// motion to end.
     Speed {
-        /// Which one.
+        /// The invalid quantity.
         quantity: SpeedQuantity,
-        /// Its value, in its own unit.
+        /// Value of the quantity: mm/s, mm/s2, deg/s, deg/s2, percent or seconds.
         value: f64,
     },
     /// Two of an arc's three points are less than 0.0001 mm apart (alarm 0x13).

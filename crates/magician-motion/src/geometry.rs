@@ -1,4 +1,4 @@
-//! The arm's measures: two links and the tool at the end of them.
+//! Dimensions of the arm: two links, and the tool at the end of them.
 
 use core::fmt;
 use core::str::FromStr;
@@ -8,10 +8,10 @@ pub(crate) const REAR_ARM: f64 = 135.0;
 /// Length of the forearm, elbow axis to wrist axis, mm (model section 1).
 pub(crate) const FOREARM: f64 = 147.0;
 
-/// Where the tool sits, seen from the wrist axis, in mm: the end-effector bias of the protocol.
+/// Offset of the tool from the wrist axis, mm: the protocol's end-effector bias.
 ///
-/// `x` points away from the base along the arm, `y` to its left, and a positive `z` means that the tool hangs
-/// down by that much (model section 2).
+/// `x` points away from the base along the arm, `y` to its left, and a positive `z` means that the
+/// tool hangs down by that much (model section 2).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolBias {
     /// Forward of the wrist axis, mm.
@@ -23,7 +23,7 @@ pub struct ToolBias {
 }
 
 impl ToolBias {
-    /// No tool: poses are those of the wrist axis. What an arm has that was never told of a tool.
+    /// No tool: poses are those of the wrist axis. The bias of a new arm.
     pub const NONE: Self = Self::forward_by(0.0);
     /// The suction cup, 59.7 mm forward (model section 1, measured).
     pub const SUCTION: Self = Self::forward_by(59.7);
@@ -34,7 +34,7 @@ impl ToolBias {
     /// The laser, 70 mm forward (model section 1).
     pub const LASER: Self = Self::forward_by(70.0);
 
-    /// The named tools, in the order in which people list them.
+    /// The named tools, in the order of lists and messages.
     pub const NAMED: [(&'static str, Self); 5] = [
         ("none", Self::NONE),
         ("suction", Self::SUCTION),
@@ -43,7 +43,7 @@ impl ToolBias {
         ("laser", Self::LASER),
     ];
 
-    /// A bias of its own; mm.
+    /// Creates a bias from x, y, z; mm.
     #[must_use]
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self { x, y, z }
@@ -53,8 +53,8 @@ impl ToolBias {
         Self::new(x, 0.0, 0.0)
     }
 
-    /// The bias of a tool by its name (`none`, `suction`, `gripper`, `pen`, `laser`; case does not matter), or
-    /// nothing if there is no tool of that name.
+    /// Returns the bias of a named tool (`none`, `suction`, `gripper`, `pen`, `laser`; case does
+    /// not matter). `None` if the name is unknown.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMED
@@ -64,7 +64,7 @@ impl ToolBias {
     }
 }
 
-/// A text is neither the name of a tool nor a bias.
+/// Error: a text is neither the name of a tool nor a bias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParseToolError;
 
@@ -81,7 +81,7 @@ impl fmt::Display for ParseToolError {
 
 impl core::error::Error for ParseToolError {}
 
-/// By name, or as `X,Y,Z` in mm.
+/// Parses the name of a tool, or `X,Y,Z` in mm.
 ///
 /// ```
 /// use magician_motion::ToolBias;
@@ -115,7 +115,7 @@ impl FromStr for ToolBias {
     }
 }
 
-/// The measures of one arm: its links and the tool bias in force.
+/// Dimensions of one arm: its links, and the tool bias in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
     /// Length of the rear arm, mm.
@@ -127,7 +127,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// A Dobot Magician with this tool bias.
+    /// Returns the geometry of a Dobot Magician with this tool bias.
     #[must_use]
     pub const fn magician(tool: ToolBias) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Jogging: one axis at a time, until told to stop or a limit does (model section 10).
+//! Jogging: one axis moves until the host stops it or a limit does (model section 10).
 
 use crate::axis_motion::AxisMotion;
 use crate::joint_segment::JointSegment;
@@ -10,7 +10,7 @@ use crate::{
     Trajectory,
 };
 
-/// What a jog moves.
+/// Axis that a jog moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JogAxis {
     /// The base.
@@ -31,17 +31,18 @@ pub enum JogAxis {
     R,
 }
 
-/// A jog: which axis, and which way.
+/// A jog: axis and direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Jog {
-    /// What moves.
+    /// Axis that moves.
     pub axis: JogAxis,
-    /// Whether its value grows.
+    /// True if the value of the axis grows.
     pub positive: bool,
 }
 
 impl Jog {
-    /// The axis of this number, from 0: J1 to J4, or x, y, z and r. `None` for any other number.
+    /// Returns the jog of an axis by number, from 0: J1 to J4, or x, y, z and r. `None` for any
+    /// other number.
     #[must_use]
     pub fn numbered(is_joint: bool, number: usize, positive: bool) -> Option<Self> {
         let axes = if is_joint {
@@ -54,17 +55,19 @@ impl Jog {
     }
 }
 
-/// Joint angles with nothing in their way are run through this far, degrees.
+/// Length of a joint jog without a limit in its way, degrees.
 const UNLIMITED: f64 = 1e9;
-/// Nothing of the arm moves faster than this, mm/s or deg/s.
+/// Highest entry speed accepted, mm/s or deg/s. Far above any speed of the arm; it keeps lengths
+/// finite.
 const FASTEST: f64 = 1e6;
-/// How far beyond a limit the way is laid that the limit then cuts, mm or degrees.
+/// Extra length beyond a limit, mm or degrees, so that the limit cuts the motion and not its own
+/// end.
 const BEYOND: f64 = 1.0;
-/// A limit nearer than this is where the arm stands, mm or degrees.
+/// Distance from a limit at which the arm counts as standing at it, mm or degrees.
 const AT_LIMIT: f64 = 1e-6;
 
 impl JogAxis {
-    /// The joint that moves alone, its index from 0; nothing for a straight line.
+    /// Index from 0 of the joint that moves alone; `None` for a straight line.
     fn joint(self) -> Option<usize> {
         match self {
             Self::J1 => Some(0),
@@ -75,7 +78,7 @@ impl JogAxis {
         }
     }
 
-    /// Where the arm is on this axis, mm or degrees.
+    /// Value of this axis, mm or degrees.
     #[must_use]
     pub fn value(self, state: &ArmState) -> f64 {
         match self {
@@ -86,11 +89,12 @@ impl JogAxis {
             Self::X => state.pose.x,
             Self::Y => state.pose.y,
             Self::Z => state.pose.z,
+            // A jog of R turns J4 alone (model section 10).
             Self::R => state.joints.j4,
         }
     }
 
-    /// The pose that is `by` mm further along a straight axis.
+    /// Returns the pose moved by `by` mm along a straight axis.
     fn moved(self, pose: &Pose, by: f64) -> Pose {
         let mut moved = *pose;
         match self {
@@ -115,8 +119,10 @@ impl JogAxis {
 }
 
 impl Speeds {
-    /// How fast these settings let an axis jog: each value up to its ceiling, times its ratio up to 100 % (model section 6).
-    /// The ratio of the acceleration is to be 100, which is how the arm jogs.
+    /// Velocity and acceleration of a jog at these settings: each value up to its ceiling, times
+    /// its ratio up to 100 % (model section 6).
+    ///
+    /// Pass an acceleration ratio of 100: the arm does not scale the acceleration of jogs.
     ///
     /// # Errors
     ///
@@ -131,7 +137,7 @@ impl Speeds {
 }
 
 impl Ceilings {
-    /// These rates of a jog, each up to its ceiling.
+    /// Limits the rates of a jog to the ceilings.
     fn jog(&self, axis: JogAxis, rates: KinematicLimits) -> Result<KinematicLimits, MotionError> {
         match axis.joint() {
             Some(_) if axis == JogAxis::R => self.rotation(rates),
@@ -142,12 +148,14 @@ impl Ceilings {
 }
 
 impl Planner {
-    /// Plans a jog that begins with the velocity `entry` of its axis (0 at rest; mm/s or deg/s, with the sign of the
-    /// axis), ramps to `rates.velocity` and runs until a limit stops it, which the plan tells as its
-    /// [`crossing`](Plan::crossing). Against the direction of the entry it first comes to rest.
+    /// Plans a jog that runs until a limit stops it; the limit is the plan's
+    /// [`crossing`](Plan::crossing).
     ///
-    /// At a limit, or beyond, a jog that leads further out takes no time. Without any limit on a joint it turns for a
-    /// thousand million degrees. The rates count up to the arm's ceilings; [`Speeds::jog`] makes them from settings.
+    /// The jog begins with the velocity `entry` of its axis (0 at rest; mm/s or deg/s, signed) and
+    /// ramps to `rates.velocity`. If the entry points the other way, it first comes to rest. A jog
+    /// that leads further out at or beyond a limit takes no time. A joint without a limit turns by
+    /// 1e9 degrees. The rates are limited to the ceilings; [`Speeds::jog`] computes them from
+    /// settings.
     ///
     /// ```
     /// use magician_motion::{ArmModel, ArmState, Jog, JogAxis, JointAngles, ToolBias};
@@ -160,7 +168,7 @@ impl Planner {
     /// let jog = planner.jog(&home, up, rates, 0.0)?;
     /// assert!(jog.crossing.is_some()); // it would run into a limit
     ///
-    /// // The key is let go after half a second.
+    /// // The key is released after half a second.
     /// let stop = planner.jog_stop(&jog.trajectory, 500_000, rates.acceleration);
     /// assert!(stop.trajectory.end().pose.z > home.pose.z && stop.crossing.is_none());
     /// # Ok::<(), magician_motion::MotionError>(())
@@ -168,8 +176,8 @@ impl Planner {
     ///
     /// # Errors
     ///
-    /// [`MotionError::Speed`] for rates that are NaN, zero or negative, and an entry that is none of an arm's;
-    /// [`MotionError::Limit`] for a straight jog from where no line can begin.
+    /// [`MotionError::Speed`] for rates that are NaN, zero or negative, and for an entry faster
+    /// than any arm; [`MotionError::Limit`] for a straight jog from where no line can begin.
     pub fn jog(
         &self,
         from: &ArmState,
@@ -198,13 +206,16 @@ impl Planner {
             (turn.duration() > 0.0).then(|| self.jog_segment(from, jog.axis, -sign, turn));
         let start = braking.map_or(*from, |segment| segment.end());
         let forwards = -left;
-        // A jog that is too fast slows down first, and must not be made to do so by the end of the way.
+        // Room to slow down from an entry above the target velocity. Otherwise the end of the
+        // length would force harder braking.
         let slowing = 0.5 * forwards * forwards / rates.acceleration;
         let length = self.way(&start, jog.axis, sign) + slowing;
         let profile = self.law.run(length, forwards, &rates);
         let running = self.jog_segment(&start, jog.axis, sign, profile);
         let whole = self.trajectory(from, braking.into_iter().chain([running]));
         let plan = Plan::within(whole, &self.limits);
+        // At rest at a limit, the profile would still produce a microscopic motion. The arm refuses
+        // such a jog (model section 10).
         Ok(match plan.crossing {
             Some(crossing) if entry == 0.0 && crossing.progress * length < AT_LIMIT => Plan {
                 trajectory: Trajectory::at_rest(&self.geometry, from),
@@ -218,9 +229,12 @@ impl Planner {
         })
     }
 
-    /// Plans the end of a jog from a time within it: it comes to rest along its own path at `deceleration` (mm/s2 or
-    /// deg/s2), unless a limit stops it before. Without a positive deceleration it stops dead; a motion that is no
-    /// jog stops like [`brake`](Self::brake), at this deceleration of every joint. The measures are the jog's own.
+    /// Plans the stop of a jog at a time within it, along its own path at `deceleration` (mm/s2 or
+    /// deg/s2).
+    ///
+    /// A limit may stop it earlier. If the deceleration is not positive, the arm stops at once. A
+    /// motion that is not a jog stops as in [`brake`](Self::brake), with this deceleration for
+    /// every joint. The geometry is that of the jog.
     #[must_use]
     pub fn jog_stop(&self, jog: &Trajectory, at_us: u64, deceleration: f64) -> Plan {
         let from = jog.sample(at_us);
@@ -241,6 +255,7 @@ impl Planner {
                     let rate = segment.tool_rate_at(t);
                     own.line_stop(&from, &rate, deceleration)
                 }
+                // A move was under way and not a jog: its path may curve, so stop joint by joint.
                 _ => jog.braked(own.law, at_us, [deceleration; 3]),
             },
             _ => Trajectory::at_rest(&own.geometry, &from),
@@ -286,7 +301,8 @@ impl Planner {
         MoveSegment::Joints(JointSegment::following(&self.geometry, from, axes))
     }
 
-    /// A line that may lead out of reach: where it does, it is cut.
+    /// Returns a straight line that may lead out of reach; the plan is cut there.
+    // The joints of an end out of reach are never sampled.
     fn straight(&self, from: &ArmState, to: Pose, along: VelocityProfile) -> MoveSegment {
         let joints = self.geometry.inverse(&to).unwrap_or(from.joints);
         MoveSegment::Line(LineSegment {
@@ -297,7 +313,7 @@ impl Planner {
         })
     }
 
-    /// A way along the axis that leads beyond what limits and links allow.
+    /// Length along the axis that leads beyond all limits and links.
     fn way(&self, from: &ArmState, axis: JogAxis, sign: f64) -> f64 {
         let limits = &self.limits;
         let (angle, Range { min, max }) = match axis {
@@ -308,12 +324,12 @@ impl Planner {
             JogAxis::X | JogAxis::Y | JogAxis::Z => return self.reach(&from.pose) + BEYOND,
         };
         let room = if sign > 0.0 { max - angle } else { angle - min };
-        // A limit or an angle that is not a number leaves no room.
+        // A NaN limit or angle leaves no room.
         let room = if room > 0.0 { room.min(UNLIMITED) } else { 0.0 };
         room + BEYOND
     }
 
-    /// No point is in reach that is further away than this.
+    /// Distance beyond which no point is in reach.
     fn reach(&self, from: &Pose) -> f64 {
         let tool = self.geometry.tool;
         let bias = Pose::new(tool.x, tool.y, tool.z, 0.0);
@@ -324,8 +340,8 @@ impl Planner {
 }
 
 impl Trajectory {
-    /// The velocity of a jog axis at a time, with its sign, mm/s or deg/s: what a jog that takes over at that time
-    /// begins with. Zero from the end of the motion on.
+    /// Velocity of a jog axis at a time, signed, mm/s or deg/s: the entry speed of a jog that takes
+    /// over then. Zero from the end of the motion on.
     #[must_use]
     pub fn velocity_along(&self, axis: JogAxis, t_us: u64) -> f64 {
         let [j1, j2, j3, j4] = self.joint_velocities(t_us);
@@ -340,7 +356,7 @@ impl Trajectory {
         }
     }
 
-    /// The tool's velocity at a time, mm/s, and that of r, deg/s; zero from the end of the motion on.
+    /// Velocity of the tool at a time, mm/s, and of r, deg/s; zero from the end of the motion on.
     #[must_use]
     pub fn tool_velocity(&self, t_us: u64) -> Pose {
         match self.under_way(t_us) {

@@ -1,4 +1,4 @@
-//! The joints of a motion: each by a profile of its own.
+//! Segment of a motion: the joints, each by its own velocity profile.
 
 use crate::axis_motion::AxisMotion;
 use crate::crossing::{Moments, first_violation};
@@ -6,7 +6,7 @@ use crate::roots::quadratic;
 use crate::velocity_profile::CORNERS;
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
 
-/// Every joint by a profile of its own.
+/// A motion of the joints, each by its own profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JointSegment {
     pub(crate) from: ArmState,
@@ -15,7 +15,7 @@ pub(crate) struct JointSegment {
 }
 
 impl JointSegment {
-    /// The segment on which every joint goes by its own profile, wherever that leads.
+    /// Creates the segment in which each joint follows its own profile, wherever that leads.
     pub(crate) fn following(geometry: &Geometry, from: &ArmState, axes: [AxisMotion; 4]) -> Self {
         let mut segment = Self {
             from: *from,
@@ -56,7 +56,7 @@ impl JointSegment {
         let found = first_violation(limits, &self.from.joints, moments, self.duration(), |t| {
             Ok(self.joints_at(t))
         });
-        // People want to hear where the target would be, not where the arm stood just after.
+        // An error should name the target that was requested, not the angle just past the bound.
         found.map(|(t, error)| match error {
             MotionError::Limit { bound, .. } if limits.is_violated(bound, &self.to.joints) => {
                 (t, limits.violation(bound, bound.value(&self.to.joints)))
@@ -65,8 +65,9 @@ impl JointSegment {
         })
     }
 
-    /// Whether both ends, and with them everything between, are within limits. The joints move each by its own profile, so
-    /// the coupled bound is safe only if no pairing of J2 and J3 on the way violates it.
+    /// True if the whole segment is within the limits. Each joint moves monotonically between its
+    /// ends, but at its own pace, so the coupled bound is safe only if no pairing of J2 and J3
+    /// violates it.
     fn stays_within(&self, limits: &Limits) -> bool {
         let (from, to) = (self.from.joints, self.to.joints);
         let pairing = |j2, j3| JointAngles { j2, j3, ..to };
@@ -75,7 +76,8 @@ impl JointSegment {
             .all(|joints| limits.violations(joints).next().is_none())
     }
 
-    /// The moments at which the bound's angle is `angle`: between corners of the profiles it is a quadratic of time.
+    /// Adds the times at which the angle of `bound` equals `angle`. Between the corners of the
+    /// profiles it is a quadratic of time.
     fn passings(&self, bound: Bound, angle: f64, moments: &mut Moments) {
         let [j1, j2, j3, j4] = &self.axes;
         let (axis, other) = match bound {
@@ -106,13 +108,13 @@ impl JointSegment {
         }
     }
 
-    /// The moments in turn between which every joint follows one curve.
+    /// Times between which every joint follows one piece of its curve.
     pub(crate) fn corners(&self) -> impl Iterator<Item = f64> {
         let [j1, j2, j3, j4] = &self.axes;
         corners([j1, j2, j3, j4])
     }
 
-    /// The state at `t`; a joint that `stopped_by` names is exactly at that bound.
+    /// Returns the state at `t`. A joint named by `stopped_by` is exactly at its bound.
     pub(crate) fn state_stopped_by(
         &self,
         geometry: &Geometry,
@@ -122,7 +124,8 @@ impl JointSegment {
         let mut joints = self.joints_at(t);
         if let MotionError::Limit { bound, limit, .. } = *stopped_by {
             match bound {
-                // Without a passing of the bound the start was beyond it: there it stays.
+                // The bound was not passed: the start was beyond it already, and the joint stays
+                // there.
                 _ if t <= 0.0 => {}
                 Bound::J1Min | Bound::J1Max => joints.j1 = limit,
                 Bound::J2Min | Bound::J2Max => joints.j2 = limit,
@@ -135,7 +138,7 @@ impl JointSegment {
     }
 }
 
-/// The corners and ends of these axes in turn.
+/// Corners and ends of these axes, in order.
 fn corners<const N: usize>(axes: [&AxisMotion; N]) -> impl Iterator<Item = f64> {
     let mut corners = [f64::NAN; 4 * (CORNERS + 1)];
     let all = axes.into_iter().flat_map(AxisMotion::corners);
@@ -147,7 +150,7 @@ fn corners<const N: usize>(axes: [&AxisMotion; N]) -> impl Iterator<Item = f64> 
 }
 
 impl JointSegment {
-    /// The joint that goes furthest, and how far.
+    /// Returns the joint that turns furthest, and its angle.
     pub(crate) fn dominant_axis(&self) -> (AxisMotion, f64) {
         let [first, ..] = self.axes;
         let sweep = |axis: &AxisMotion| libm::fabs(axis.offset(axis.duration()));

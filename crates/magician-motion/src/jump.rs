@@ -1,20 +1,21 @@
-//! The corners of a jump (model section 7).
+//! Corners of a jump (model section 7).
 
 use crate::{ArmModel, Geometry, MotionError, Pose, Unreachable};
 
-/// How high a jump goes, mm.
+/// Heights of a jump, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpHeights {
     /// Rise above the start.
     pub start: f64,
     /// Descent to the end.
     pub end: f64,
-    /// The z that a jump does not rise above, unless its start or end does or leaves the joints no room.
+    /// Highest z of a jump. The start or the end may lie above it, and so may a jump whose joints
+    /// leave no room.
     pub z_limit: f64,
 }
 
 impl JumpHeights {
-    /// The same height at start and end: both corners are as high above the higher of the two.
+    /// Creates equal heights: both corners are that much above the higher end.
     #[must_use]
     pub const fn even(height: f64, z_limit: f64) -> Self {
         Self {
@@ -24,7 +25,7 @@ impl JumpHeights {
         }
     }
 
-    /// The z of the corner above the start and of the one above the end.
+    /// Z of the corner above the start, and of the corner above the end.
     fn corners(&self, from: f64, to: f64) -> (f64, f64) {
         if self.start == self.end {
             let highest = from.max(to);
@@ -35,6 +36,8 @@ impl JumpHeights {
         }
     }
 
+    // An end above the limit is its own corner: zm = max(z0, z1), without an alarm (model section
+    // 15a).
     fn capped(&self, z: f64, height: f64) -> f64 {
         if z > self.z_limit {
             z
@@ -55,11 +58,11 @@ impl Default for JumpHeights {
     }
 }
 
-/// How a jump gets from one corner to the other.
+/// Path of a jump between its corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
-    /// All joints together. This swings the tool up between the corners, by millimetres; where that would break the
-    /// jump's z limit, both corners are lowered until it does not.
+    /// All joints together. This swings the tool up by millimetres between the corners. Where the
+    /// swing would exceed the z limit, both corners are lowered.
     Joint,
     /// On a straight line.
     Line,
@@ -70,16 +73,16 @@ pub enum Transfer {
 pub(crate) struct Corners {
     pub(crate) lift: Pose,
     pub(crate) descent: Pose,
-    /// The z that no part of the jump rises above: the limit, or the higher end if that is above it.
+    /// Highest z of the jump: the limit, or the higher end if that is above it.
     pub(crate) ceiling: f64,
-    /// The z below which each corner is not taken.
+    /// Lowest z of each corner: its end of the jump.
     floors: [f64; 2],
     pub(crate) lift_is_straight: bool,
     pub(crate) descent_is_straight: bool,
 }
 
 impl Corners {
-    /// The corners of the jump from one pose to another; r turns between them.
+    /// Returns the corners of a jump between two poses; r turns between the corners.
     pub(crate) fn between(
         geometry: &Geometry,
         from: &Pose,
@@ -102,7 +105,7 @@ impl Corners {
 }
 
 impl Corners {
-    /// These corners with straight ways up and down.
+    /// Returns these corners with straight legs up and down.
     pub(crate) fn straight(&self) -> Self {
         Self {
             lift_is_straight: true,
@@ -111,7 +114,8 @@ impl Corners {
         }
     }
 
-    /// These corners taken down by so many mm, as far as the ends of the jump allow; nothing if they are down already.
+    /// Returns these corners lowered by `by` mm, but not below the ends of the jump. `None` if
+    /// neither can go lower.
     pub(crate) fn lowered(&self, by: f64) -> Option<Self> {
         let [first, second] = self.floors;
         let mut lowered = *self;
@@ -121,7 +125,8 @@ impl Corners {
     }
 }
 
-/// Near the base the joints go straight up and down better than the tool does: the vendor's rule.
+/// True if the tool is further out than the forearm plus the bias. There the vendor's code lifts on
+/// a straight line, elsewhere by joints (model section 7).
 fn is_outstretched(geometry: &Geometry, pose: &Pose) -> bool {
     libm::sqrt(pose.x * pose.x + pose.y * pose.y) > geometry.forearm + geometry.tool.x
 }

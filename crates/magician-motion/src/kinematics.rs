@@ -1,12 +1,17 @@
-//! Joint angles to pose and back (model sections 2 and 3).
+//! Forward and inverse kinematics (model sections 2 and 3).
+//!
+//! Two parallelograms hold the wrist level and keep the forearm's angle independent of J2, so the
+//! arm is a planar two-link mechanism turned by J1. The inverse is unique: the elbow is always up,
+//! and J4 is r less J1. Limits are checked separately, because alarms distinguish "no solution"
+//! from "beyond a limit".
 
 use crate::angle::{DEGREES_PER_RADIAN, atan2, sin_cos};
 use crate::{Geometry, Limits, MotionError, Unreachable};
 
-/// The four joint angles in degrees, in the controller's own convention (model section 1).
+/// The four joint angles in degrees, counted as the controller does (model section 1).
 ///
-/// `j2` is measured from the vertical, positive leaning forward; `j3` is the angle of the forearm below the
-/// horizontal, whatever `j2` does; `j4` is the servo on the wrist plate.
+/// `j2` is measured from the vertical, positive leaning forward; `j3` is the angle of the forearm
+/// below the horizontal, whatever `j2` does; `j4` is the servo on the wrist plate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -25,11 +30,11 @@ pub struct JointAngles {
 }
 
 impl JointAngles {
-    /// The home point, (0, 45, 45, 0): where an arm stands after homing unless told otherwise, and what it
-    /// reports at power-up (model sections 11 and 15a).
+    /// The home point, (0, 45, 45, 0): default pose after homing, and the pose reported at power-up
+    /// (model sections 11 and 15a).
     pub const HOME: Self = Self::new(0.0, 45.0, 45.0, 0.0);
 
-    /// Four angles, degrees.
+    /// Creates joint angles from four values in degrees.
     #[must_use]
     pub const fn new(j1: f64, j2: f64, j3: f64, j4: f64) -> Self {
         Self { j1, j2, j3, j4 }
@@ -41,13 +46,13 @@ impl JointAngles {
         [self.j1, self.j2, self.j3, self.j4]
     }
 
-    /// Whether every angle is a finite number.
+    /// True if every angle is a finite number.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.to_array().iter().all(|angle| angle.is_finite())
     }
 
-    /// These angles moved by an increment, axis by axis.
+    /// Returns these angles plus an increment for each joint.
     #[must_use]
     pub fn offset_by(&self, by: &Self) -> Self {
         Self::new(
@@ -71,10 +76,10 @@ impl From<[f64; 4]> for JointAngles {
     }
 }
 
-/// Where the tool is: position in mm in the base frame, and its rotation `r` about the vertical in degrees.
+/// Position of the tool in the base frame, mm, and its rotation `r` about the vertical, degrees.
 ///
-/// The origin is where the base axis meets the shoulder axis; X forward, Y to the arm's left, Z up. The table is
-/// not z = 0 (model section 1).
+/// The origin is where the base axis meets the shoulder axis; X forward, Y to the arm's left, Z up.
+/// The table is not z = 0 (model section 1).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Forward, mm.
@@ -88,7 +93,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A pose; mm and degrees.
+    /// Creates a pose; mm and degrees.
     #[must_use]
     pub const fn new(x: f64, y: f64, z: f64, r: f64) -> Self {
         Self { x, y, z, r }
@@ -100,20 +105,20 @@ impl Pose {
         [self.x, self.y, self.z, self.r]
     }
 
-    /// Whether every component is a finite number.
+    /// True if every component is a finite number.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.to_array().iter().all(|value| value.is_finite())
     }
 
-    /// The distance between two positions, mm.
+    /// Distance between two positions, mm.
     #[must_use]
     pub fn distance_to(&self, other: &Self) -> f64 {
         let (x, y, z) = (other.x - self.x, other.y - self.y, other.z - self.z);
         libm::sqrt(x * x + y * y + z * z)
     }
 
-    /// This pose moved by an increment, component by component.
+    /// Returns this pose plus an increment for each component.
     #[must_use]
     pub fn offset_by(&self, by: &Self) -> Self {
         Self::new(self.x + by.x, self.y + by.y, self.z + by.z, self.r + by.r)
@@ -127,7 +132,8 @@ impl From<[f64; 4]> for Pose {
 }
 
 impl Geometry {
-    /// The pose of the tool at these joint angles. Angles that are not finite give a pose that is not.
+    /// Returns the pose of the tool at these joint angles. Angles that are not finite yield a pose
+    /// that is not finite.
     #[must_use]
     pub fn forward(&self, joints: &JointAngles) -> Pose {
         let (sin1, cos1) = sin_cos(joints.j1);
@@ -142,11 +148,11 @@ impl Geometry {
         }
     }
 
-    /// The joint angles that bring the tool to this pose, elbow up, limits not considered.
+    /// Returns the joint angles for this pose, elbow up. Joint limits are not considered.
     ///
     /// # Errors
     ///
-    /// [`MotionError::Unreachable`] if no angles do: too far, too near, or not a finite number.
+    /// [`MotionError::Unreachable`] if there are none: too far, too near, or not a finite number.
     pub fn inverse(&self, pose: &Pose) -> Result<JointAngles, MotionError> {
         if !pose.is_finite() {
             return Err(Unreachable::NotFinite.into());
@@ -154,28 +160,28 @@ impl Geometry {
         self.solve(pose, Outside::Refuse)
     }
 
-    /// True if the tool can be at a place (x, y, z; mm) within these limits, however it is turned.
+    /// True if the tool can be at a position (x, y, z; mm) within these limits, at any rotation.
     #[must_use]
     pub fn reaches(&self, [x, y, z]: [f64; 3], limits: &Limits) -> bool {
-        // Straight on from the base the servo stands near its middle.
+        // Any r will do, so take the one that puts J4 near the middle of its range.
         let r = libm::atan2(y, x).to_degrees();
         self.inverse_within(&Pose::new(x, y, z, r), limits).is_ok()
     }
 
-    /// The joint angles that bring the tool to this pose, if they are within `limits`.
+    /// Returns the joint angles for this pose if they are within `limits`.
     ///
     /// # Errors
     ///
-    /// [`MotionError::Unreachable`] as [`inverse`](Self::inverse), [`MotionError::Limit`] if the pose can be
-    /// solved but lies beyond a limit.
+    /// [`MotionError::Unreachable`] as in [`inverse`](Self::inverse); [`MotionError::Limit`] if the
+    /// pose can be solved but lies beyond a limit.
     pub fn inverse_within(&self, pose: &Pose, limits: &Limits) -> Result<JointAngles, MotionError> {
         let joints = self.inverse(pose)?;
         limits.check(&joints)?;
         Ok(joints)
     }
 
-    /// As [`inverse`](Self::inverse), but a wrist outside the reach by a rounding error is taken to be at its
-    /// edge: for points of a path already known to lie within.
+    /// Like [`inverse`](Self::inverse), but moves a wrist that is out of reach by a rounding error
+    /// to the edge of reach. For points of a path that is known to be in reach.
     pub(crate) fn inverse_at_edge(&self, pose: &Pose) -> Option<JointAngles> {
         self.solve(pose, Outside::Clamp)
             .ok()
@@ -199,10 +205,10 @@ impl Geometry {
         Ok(JointAngles::new(j1, j2, j3, pose.r - j1))
     }
 
-    /// J2 and J3 for the wrist at `p` outwards and `q` up in the arm's vertical plane.
+    /// Solves J2 and J3 for the wrist at `p` outwards and `q` up in the arm's vertical plane.
     ///
-    /// Sine and cosine of the rear arm's elevation follow from the triangle without a detour over its angle, which
-    /// saves three trigonometric calls and loses no precision.
+    /// Sine and cosine of the rear arm's elevation follow from the triangle directly. That saves
+    /// three trigonometric calls and loses no precision.
     fn solve_section(&self, p: f64, q: f64, outside: Outside) -> Result<(f64, f64), MotionError> {
         let (rear, fore) = (self.rear_arm, self.forearm);
         let distance_squared = p * p + q * q;
@@ -211,18 +217,21 @@ impl Geometry {
         let sin_inner = outside
             .root(1.0 - cos_inner * cos_inner)
             .ok_or_else(|| self.out_of_reach(distance))?;
+        // Rounding may exceed 1 by an ulp.
         let cos_inner = cos_inner.clamp(-1.0, 1.0);
         let sin_elevation = (q * cos_inner + p * sin_inner) / distance;
         let cos_elevation = (p * cos_inner - q * sin_inner) / distance;
         let mut elevation = atan2(sin_elevation, cos_elevation);
         if elevation < 0.0 && q >= 0.0 {
-            // The inner angle leads up from a wrist above the shoulder, past 180 degrees.
+            // With the wrist above the shoulder the elevation may exceed 180 degrees, and `atan2`
+            // wraps it.
             elevation += 360.0;
         }
         let j3 = atan2(rear * sin_elevation - q, p - rear * cos_elevation);
         Ok((90.0 - elevation, j3))
     }
 
+    // A wrist closer than the forearm is long can only fail because the arm does not fold further.
     fn out_of_reach(&self, distance: f64) -> Unreachable {
         if distance < self.forearm {
             Unreachable::TooNear {
@@ -238,7 +247,7 @@ impl Geometry {
     }
 }
 
-/// What becomes of a square that must not be negative and is.
+/// Treatment of a negative radicand.
 #[derive(Clone, Copy)]
 enum Outside {
     Refuse,
@@ -246,7 +255,8 @@ enum Outside {
 }
 
 impl Outside {
-    /// The square root, nothing for NaN, and for a negative number nothing or zero.
+    /// Square root of `square`. `None` for NaN, and for a negative number if this is `Refuse`; with
+    /// `Clamp` a negative number gives 0.
     fn root(self, square: f64) -> Option<f64> {
         match self {
             _ if square >= 0.0 => Some(libm::sqrt(square)),
@@ -257,9 +267,11 @@ impl Outside {
 }
 
 impl Geometry {
-    /// Joint velocities (deg/s) at these joints when the tool moves with this velocity (mm/s, r in deg/s).
+    /// Joint velocities (deg/s) for a given velocity of the tool (mm/s, r in deg/s) at these
+    /// joints.
     ///
-    /// The arm has no singularity within its limits (model section 5); at one, the result is not finite.
+    /// The arm has no singularity within its limits (model section 5). At one the result is not
+    /// finite.
     pub(crate) fn joint_velocities(
         &self,
         joints: &JointAngles,
@@ -285,7 +297,7 @@ impl Geometry {
         ]
     }
 
-    /// The velocity of the tool (mm/s, r in deg/s) at these joints when they move with these velocities (deg/s).
+    /// Velocity of the tool (mm/s, r in deg/s) for given joint velocities (deg/s) at these joints.
     pub(crate) fn tool_rate(&self, joints: &JointAngles, velocities: [f64; 4]) -> Pose {
         let [turning, leaning, dropping, _] = velocities.map(|v| v / DEGREES_PER_RADIAN);
         let (sin2, cos2) = sin_cos(joints.j2);

@@ -1,12 +1,13 @@
-//! How the controller turns speeds into places: in whole periods, or as if time were continuous (model section 7).
+//! The controller's law of motion: whole periods of 20 ms, or continuous time (model section 7).
 
 use crate::velocity_profile::{KinematicLimits, VelocityProfile};
 
-/// The law of motion of a controller.
+/// Law of motion of a controller.
 ///
-/// A Magician computes in periods of 20 ms. In each it first changes the speed, by at most the acceleration times the
-/// period, then moves by the speed times the period; between two periods the pose stands still, and the last period of
-/// a motion ends exactly on its target. Without periods the same profiles are functions of continuous time.
+/// A Magician computes in periods of 20 ms. In each it first changes the speed, by at most the
+/// acceleration times the period, then moves by the speed times the period; between two periods the
+/// pose stands still, and the last period of a motion ends exactly on its target. Without periods
+/// the same profiles are functions of continuous time.
 ///
 /// ```
 /// use magician_motion::{KinematicLimits, MotionLaw};
@@ -23,31 +24,32 @@ pub struct MotionLaw {
 }
 
 impl MotionLaw {
-    /// Periods of 20 ms, as two recordings of real arms show.
+    /// Periods of 20 ms, as seen in two recordings of real arms (model section 7).
     pub const MAGICIAN: Self = Self { period_us: 20_000 };
 
-    /// No periods: every time has a place of its own.
+    /// Continuous time: the position changes at every instant.
     pub const CONTINUOUS: Self = Self { period_us: 0 };
 
-    /// Periods of so many microseconds; continuous for 0.
+    /// Creates a law with a period in microseconds; 0 means continuous time.
     #[must_use]
     pub const fn with_period_us(period_us: u32) -> Self {
         Self { period_us }
     }
 
-    /// The period, microseconds; 0 for continuous time.
+    /// Period, microseconds; 0 in continuous time.
     #[must_use]
     pub const fn period_us(self) -> u32 {
         self.period_us
     }
 
-    /// True without periods.
+    /// True in continuous time.
     #[must_use]
     pub const fn is_continuous(self) -> bool {
         self.period_us == 0
     }
 
-    /// The end of the last period by a time, microseconds: what is reported then holds since.
+    /// End of the last period at or before a time, microseconds. The pose reported at that time
+    /// dates from then.
     #[must_use]
     pub const fn period_start(self, at_us: u64) -> u64 {
         match self.period_us {
@@ -56,7 +58,7 @@ impl MotionLaw {
         }
     }
 
-    /// The first end of a period from a time on, microseconds.
+    /// End of the first period at or after a time, microseconds.
     #[must_use]
     pub const fn period_end(self, at_us: u64) -> u64 {
         match self.period_us {
@@ -65,20 +67,22 @@ impl MotionLaw {
         }
     }
 
-    /// The period, seconds.
+    /// Period, seconds.
     pub(crate) fn period(self) -> f64 {
         f64::from(self.period_us) / 1e6
     }
 
-    /// The fastest way over `length` from rest to rest.
+    /// Returns the fastest profile over `length` from rest to rest.
     #[must_use]
     pub fn rest_to_rest(self, length: f64, limits: &KinematicLimits) -> VelocityProfile {
         self.rest_to_rest_in(length, limits, limits.least_time(length))
     }
 
-    /// The way over `length` from rest to rest whose ramps are those of `duration` seconds, no less than the fastest: a
-    /// triangle where the velocity allows, else a trapezoid at full velocity. In periods it ends with the period that
-    /// `duration` ends in.
+    /// Returns the profile over `length` from rest to rest with the ramps of `duration` seconds,
+    /// which must not be shorter than the fastest.
+    ///
+    /// The profile is a triangle if that stays below the velocity limit, else a trapezoid at full
+    /// velocity. In periods the profile ends with the period in which `duration` ends.
     #[must_use]
     pub fn rest_to_rest_in(
         self,
@@ -89,15 +93,15 @@ impl MotionLaw {
         VelocityProfile::trapezoid_in(length, limits, duration).in_periods(self.period())
     }
 
-    /// The way over `length` from rest to rest that never cruises, as [`rest_to_rest_in`](Self::rest_to_rest_in).
+    /// Like [`rest_to_rest_in`](Self::rest_to_rest_in), but never cruises.
     pub(crate) fn triangle(self, length: f64, duration: f64) -> VelocityProfile {
         VelocityProfile::triangle(length, duration).in_periods(self.period())
     }
 
-    /// A ramp from `entry` to the velocity of the limits, which is held until `length` is covered.
+    /// Returns a ramp from `entry` to the velocity limit, which is held until `length` is covered.
     ///
-    /// In periods the entry may be below 0 by less than a period gains: what a jog that is turned round has left of
-    /// its speed the other way.
+    /// In periods the entry may be negative by less than one period gains: a jog that reverses
+    /// crosses standstill within a period.
     #[must_use]
     pub fn run(self, length: f64, entry: f64, limits: &KinematicLimits) -> VelocityProfile {
         if self.is_continuous() {
@@ -107,20 +111,21 @@ impl MotionLaw {
         }
     }
 
-    /// From a speed to rest at a steady deceleration.
+    /// Returns the profile from a speed to rest at a constant deceleration.
     #[must_use]
     pub fn stop(self, entry: f64, deceleration: f64) -> VelocityProfile {
         VelocityProfile::stopping(entry, deceleration).stop_in_periods(self.period())
     }
 
-    /// From a speed to rest in `duration` seconds.
+    /// Returns the profile from a speed to rest in `duration` seconds.
     #[must_use]
     pub(crate) fn stop_in(self, entry: f64, duration: f64) -> VelocityProfile {
         VelocityProfile::stopping_in(entry, duration).stop_in_periods(self.period())
     }
 
-    /// What of a stop passes before the speed changes its sign, and how much of the speed is left then: nothing in
-    /// continuous time, less than a period takes off in periods.
+    /// Returns the part of a stop before the speed changes its sign, and the speed left at its end.
+    ///
+    /// That speed is 0 in continuous time. In periods it is less than one period's change of speed.
     pub(crate) fn turn(self, entry: f64, deceleration: f64) -> (VelocityProfile, f64) {
         if self.is_continuous() {
             (VelocityProfile::stopping(entry, deceleration), 0.0)
@@ -129,12 +134,12 @@ impl MotionLaw {
         }
     }
 
-    /// A segment of a continuous path: from one speed to another over `length`, as
-    /// [`VelocityProfile::between`] says.
+    /// Returns the profile of a path segment between two speeds, limited as in
+    /// [`VelocityProfile::between`].
     ///
-    /// In periods it takes the nearest whole number of them, at least one, and ends on its target: its speed on the way
-    /// is as much lower or higher as that asks for, and its places are those of a continuous profile (choice
-    /// `CpTimes`). A tie counts as the slower of both, whatever binary32 makes of the ends of the segment.
+    /// In periods it takes the nearest whole number of them, at least one, and ends on its target.
+    /// The speed in between is lowered or raised to fit, and its positions are those of a
+    /// continuous profile (choice `CpTimes`). A tie counts as the longer time.
     #[must_use]
     pub fn segment(
         self,
@@ -148,6 +153,8 @@ impl MotionLaw {
             profile
         } else {
             let period = self.period();
+            // Without this allowance the rounding of a binary32 target would decide a tie: a
+            // segment of exactly 1.5 periods would take 1 or 2 depending on where it lies.
             let rounding = LENGTH_ROUNDING / limits.velocity;
             let periods = libm::floor((profile.duration() + rounding) / period + 0.5);
             profile.lasting(periods.max(1.0) * period, limits.acceleration)
@@ -156,24 +163,26 @@ impl MotionLaw {
 }
 
 impl Default for MotionLaw {
-    /// That of a Magician.
+    /// Law of a Magician.
     fn default() -> Self {
         Self::MAGICIAN
     }
 }
 
-/// How many periods a time needs; a rounding error does not cost one.
+/// Number of periods that a duration needs. A rounding error does not add one.
 pub(crate) fn whole_periods(duration: f64, period: f64) -> f64 {
     libm::ceil(duration / period - ROUNDING)
 }
 
-/// How many periods have ended by a time.
+/// Number of periods that have ended by a time.
 pub(crate) fn ended_periods(t: f64, period: f64) -> f64 {
     libm::floor(t / period + ROUNDING)
 }
 
-/// Part of the length of a segment that is rounding, mm: a target comes in binary32, and is off by 2^-16 mm on each axis
-/// from 256 to 512 mm. Of both ends of a diagonal that is `2 * sqrt(3) * 2^-16 = 5.3e-5`.
+/// Rounding error in the length of a path segment, mm. Targets arrive in binary32, which between
+/// 256 and 512 mm is off by up to 2^-16 mm on each axis. Over both ends of a diagonal that adds up
+/// to `2 * sqrt(3) * 2^-16 = 5.3e-5`.
 const LENGTH_ROUNDING: f64 = 6e-5;
-/// A share of a period that is rounding.
+/// Rounding error allowed in a number of periods: 2 ns of 20 ms. It is far above the rounding of
+/// `f64` and far below the microsecond in which times are given.
 const ROUNDING: f64 = 1e-7;

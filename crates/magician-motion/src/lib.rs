@@ -1,8 +1,19 @@
 //! Kinematics, limits, paths and velocity profiles of the Dobot Magician arm.
 //!
-//! Pure mathematics: no clock, no input or output, no allocation, and the same results on every platform. Lengths
-//! are mm, angles degrees, times seconds, and in trajectories whole microseconds. The model whose sections are cited is
-//! `docs/MODEL.md` of the repository.
+//! Pure mathematics: no clock, no I/O, no allocation, and the same results on every platform.
+//! Lengths are in mm, angles in degrees, times in seconds, or in whole microseconds where a name
+//! ends in `_us`. Sections of "the model" refer to `docs/MODEL.md` in the repository.
+//!
+//! The path from a request to a position:
+//!
+//! 1. [`Planner`] turns a [`Move`], a [`Jog`] or a path segment into a [`Plan`].
+//! 2. A plan holds a [`Trajectory`], cut at the first joint limit or edge of reach on the way, and
+//!    the [`Crossing`] that says so.
+//! 3. [`Trajectory::sample`] gives joints and pose at any time, computed from the start of the
+//!    motion.
+//!
+//! [`ArmModel`] holds the numbers of one firmware, [`MotionLaw`] the 20 ms periods in which a real
+//! controller moves, and [`Fence`] the user's bounds for the tool tip.
 //!
 //! ```
 //! use magician_motion::{ArmModel, Geometry, JointAngles, ToolBias};
@@ -77,7 +88,7 @@ pub use top_view::TopView;
 pub use trajectory::Trajectory;
 pub use velocity_profile::{KinematicLimits, VelocityProfile};
 
-/// Compiles the README's program with the tests.
+/// Compiles the program in the README as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

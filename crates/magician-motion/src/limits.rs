@@ -1,12 +1,12 @@
-//! The ten joint bounds: four joints, and the coupling of rear arm and forearm, each with two sides.
+//! The ten joint limits: minimum and maximum of four joints, and of the coupling J2 - J3.
 
 use crate::{ArmModel, JointAngles, MotionError};
 
-/// How far beyond a bound an angle still counts as on it, degrees: room for rounding, a ten-millionth of a
-/// motor step.
+/// Tolerance for an angle beyond its bound, degrees. It absorbs rounding and is a ten-millionth of
+/// a motor step.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
-/// One side of one limit.
+/// One side of one joint limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Bound {
     /// Base, negative side.
@@ -32,7 +32,8 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// All ten, in the order of the alarms 0x40 to 0x49 with each pair from its negative side.
+    /// All ten bounds, in the order of the alarms 0x40 to 0x49; of each pair the negative side
+    /// comes first.
     pub const ALL: [Self; 10] = [
         Self::J1Min,
         Self::J1Max,
@@ -46,7 +47,7 @@ impl Bound {
         Self::J23Max,
     ];
 
-    /// The angle that this bound limits, degrees: a joint, or J2 - J3.
+    /// Angle limited by this bound, degrees: a joint, or J2 - J3.
     #[must_use]
     pub fn value(self, joints: &JointAngles) -> f64 {
         match self {
@@ -58,7 +59,7 @@ impl Bound {
         }
     }
 
-    /// Whether this is an upper bound.
+    /// True if this is an upper bound.
     #[must_use]
     pub fn is_upper(self) -> bool {
         matches!(
@@ -67,7 +68,7 @@ impl Bound {
         )
     }
 
-    /// What people call the limited angle: `joint 2`, or `joint 2 minus joint 3`.
+    /// Name of the limited angle in messages: `joint 2`, or `joint 2 minus joint 3`.
     #[must_use]
     pub fn subject(self) -> &'static str {
         match self {
@@ -80,7 +81,7 @@ impl Bound {
     }
 }
 
-/// From and to, both allowed; degrees.
+/// A range of angles, both ends included; degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -95,7 +96,7 @@ pub struct Range {
 }
 
 impl Range {
-    /// From `min` to `max`, degrees.
+    /// Creates the range from `min` to `max`, degrees.
     #[must_use]
     pub const fn new(min: f64, max: f64) -> Self {
         Self { min, max }
@@ -114,7 +115,7 @@ impl From<Range> for [f64; 2] {
     }
 }
 
-/// Where the joints may be, degrees (model section 4).
+/// Ranges of the joints, degrees (model section 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Limits {
@@ -131,8 +132,10 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// No limits: those of an arm whose base is still sought, and whose commanded angle says nothing about where it is.
+    /// No limits. During homing the commanded angle of the base is unrelated to its true angle, so
+    /// limits cannot be checked.
     pub const NONE: Self = {
+        // Finite, so that differences of limits stay numbers.
         const ANY: Range = Range::new(-1e9, 1e9);
         Self {
             j1: ANY,
@@ -143,7 +146,7 @@ impl Limits {
         }
     };
 
-    /// The angle at which this bound stands, degrees.
+    /// Angle of this bound, degrees.
     #[must_use]
     pub fn at(&self, bound: Bound) -> f64 {
         match bound {
@@ -175,7 +178,7 @@ impl Limits {
         }
     }
 
-    /// Whether the joints are within all ten bounds, to [`LIMIT_TOLERANCE`].
+    /// Checks that the joints are within all ten bounds, with [`LIMIT_TOLERANCE`].
     ///
     /// # Errors
     ///
@@ -191,7 +194,8 @@ impl Limits {
         }
     }
 
-    /// Every bound that the joints violate: what a controller that shows limits as alarm bits shows.
+    /// Returns every violated bound, in the order of [`Bound::ALL`]. A controller shows each as an
+    /// alarm bit.
     pub fn violations(&self, joints: &JointAngles) -> impl Iterator<Item = Bound> {
         let (limits, joints) = (*self, *joints);
         Bound::ALL
@@ -199,7 +203,8 @@ impl Limits {
             .filter(move |bound| limits.is_violated(*bound, &joints))
     }
 
-    /// Whether the joints violate this bound, by more than [`LIMIT_TOLERANCE`]. NaN violates every bound.
+    /// True if the joints violate this bound by more than [`LIMIT_TOLERANCE`]. NaN violates every
+    /// bound.
     #[must_use]
     pub(crate) fn is_violated(&self, bound: Bound, joints: &JointAngles) -> bool {
         let excess = if bound.is_upper() {
@@ -210,7 +215,7 @@ impl Limits {
         excess > LIMIT_TOLERANCE || excess.is_nan()
     }
 
-    /// The error that says that `value` is beyond `bound`.
+    /// Creates the error for `value` beyond `bound`.
     pub(crate) fn violation(&self, bound: Bound, value: f64) -> MotionError {
         MotionError::Limit {
             bound,
@@ -219,7 +224,7 @@ impl Limits {
         }
     }
 
-    /// These limits but for J4's, which are not boundaries in space.
+    /// Returns these limits without those of J4, which do not bound the positions of the tool.
     pub(crate) fn in_space(&self) -> Self {
         Self {
             j4: Range::new(f64::NEG_INFINITY, f64::INFINITY),
@@ -227,7 +232,7 @@ impl Limits {
         }
     }
 
-    /// These limits with every bound that `joints` violate moved out to where the joints are.
+    /// Returns these limits with every violated bound moved out to where `joints` are.
     pub(crate) fn widened_to(&self, joints: &JointAngles) -> Self {
         let mut wide = *self;
         for bound in self.violations(joints) {
@@ -236,7 +241,7 @@ impl Limits {
         wide
     }
 
-    /// These limits with every bound that `joints` keep put back to where it is in `strict`.
+    /// Returns these limits with every bound that `joints` respect restored from `strict`.
     pub(crate) fn narrowed_at(&self, strict: &Self, joints: &JointAngles) -> Self {
         let mut narrow = *self;
         for bound in Bound::ALL {
@@ -249,7 +254,7 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// The controller's limits of firmware 3.6.14.
+    /// Soft limits of firmware 3.6.14.
     fn default() -> Self {
         ArmModel::MAGICIAN.limits
     }

@@ -1,4 +1,4 @@
-//! The tool of a motion on a straight line, r alongside.
+//! Segment of a motion: the tool on a straight line, r along with it.
 
 use crate::boundary::{Section, spatial_cuts};
 use crate::tool_path::{MOMENTS, ToolPath, moments};
@@ -6,7 +6,7 @@ use crate::velocity_profile::VelocityProfile;
 use crate::wrist::{Interval, speeds};
 use crate::{ArmState, Geometry, Limits, Pose};
 
-/// The tool along a straight line, r alongside.
+/// The tool on a straight line, while r turns by its own profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LineSegment {
     pub(crate) from: ArmState,
@@ -16,7 +16,7 @@ pub(crate) struct LineSegment {
 }
 
 impl LineSegment {
-    /// The share of the way covered after `t` seconds.
+    /// Share of the length covered after `t` seconds.
     pub(crate) fn share(&self, t: f64) -> f64 {
         if self.along.length() > 0.0 {
             self.along.position(t) / self.along.length()
@@ -25,7 +25,7 @@ impl LineSegment {
         }
     }
 
-    /// The share covered a second at `t`.
+    /// Share of the length covered per second at `t`.
     pub(crate) fn share_rate(&self, t: f64) -> f64 {
         if self.along.length() > 0.0 {
             self.along.velocity(t) / self.along.length()
@@ -38,7 +38,7 @@ impl LineSegment {
         libm::copysign(1.0, self.to.pose.r - self.from.pose.r)
     }
 
-    /// The rate of r at `t`, deg/s.
+    /// Rate of r at `t`, deg/s.
     pub(crate) fn turn_rate(&self, t: f64) -> f64 {
         self.turn_sign() * self.turning.velocity(t)
     }
@@ -93,7 +93,7 @@ impl ToolPath for LineSegment {
         });
     }
 
-    /// Known at once without a sideways tool, as J1 then turns one way only.
+    /// Without a sideways bias J1 turns one way only, so its extremes are at the ends.
     fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>) {
         if geometry.tool.y != 0.0 {
             return (None, None);
@@ -104,13 +104,14 @@ impl ToolPath for LineSegment {
         (Some(above), Some(below))
     }
 
-    /// The moments at which something of the segment ceases to be monotone.
+    /// Adds the point closest to the base axis: up to it, and from it on, everything is monotone.
     fn corners(&self, geometry: &Geometry) -> [f64; MOMENTS] {
         let nearest = self.section(geometry).nearest() * self.along.length();
         moments(&self.along, &self.turning, self.along.time_at(nearest))
     }
 
-    /// The square of the radius and its slope are monotone as well, so that the values at both ends enclose them.
+    /// The squared radius and its slope are monotone as well, so their values at both ends enclose
+    /// them.
     fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64) {
         let section = self.section(geometry);
         let ends = |function: &dyn Fn(f64) -> f64| Interval::over(function(a), function(b));

@@ -1,27 +1,28 @@
-//! The arm as a chain of links, for pictures and descriptions of it: which turns on which, where, and what it looks like.
+//! Kinematic chain of the arm for pictures and descriptions: parent, joint, position and shape of
+//! each link.
 
 use crate::{ArmModel, JointAngles, ToolBias};
 
 /// Height of the shoulder's axis above the underside of the base, mm (model section 1).
 const SHOULDER: f64 = 138.0;
 
-/// How much of that turns with J1, as it is drawn, mm.
+/// Height of the rotating part below the shoulder, as drawn, mm. Not measured.
 const TURRET: f64 = 60.0;
 
-/// What a link looks like. It stands on its frame's origin and reaches along z of the frame as [`Link::turn`] turns it; a ball
-/// is around the origin.
+/// Shape of a link. It starts at the origin of the link's frame and extends along z after
+/// [`Link::turn`]; a sphere is centred on the origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// A box; its size is x, y and z.
     Box,
-    /// A cylinder; its size is its diameter twice, and its length.
+    /// A cylinder; its size is its diameter twice, then its length.
     Cylinder,
-    /// A ball; its size is its diameter, three times.
+    /// A sphere; its size is its diameter three times.
     Sphere,
 }
 
 impl Shape {
-    /// Its name in interfaces.
+    /// Name in interfaces.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -32,19 +33,19 @@ impl Shape {
     }
 }
 
-/// What moves a link.
+/// Joint that moves a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkJoint {
-    /// The joint of this number, 1 to 4, by as much as its angle says.
+    /// The joint of this number, 1 to 4, by its angle.
     Joint(u8),
-    /// The same backwards: a parallelogram holds the link's direction whatever that joint does.
+    /// The same joint backwards: a parallelogram keeps the link's direction when that joint moves.
     Against(u8),
     /// The rail, along the axis.
     Rail,
 }
 
 impl LinkJoint {
-    /// Its name in interfaces: `j1`, `-j2`, `l`.
+    /// Name in interfaces: `j1`, `-j2`, `l`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -58,7 +59,7 @@ impl LinkJoint {
         }
     }
 
-    /// How far it is turned about its axis at these joints, deg; a rail turns nothing.
+    /// Rotation of the link about its axis at these joints, deg; 0 for the rail.
     #[must_use]
     pub fn angle(self, joints: &JointAngles) -> f64 {
         let [j1, j2, j3, j4] = joints.to_array();
@@ -76,27 +77,27 @@ impl LinkJoint {
     }
 }
 
-/// A link. Its frame is that of its parent moved by [`at`](Self::at), and then turned about [`axis`](Self::axis) (right-handed)
-/// by what moves it.
+/// A link. Its frame is its parent's, moved by [`at`](Self::at), then turned about
+/// [`axis`](Self::axis) (right-handed) by its joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// Its name.
+    /// Name of the link.
     pub name: &'static str,
-    /// The link that carries it; none for the first.
+    /// Link that carries this one; `None` for the first.
     pub parent: Option<&'static str>,
-    /// What moves it; none for one that is fixed to its parent.
+    /// Joint that moves the link; `None` if it is fixed to its parent.
     pub joint: Option<LinkJoint>,
-    /// The axis in its own frame, a unit vector.
+    /// Axis in the link's own frame, a unit vector.
     pub axis: [f64; 3],
-    /// Where its frame is in its parent's, mm.
+    /// Origin of the frame in the parent's frame, mm.
     pub at: [f64; 3],
-    /// What it looks like.
+    /// Shape of the link.
     pub shape: Shape,
-    /// Its size, mm.
+    /// Size of the shape, mm.
     pub size: [f64; 3],
-    /// How its shape is turned in its frame: about x, then y, then z, deg.
+    /// Rotation of the shape in its frame: about x, then y, then z, deg.
     pub turn: [f64; 3],
-    /// Its colour, `#rrggbb`.
+    /// Colour, `#rrggbb`.
     pub color: &'static str,
 }
 
@@ -107,9 +108,11 @@ const LIGHT: &str = "#d9dce0";
 const RED: &str = "#c8332b";
 
 impl ArmModel {
-    /// The links of the arm with this tool, from the base to the tool's tip, which is the origin of the last. The first stands in
-    /// the frame of the arm's coordinates, whose origin is the shoulder. Lengths between axes are the arm's own and so is the height of the
-    /// shoulder; how thick a link is drawn is not measured.
+    /// Links of the arm with this tool, from the base to the tool. The origin of the last link is
+    /// the tool tip.
+    ///
+    /// The first link is placed in the arm's frame, whose origin is the shoulder. Lengths between
+    /// axes and the height of the shoulder are those of the arm; thicknesses are not measured.
     ///
     /// ```
     /// use magician_motion::{ArmModel, ToolBias};
@@ -141,7 +144,7 @@ impl ArmModel {
                 at: [0.0, 0.0, -TURRET],
                 shape: Shape::Box,
                 size: [158.0, 158.0, SHOULDER - TURRET],
-                // Down to the table, from below the turret.
+                // Extends from below the turret down to the table.
                 turn: [180.0, 0.0, 0.0],
                 color: DARK,
             },
@@ -177,6 +180,7 @@ impl ArmModel {
             Link {
                 joint: None,
                 shape: Shape::Box,
+                // Renderers reject a size of 0.
                 size: [30.0, 30.0, tool.x.abs().max(1.0)],
                 turn: [0.0, if tool.x < 0.0 { -90.0 } else { 90.0 }, 0.0],
                 ..link("bracket", "wrist", LinkJoint::Joint(4), [0.0; 3])
@@ -201,7 +205,7 @@ mod tests {
     use super::*;
     use crate::Geometry;
 
-    /// The product of two rotations.
+    /// Product of two rotations.
     fn times(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         let cell = |row: usize, column: usize| (0..3).map(|at| a[row][at] * b[at][column]).sum();
         [0, 1, 2].map(|row| [0, 1, 2].map(|column| cell(row, column)))

@@ -1,9 +1,12 @@
-//! How fast a continuous path may be where one segment meets the next (model section 8).
+//! Look-ahead of a continuous path: the highest speed at the junction of two segments (model
+//! section 8).
 //!
-//! A path ends at rest, and so does the last segment that is known. Every earlier speed is bounded by what braking
-//! leaves time for, and by the corners. The square of the speed that may be had at the end of a segment is the
-//! least, over everything ahead, of the square allowed there plus twice the acceleration times the way to it. So one
-//! pass forwards finds it without a root, and ends where the way is long enough for whatever comes.
+//! A path ends at rest, so the last known segment does too. Every earlier speed is bounded by the
+//! corners, and by the distance left for braking. Squares of speeds add up with distance, so the
+//! highest squared speed at the end of a segment is the minimum, over all later junctions, of the
+//! squared speed allowed there plus twice the acceleration times the distance to it. One pass
+//! forwards finds that minimum without a square root, and stops as soon as the distance is long
+//! enough for any later junction.
 
 use crate::move_segment::SHORTEST_MOVE;
 use crate::speeds::positive;
@@ -11,16 +14,18 @@ use crate::trajectory::microseconds;
 use crate::velocity_profile::{KinematicLimits, VelocityProfile};
 use crate::{ArmModel, Ceilings, MotionError, MotionLaw, SpeedQuantity};
 
-/// The settings of a continuous path.
+/// Settings of a continuous path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CpSpeeds {
     /// Acceleration along the path (`planAcc`), mm/s2.
     pub plan_acceleration: f64,
-    /// Speed along the path (`junctionVel`), mm/s; whatever its name says, the corners have limits of their own.
+    /// Speed along the path (`junctionVel`), mm/s. Despite its name it does not limit the speed at
+    /// corners.
     pub junction_velocity: f64,
-    /// The period that the limit of the corners goes by, and by which the host clocks the path in real time, seconds.
+    /// Period in the limit of the corner speed; in real-time mode also the period of the host's
+    /// clock, seconds.
     pub period_s: f64,
-    /// Whether every segment is to take a period, without a limit at the corners (`realTimeTrack`).
+    /// True if every segment takes one period, without a limit at corners (`realTimeTrack`).
     pub real_time: bool,
 }
 
@@ -31,7 +36,7 @@ impl Default for CpSpeeds {
     }
 }
 
-/// A straight segment of a continuous path, as far as its speed goes: a direction and a length.
+/// Direction and length of a straight segment of a continuous path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CpSegment {
     direction: [f64; 3],
@@ -39,7 +44,7 @@ pub struct CpSegment {
 }
 
 impl CpSegment {
-    /// The segment from one point (x, y, z; mm) to another.
+    /// Creates the segment between two points (x, y, z; mm).
     #[must_use]
     pub fn between(from: [f64; 3], to: [f64; 3]) -> Self {
         let [x, y, z] = [0, 1, 2].map(|axis: usize| match (from.get(axis), to.get(axis)) {
@@ -53,19 +58,20 @@ impl CpSegment {
         }
     }
 
-    /// Its length, mm.
+    /// Length, mm.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// Whether it is too short to count: under 0.0001 mm, and no corner of the path.
+    /// True if the segment is shorter than 0.0001 mm. It then counts neither as a motion nor as a
+    /// corner.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.length < SHORTEST_MOVE
     }
 
-    /// The cosine of the angle by which the path turns where the next segment begins.
+    /// Cosine of the angle by which the path turns at the start of the next segment.
     fn turn_cosine(&self, next: &Self) -> f64 {
         let [ax, ay, az] = self.direction;
         let [bx, by, bz] = next.direction;
@@ -73,7 +79,7 @@ impl CpSegment {
     }
 }
 
-/// The speeds of a continuous path, given the segments that are known.
+/// Speeds of a continuous path, given the segments known so far.
 ///
 /// ```
 /// use magician_motion::{ArmModel, CpSegment, LookAhead};
@@ -83,7 +89,7 @@ impl CpSegment {
 /// let side = CpSegment::between([0.0; 3], [50.0, 0.0, 0.0]);
 /// let on = CpSegment::between([50.0, 0.0, 0.0], [100.0, 0.0, 0.0]);
 /// let round_the_corner = CpSegment::between([50.0, 0.0, 0.0], [50.0, 50.0, 0.0]);
-/// // A square corner costs speed, and what is not known yet counts as rest.
+/// // A square corner costs speed; with no further segment the path ends at rest.
 /// assert!(look_ahead.exit_speed(&side, [&round_the_corner]) < look_ahead.exit_speed(&side, [&on]));
 /// assert_eq!(look_ahead.exit_speed(&side, []), 0.0);
 /// # Ok::<(), magician_motion::MotionError>(())
@@ -95,14 +101,14 @@ pub struct LookAhead {
     cruise_squared: f64,
     /// Twice the acceleration, mm/s2.
     braking: f64,
-    /// What the square of a corner's speed is, times one less the cosine of its turn.
+    /// Squared speed at a corner, times one minus the cosine of its turn.
     corner: f64,
-    /// The most segments a second, if there is such a bound.
+    /// Most segments per second; `None` if there is no bound.
     clock: Option<f64>,
 }
 
 impl LookAhead {
-    /// The look-ahead with these settings, each up to its ceiling.
+    /// Creates the look-ahead with these settings, each limited to its ceiling.
     ///
     /// # Errors
     ///
@@ -117,9 +123,10 @@ impl LookAhead {
             acceleration: speeds.plan_acceleration,
         })?;
         let period = positive(SpeedQuantity::Period, speeds.period_s)?;
-        // v = a period / (2 sin(t / 2)), squared, with 2 sin2(t / 2) = 1 - cos(t).
+        // v = a T / (2 sin(t / 2)), squared, with 2 sin2(t / 2) = 1 - cos(t).
         let straight = rates.acceleration * period;
         let clocks = [
+            // No segment takes less than a period of the host's clock, or of the controller.
             speeds.real_time.then_some(1.0 / period),
             (!law.is_continuous()).then_some(1.0 / law.period()),
         ];
@@ -137,7 +144,7 @@ impl LookAhead {
         })
     }
 
-    /// The fastest that a segment itself may be travelled: what to plan it with.
+    /// Highest velocity and acceleration with which to plan a segment.
     #[must_use]
     pub fn rates(&self, segment: &CpSegment) -> KinematicLimits {
         let velocity = match self.clock {
@@ -150,15 +157,17 @@ impl LookAhead {
         }
     }
 
-    /// The profile of a segment between two speeds.
+    /// Returns the profile of a segment between two speeds.
     #[must_use]
     pub fn profile(&self, segment: &CpSegment, entry: f64, exit: f64) -> VelocityProfile {
         self.law
             .segment(segment.length, entry, exit, &self.rates(segment))
     }
 
-    /// The highest speed with which `running` may end, mm/s, given the segments queued behind it, the next one first:
-    /// the last of them is to end at rest, and without any so is the running one.
+    /// Highest speed at the end of `running`, mm/s, given the segments queued behind it, the next
+    /// one first.
+    ///
+    /// The last queued segment ends at rest; if none is queued, `running` does.
     #[must_use]
     pub fn exit_speed<'a>(
         &self,
@@ -174,6 +183,7 @@ impl LookAhead {
             }
             allowed = allowed.min(self.junction_squared(previous, next) + runway);
             runway += self.braking * next.length;
+            // The runway already exceeds every bound seen: later corners cannot lower the result.
             if runway >= allowed {
                 return libm::sqrt(allowed);
             }
@@ -182,7 +192,7 @@ impl LookAhead {
         libm::sqrt(allowed.min(runway))
     }
 
-    /// The square of the highest speed where two segments meet.
+    /// Square of the highest speed at the junction of two segments.
     fn junction_squared(&self, previous: &CpSegment, next: &CpSegment) -> f64 {
         let fastest = match self.clock {
             Some(clock) => {
@@ -191,7 +201,8 @@ impl LookAhead {
             }
             None => self.cruise_squared,
         };
-        // Turns above 90 degrees count as 90. Most corners, and straight ones, limit nothing: found without a division.
+        // Turns above 90 degrees count as 90 (model section 8). Most corners limit nothing; the
+        // comparison avoids a division for them.
         let bend = (1.0 - previous.turn_cosine(next)).min(1.0);
         if self.corner < fastest * bend {
             self.corner / bend
@@ -200,10 +211,10 @@ impl LookAhead {
         }
     }
 
-    /// How long each segment of a whole path takes from rest to rest, in microseconds, all of it being known
-    /// beforehand: what the arm takes whose queue never runs short.
+    /// Duration of each segment of a whole path from rest to rest, microseconds: the time of an arm
+    /// whose queue never runs short.
     ///
-    /// `room` is for as many numbers as there are segments, whatever they are; the path ends where it does.
+    /// `room` is scratch space with one number per segment. A shorter `room` shortens the path.
     pub fn times<'a>(
         &self,
         segments: &'a [CpSegment],
@@ -223,7 +234,7 @@ impl LookAhead {
         })
     }
 
-    /// The squares of the highest speeds at the end of every segment, by one pass backwards.
+    /// Computes the square of the highest speed at the end of each segment, in one pass backwards.
     fn limit_exits(&self, segments: &[CpSegment], exits: &mut [f64]) {
         let mut next: Option<&CpSegment> = None;
         let mut allowed = 0.0;

@@ -1,19 +1,20 @@
-//! Motions that wait for something slower.
+//! Motions with a minimum duration, for moves that share their time with the rail.
 
 use crate::{ArmState, MotionError, Move, Plan, Planner};
 
 impl Planner {
-    /// Plans a motion from rest as [`plan`](Self::plan) does, but one that takes no less than `least_us`: for moves
-    /// that begin and end together with the rail (model section 7).
+    /// Plans a motion from rest like [`plan`](Self::plan), with a duration of at least `least_us`.
     ///
-    /// A motion that is quicker is slowed to exactly `least_us`, all its segments by the same factor to the microsecond,
-    /// by the profile that stretches an axis to the slowest: at the velocity set where that is needed, more gently
-    /// accelerated. A limit on the way still ends it early. Where there is nothing to move the plan takes no time,
-    /// whatever `least_us` is.
+    /// For moves that begin and end together with the rail (model section 7).
+    ///
+    /// A faster motion is stretched to exactly `least_us`, all segments by the same factor to the
+    /// microsecond. Each axis keeps its velocity limit and accelerates more gently, as when it is
+    /// stretched to the slowest axis. A limit on the way still ends the motion early. If nothing
+    /// moves the plan takes no time.
     ///
     /// # Errors
     ///
-    /// As [`plan`](Self::plan).
+    /// As for [`plan`](Self::plan).
     pub fn plan_with_min_duration(
         &self,
         from: &ArmState,

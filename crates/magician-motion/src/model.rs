@@ -1,13 +1,14 @@
-//! The numbers of one firmware: its measures, limits, ceilings, homing, and what it knows at power-up.
+//! The numbers of one firmware: geometry, limits, ceilings, homing and settings at power-up.
 
 use crate::{
     CpSpeeds, Geometry, JogAxis, JointAngles, KinematicLimits, Limits, MotionLaw, Planner, PowerUp,
     Range, Speeds, ToolBias,
 };
 
-/// The numbers by which one firmware plans motions. Simulator, check and reach take the same value.
+/// The numbers by which one firmware plans motions. The virtual arm, the check and the reach use
+/// the same value.
 ///
-/// A firmware that differs is the known one with other values:
+/// A different firmware is described by changing single values:
 ///
 /// ```
 /// use magician_motion::{ArmModel, Speeds};
@@ -19,31 +20,33 @@ use crate::{
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmModel {
-    /// The links, and the tool bias in force at power-up.
+    /// Links, and the tool bias at power-up.
     pub geometry: Geometry,
-    /// The joint limits at which the controller stops.
+    /// Soft limits at which the controller stops a joint.
     pub limits: Limits,
-    /// The joint limits that every arm keeps to for certain. Where [`limits`](Self::limits) are wider, arms were seen to go
-    /// there, and another one may not: a check warns.
+    /// Joint limits that every arm is certain to reach. [`limits`](Self::limits) may be wider
+    /// because some arms were seen to go further; a check warns about targets in between.
     pub certain: Limits,
-    /// The joint limits that the vendor guarantees: a stricter choice.
+    /// Joint limits guaranteed by the vendor: a stricter alternative.
     pub guaranteed: Limits,
-    /// The highest speeds and accelerations that a motion is planned with.
+    /// Highest speeds and accelerations with which a motion is planned.
     pub ceilings: Ceilings,
-    /// How motions are computed.
+    /// Law of motion: periods or continuous time.
     pub law: MotionLaw,
-    /// Homing.
+    /// Homing sequence.
     pub homing: Homing,
     /// Continuous paths.
     pub path: Paths,
-    /// The sliding rail, for an arm that stands on one.
+    /// The sliding rail, if the arm stands on one.
     pub rail: Rail,
-    /// The settings at power-up.
+    /// Settings at power-up.
     pub power_up: PowerUp,
 }
 
-/// The ceiling of each speed: what slows a move that is set faster. A higher setting counts as its ceiling when a motion
-/// is planned (model section 6). Raised ceilings make the arm faster: the real one was never seen to be.
+/// Ceilings of speeds and accelerations. A higher setting counts as its ceiling when a motion is
+/// planned (model section 6).
+///
+/// Raising a ceiling makes the virtual arm faster; no real arm was seen to exceed these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -65,7 +68,8 @@ pub struct Ceilings {
     pub rotation_acceleration: f64,
 }
 
-/// Homing: the base turns to its switch, backs off, creeps back, then all joints go to the home point (model section 11).
+/// Homing sequence: the base turns to its switch, backs off and creeps back, then all joints move
+/// to the home point (model section 11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -73,19 +77,20 @@ pub struct Ceilings {
     serde(default, deny_unknown_fields)
 )]
 pub struct Homing {
-    /// The home point until a host sets one, deg.
+    /// Home point before a host sets one, deg.
     pub joints: JointAngles,
-    /// Velocity of the move to the home point, deg/s; no ratio scales it.
+    /// Velocity of the move to the home point, deg/s. Ratios do not apply.
     pub velocity: [f64; 4],
-    /// Its acceleration, deg/s2.
+    /// Acceleration of the move to the home point, deg/s2.
     pub acceleration: [f64; 4],
-    /// The angle of the base at which its switch closes, deg.
+    /// Angle of the base at which its switch closes, deg.
     pub switch: f64,
-    /// Velocity of the base towards the switch and off it again, deg/s; its acceleration is that of J1 above.
+    /// Velocity of the base towards the switch and off it again, deg/s. Its acceleration is that of
+    /// J1 above.
     pub search: f64,
-    /// How far the base backs off from the switch, deg.
+    /// Angle by which the base backs off from the switch, deg.
     pub back_off: f64,
-    /// Velocities at which it creeps back, each for half of the way, deg/s.
+    /// Velocities at which the base creeps back, each for half of the way, deg/s.
     pub creep: [f64; 2],
 }
 
@@ -97,11 +102,11 @@ pub struct Homing {
     serde(default, deny_unknown_fields)
 )]
 pub struct Paths {
-    /// The interpolation period that limits the speed at corners, s.
+    /// Interpolation period that limits the speed at corners, s.
     pub period: f64,
 }
 
-/// The sliding rail (model section 12). Its carriage is at 0 mm after homing.
+/// The sliding rail (model section 12). The carriage is at 0 mm after homing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -109,21 +114,23 @@ pub struct Paths {
     serde(default, deny_unknown_fields)
 )]
 pub struct Rail {
-    /// How far the carriage can go, mm; above 0.
+    /// Travel of the carriage, mm; above 0.
     pub length: f64,
-    /// How fast it homes, mm/s; no ratio scales it.
+    /// Velocity of the carriage during homing, mm/s. Ratios do not apply.
     pub home_velocity: f64,
-    /// Its acceleration when it homes, mm/s2.
+    /// Acceleration of the carriage during homing, mm/s2.
     pub home_acceleration: f64,
 }
 
 impl ArmModel {
-    /// A Dobot Magician with firmware 3.6.14 (model sections 1, 4, 6, 8 and 11, which say how sure each number is).
+    /// A Dobot Magician with firmware 3.6.14. Model sections 1, 4, 6, 8 and 11 rate each number by
+    /// its source.
     pub const MAGICIAN: Self = Self {
         geometry: Geometry::magician(ToolBias::SUCTION),
         limits: Limits {
             j1: Range::new(-135.0, 135.0),
-            // Half a degree beyond the lowest that a public program asks for; no stop was found by driving into it.
+            // Half a degree below the lowest target of five public programs (-13.1, model section
+            // 4). No mechanical stop was found by driving into it.
             j2: Range::new(-13.5, 90.0),
             j3: Range::new(-15.0, 90.0),
             j4: Range::new(-150.0, 150.0),
@@ -137,6 +144,8 @@ impl ArmModel {
             j2_minus_j3: Range::new(-70.0, 55.0),
         },
         guaranteed: Limits {
+            // From the user guide, where J3 goes to 95 in an older text. It prints no J2 - J3, so
+            // the soft limit stands in.
             j1: Range::new(-90.0, 90.0),
             j2: Range::new(0.0, 85.0),
             j3: Range::new(-10.0, 90.0),
@@ -144,6 +153,8 @@ impl ArmModel {
             j2_minus_j3: Range::new(-70.0, 55.0),
         },
         ceilings: Ceilings {
+            // The ratings with 250 g of payload (user guide), and 300 deg/s2, 300 mm/s and 400
+            // mm/s2 from a third party's driver (model section 6).
             joint_velocity: [320.0, 320.0, 320.0, 480.0],
             joint_acceleration: 300.0,
             linear_velocity: 300.0,
@@ -156,6 +167,8 @@ impl ArmModel {
             joints: JointAngles::HOME,
             velocity: [30.0, 50.0, 50.0, 50.0],
             acceleration: [30.0, 50.0, 50.0, 50.0],
+            // -135 and 0.5 are choices: no source gives the switch or how far the base backs off
+            // (model section 15a).
             switch: -135.0,
             search: 20.0,
             back_off: 0.5,
@@ -163,6 +176,7 @@ impl ArmModel {
         },
         path: Paths { period: 0.02 },
         rail: Rail {
+            // The travel is the vendor's; both speeds are choices (model section 15a).
             length: 1000.0,
             home_velocity: 100.0,
             home_acceleration: 100.0,
@@ -170,7 +184,7 @@ impl ArmModel {
         power_up: PowerUp::MAGICIAN,
     };
 
-    /// The measures with this tool bias in force.
+    /// Returns the geometry with another tool bias.
     #[must_use]
     pub const fn geometry(&self, tool: ToolBias) -> Geometry {
         Geometry {
@@ -180,8 +194,8 @@ impl ArmModel {
         }
     }
 
-    /// The same arm with this lower limit of J2, deg: what is known of a single arm. Above that of
-    /// [`certain`](Self::certain) it narrows both.
+    /// Returns this model with the given lower limit of J2, deg, as found for a single arm. A value
+    /// above that of [`certain`](Self::certain) narrows both limits.
     #[must_use]
     pub const fn with_lowest_j2(mut self, degrees: f64) -> Self {
         self.limits.j2.min = degrees;
@@ -189,7 +203,7 @@ impl ArmModel {
         self
     }
 
-    /// Plans motions with this tool bias, at these speeds.
+    /// Returns a planner for this tool bias and these speeds.
     #[must_use]
     pub const fn planner(&self, tool: ToolBias, speeds: Speeds) -> Planner {
         Planner {
@@ -203,7 +217,7 @@ impl ArmModel {
 }
 
 impl ArmModel {
-    /// The settings of continuous paths at power-up.
+    /// Settings of continuous paths at power-up.
     #[must_use]
     pub fn cp_speeds(&self) -> CpSpeeds {
         let cp = &self.power_up.cp;
@@ -224,7 +238,7 @@ impl Default for ArmModel {
 }
 
 impl Ceilings {
-    /// The ceilings of a jog's axis: of the joint that it turns, or of the line that it goes along.
+    /// Ceilings of a jog axis: those of its joint, or of a straight line.
     #[must_use]
     pub const fn of_axis(&self, axis: JogAxis) -> KinematicLimits {
         let [j1, j2, j3, j4] = self.joint_velocity;
@@ -246,35 +260,35 @@ impl Ceilings {
 }
 
 impl Default for Ceilings {
-    /// Those of firmware 3.6.14.
+    /// Ceilings of firmware 3.6.14.
     fn default() -> Self {
         ArmModel::MAGICIAN.ceilings
     }
 }
 
 impl Default for Homing {
-    /// That of firmware 3.6.14.
+    /// Homing of firmware 3.6.14.
     fn default() -> Self {
         ArmModel::MAGICIAN.homing
     }
 }
 
 impl Default for Paths {
-    /// Those of firmware 3.6.14.
+    /// Paths of firmware 3.6.14.
     fn default() -> Self {
         ArmModel::MAGICIAN.path
     }
 }
 
 impl Default for Rail {
-    /// That of the vendor.
+    /// The vendor's rail.
     fn default() -> Self {
         ArmModel::MAGICIAN.rail
     }
 }
 
 impl Homing {
-    /// The speeds of the move to the home point.
+    /// Speeds of the move to the home point.
     #[must_use]
     pub fn speeds(&self) -> Speeds {
         Speeds {

@@ -1,4 +1,4 @@
-//! One stretch of a motion: geometry and velocity profile together.
+//! One segment of a motion: path and velocity profile together.
 
 use crate::arc_segment::ArcSegment;
 use crate::joint_segment::JointSegment;
@@ -9,16 +9,16 @@ use crate::trajectory::microseconds;
 use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
-/// What a segment is made of.
+/// Kind of path of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum MoveSegment {
-    /// Every joint by a profile of its own.
+    /// Each joint by its own profile.
     Joints(JointSegment),
-    /// The tool along a straight line, r alongside.
+    /// The tool on a straight line, r along with it.
     Line(LineSegment),
-    /// The tool along a circular arc, r alongside.
+    /// The tool on a circular arc, r along with it.
     Arc(ArcSegment),
-    /// The tool along a segment of a continuous path, joint 4 at rest.
+    /// The tool on a segment of a continuous path, joint 4 at rest.
     Segment(PathSegment),
 }
 
@@ -32,8 +32,8 @@ impl MoveSegment {
         }
     }
 
-    /// The moments between start and end, in turn, at which the curve is not smooth, microseconds. A straight way is one
-    /// whatever its speed.
+    /// Times between start and end at which the curve is not smooth, in order, microseconds. A
+    /// straight line is smooth at any speed.
     pub(crate) fn corners_us(&self) -> impl Iterator<Item = u64> {
         let joints = match self {
             Self::Joints(segment) => Some(segment.corners()),
@@ -59,7 +59,7 @@ impl MoveSegment {
         }
     }
 
-    /// The state after `t` seconds: exactly the start's and the end's at either end.
+    /// State after `t` seconds. Start and end are exact.
     pub(crate) fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
         if t >= self.duration() {
             return self.end();
@@ -71,12 +71,12 @@ impl MoveSegment {
             Self::Joints(segment) => ArmState::at_joints(geometry, &segment.joints_at(t)),
             Self::Line(segment) => segment.state_at(geometry, t),
             Self::Arc(segment) => segment.state_at(geometry, t),
-            // It may begin in the middle of its segment, and knows where.
+            // The rest of a segment starts in its middle, and computes its own start.
             Self::Segment(segment) => segment.state_at(geometry, t),
         }
     }
 
-    /// The state in which a motion stops that the limits end after `t` seconds.
+    /// State in which a motion stops if the limits end it after `t` seconds.
     pub(crate) fn state_stopped_by(
         &self,
         geometry: &Geometry,
@@ -89,7 +89,7 @@ impl MoveSegment {
         }
     }
 
-    /// The joints' velocities after `t` seconds, deg/s.
+    /// Velocities of the joints after `t` seconds, deg/s.
     pub(crate) fn joint_velocities(&self, geometry: &Geometry, t: f64) -> [f64; 4] {
         if t < 0.0 || t >= self.duration() {
             return [0.0; 4];
@@ -108,7 +108,7 @@ impl MoveSegment {
         }
     }
 
-    /// The tool's velocity after `t` seconds, mm/s, and r's, deg/s.
+    /// Velocity of the tool after `t` seconds, mm/s, and of r, deg/s.
     pub(crate) fn tool_rate(&self, geometry: &Geometry, t: f64) -> Pose {
         if t < 0.0 || t >= self.duration() {
             return Pose::default();
@@ -124,7 +124,8 @@ impl MoveSegment {
         }
     }
 
-    /// When the segment first leaves the limits or the reach of the arm, seconds, and how.
+    /// Returns the time at which the segment first leaves the limits or the reach, seconds, and the
+    /// cause.
     pub(crate) fn first_crossing(
         &self,
         geometry: &Geometry,
@@ -138,7 +139,8 @@ impl MoveSegment {
         }
     }
 
-    /// How far the tool rises above `ceiling` on the way, mm; both ends are taken to be below it.
+    /// Height of the tool above `ceiling` at the highest point, mm; `None` if it stays below. Both
+    /// ends are assumed to be below.
     pub(crate) fn overshoot(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
         match self {
             Self::Joints(segment) => {
@@ -148,8 +150,8 @@ impl MoveSegment {
         }
     }
 
-    /// How much the segment counts in a motion of several, mm: the way between its ends, round the arc; degrees if there
-    /// is none.
+    /// Weight of the segment in the progress of a motion: the distance between its ends or the
+    /// length of the arc, mm; degrees if the tool does not move.
     pub(crate) fn arc_length(&self) -> f64 {
         match self {
             Self::Joints(segment) => {
@@ -169,7 +171,7 @@ impl MoveSegment {
         }
     }
 
-    /// The profile that the progress of the segment is measured by.
+    /// Profile that measures the progress of the segment.
     fn dominant_profile(&self) -> VelocityProfile {
         match self {
             Self::Joints(segment) => *segment.dominant_axis().0.profile(),
@@ -180,7 +182,7 @@ impl MoveSegment {
         }
     }
 
-    /// The same segment in a longer time. What begins or ends with speed is not slowed.
+    /// Stretches the segment. A segment that begins or ends with speed is not slowed.
     pub(crate) fn lasting(mut self, duration: f64) -> Self {
         match &mut self {
             Self::Joints(JointSegment { axes, .. }) => {
@@ -201,7 +203,7 @@ impl MoveSegment {
         self
     }
 
-    /// The share of the segment done after `t` seconds.
+    /// Share of the segment done after `t` seconds.
     pub(crate) fn progress(&self, t: f64) -> f64 {
         let profile = self.dominant_profile();
         if profile.length() == 0.0 || t >= self.duration() {
@@ -211,12 +213,12 @@ impl MoveSegment {
         }
     }
 
-    /// When a share of the segment is done, seconds.
+    /// Time at which a share of the segment is done, seconds.
     pub(crate) fn time_at(&self, progress: f64) -> f64 {
         let profile = self.dominant_profile();
         profile.time_at(progress * profile.length())
     }
 }
 
-/// A motion shorter than this takes no time, mm or degrees (model section 7).
+/// Shortest motion, mm or degrees. A shorter one takes no time (model section 7).
 pub(crate) const SHORTEST_MOVE: f64 = 1e-4;

@@ -1,5 +1,5 @@
-//! The tool of a continuous path on one straight segment, or on the rest of one: joint 4 stands still, so that r goes
-//! along with joint 1 (model section 8).
+//! Segment of a continuous path, or the rest of one. Joint 4 does not move, so r changes with joint
+//! 1 (model section 8).
 
 use crate::angle::DEGREES_PER_RADIAN;
 use crate::boundary::{Section, spatial_cuts};
@@ -7,22 +7,22 @@ use crate::tool_path::spatial_crossing;
 use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, Range};
 
-/// The tool along a straight segment from some place on it to its end.
+/// The tool on a straight segment, from a position on it to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PathSegment {
-    /// Both ends of the whole segment, wherever on it this one begins.
+    /// Both ends of the whole segment, wherever on it this one starts.
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
-    /// The length of the whole segment, mm.
+    /// Length of the whole segment, mm.
     pub(crate) length: f64,
-    /// What of it was done before, mm.
+    /// Length done before, mm.
     pub(crate) done: f64,
-    /// The profile of the rest.
+    /// Profile of the remaining length.
     pub(crate) along: VelocityProfile,
 }
 
 impl PathSegment {
-    /// The rest of the segment from `t` on, by a new profile from the present speed.
+    /// Replans the rest of the segment from `t` on, with a new profile from the present speed.
     pub(crate) fn rest(&self, t: f64, profile: impl FnOnce(f64, f64) -> VelocityProfile) -> Self {
         let done = self.done + self.along.position(t);
         Self {
@@ -32,7 +32,7 @@ impl PathSegment {
         }
     }
 
-    /// The tool at `t`; r follows from the joints.
+    /// Position of the tool at `t`; r is that of the start, the caller computes it from the joints.
     fn place_at(&self, t: f64) -> Pose {
         let (from, to) = (self.from.pose, self.to.pose);
         let share = (self.done + self.along.position(t)) / self.length;
@@ -44,7 +44,7 @@ impl PathSegment {
         }
     }
 
-    /// The state at `t`. On the segment all of which is known to be in reach the joints follow from the place.
+    /// State at `t`. The segment is known to be in reach, so the joints follow from the position.
     pub(crate) fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
         if t <= 0.0 && self.done <= 0.0 {
             return self.from;
@@ -59,7 +59,7 @@ impl PathSegment {
         }
     }
 
-    /// The tool's velocity at `t`, but for r.
+    /// Velocity of the tool at `t`, without r.
     fn place_rate_at(&self, t: f64) -> Pose {
         let (from, to) = (self.from.pose, self.to.pose);
         let rate = self.along.velocity(t) / self.length;
@@ -94,7 +94,7 @@ impl PathSegment {
         if self.is_clearly_within(geometry, limits) {
             return None;
         }
-        // Joint 4 stands still: it leads no further out of a limit.
+        // Joint 4 does not move, so a start beyond its limit leads no further out.
         let spatial = limits.in_space();
         let section = Section::new(geometry, &self.from.pose, &self.to.pose);
         spatial_crossing(
@@ -112,11 +112,12 @@ impl PathSegment {
         )
     }
 
-    /// Whether the ends are so far within the limits that no point between them can be beyond.
+    /// True if both ends are so far within the limits that no point between them can be beyond.
     ///
-    /// A joint of a link turns by at most the way over the link times the cosine of J2 - J3, and no point is further
-    /// than half the length from an end. While J2 - J3 is within its limits the cosine is above its chord, so that
-    /// the margins kept for it keep it there. J1 turns one way only.
+    /// A link turns by at most the distance over its length times the cosine of J2 - J3, and no
+    /// point is further than half the length from an end. While J2 - J3 is within its limits its
+    /// cosine is above the chord, so the margins for it keep it there. J1 turns one way only. Most
+    /// segments of a drawing pass this test and need no search.
     fn is_clearly_within(&self, geometry: &Geometry, limits: &Limits) -> bool {
         let coupling = limits.j2_minus_j3;
         let chord = 1.0 - coupling.max.max(-coupling.min) / 90.0;

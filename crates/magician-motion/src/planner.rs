@@ -1,4 +1,10 @@
-//! From a request to a trajectory (model section 7).
+//! The planner: from a request to a trajectory (model section 7).
+//!
+//! A plan is made in three steps: resolve the target (increments count from the start), choose a
+//! velocity profile for each axis and stretch all of them to the slowest, then search the whole
+//! motion for limits and cut it at the first one. Targets in space are checked before anything
+//! moves; targets in joints are not, as on the real arm, which runs to the limit and stops there
+//! (model section 4).
 
 use crate::axis_motion::AxisMotion;
 use crate::joint_segment::JointSegment;
@@ -11,61 +17,63 @@ use crate::{
     Speeds, Trajectory, Transfer, Unreachable,
 };
 
-/// Where a motion leads. Increments count from where it starts.
+/// Target of a motion. Increments count from where the motion starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
-    /// To a pose.
+    /// An absolute pose.
     Pose(Pose),
-    /// To joint angles.
+    /// Absolute joint angles.
     Joints(JointAngles),
-    /// By so much in x, y, z and r.
+    /// An increment of x, y, z and r.
     PoseIncrement(Pose),
-    /// By so much in every joint.
+    /// An increment of each joint.
     JointIncrement(JointAngles),
 }
 
-/// On which path a motion gets there.
+/// Path on which a motion reaches its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MoveKind {
-    /// All joints together, starting and ending at once (`MOVJ`).
+    /// All joints together, with common start and end (`MOVJ`).
     Joint,
-    /// The tool on a straight line, r alongside (`MOVL`).
+    /// The tool on a straight line, r along with it (`MOVL`).
     Line,
-    /// Up, across and down, coming to rest at both corners (`JUMP`).
+    /// Up, across and down, with a stop at both corners (`JUMP`).
     Jump(JumpHeights, Transfer),
 }
 
 /// A point-to-point motion.
 ///
-/// The ten modes of the protocol are ten pairs of target and kind (model section 7): 0 pose, jump with joint
-/// transfer; 1 pose, joint; 2 pose, line; 3 joints, jump with joint transfer; 4 joints, joint; 5 joints, line;
-/// 6 joint increment, joint; 7 pose increment, line; 8 pose increment, joint; 9 pose, jump with line transfer.
+/// The ten modes of the protocol are ten pairs of target and kind (model section 7): 0 pose, jump
+/// with joint transfer; 1 pose, joint; 2 pose, line; 3 joints, jump with joint transfer; 4 joints,
+/// joint; 5 joints, line; 6 joint increment, joint; 7 pose increment, line; 8 pose increment,
+/// joint; 9 pose, jump with line transfer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Move {
-    /// Where to.
+    /// Target of the motion.
     pub target: Target,
-    /// On which path.
+    /// Path to the target.
     pub kind: MoveKind,
 }
 
-/// What ends a motion on its way.
+/// Point at which a limit or the edge of reach ends a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// When it ends there, microseconds from the start of the motion; 0 if the start is beyond a limit already and
-    /// the motion leads further out.
+    /// Time of the end, microseconds from the start of the motion. 0 if the start is beyond a limit
+    /// already and the motion leads further out.
     pub at_us: u64,
-    /// The share of the path that is done by then, 0 to 1.
+    /// Share of the path done by then, 0 to 1.
     pub progress: f64,
-    /// What is in the way: the end of reach ([`MotionError::Unreachable`]) or a bound ([`MotionError::Limit`]).
+    /// The obstacle: the edge of reach ([`MotionError::Unreachable`]) or a bound
+    /// ([`MotionError::Limit`]).
     pub cause: MotionError,
 }
 
-/// What the arm will do about a request.
+/// Result of planning a request.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// The motion that it will make: all the way, or as far as the crossing.
+    /// Motion of the arm: up to the target, or up to the crossing.
     pub trajectory: Trajectory,
-    /// What stops it before the target, if something does.
+    /// The limit that stops the motion before its target; `None` if it arrives.
     pub crossing: Option<Crossing>,
 }
 
@@ -91,7 +99,8 @@ impl Plan {
     }
 }
 
-/// All that a plan depends on besides start and request; [`ArmModel::planner`](crate::ArmModel::planner) makes one.
+/// Everything that a plan depends on besides start and request. Made by
+/// [`ArmModel::planner`](crate::ArmModel::planner).
 ///
 /// ```
 /// use magician_motion::{ArmModel, ArmState, JointAngles, Move, MoveKind, Pose, Target, ToolBias};
@@ -108,20 +117,20 @@ impl Plan {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Planner {
-    /// The arm's measures, with the tool bias in force.
+    /// Geometry with the tool bias in force.
     pub geometry: Geometry,
-    /// The limits in force.
+    /// Joint limits in force.
     pub limits: Limits,
-    /// The most that a speed counts as.
+    /// Ceilings of the speeds.
     pub ceilings: Ceilings,
-    /// How motions are computed.
+    /// Law of motion.
     pub law: MotionLaw,
-    /// The speeds set.
+    /// Speed settings.
     pub speeds: Speeds,
 }
 
 impl Planner {
-    /// The segments in turn, each beginning when the one before has ended.
+    /// Joins segments into a trajectory. Each begins when the one before has ended.
     pub(crate) fn trajectory(
         &self,
         from: &ArmState,
@@ -132,36 +141,39 @@ impl Planner {
 
     /// Plans a motion from rest.
     ///
-    /// Targets in space, and the corners of a jump, must be within reach and limits, and are checked here. Lines and
-    /// jumps whose ends are in order may still leave them on the way, and motions whose target is given in joints
-    /// are not checked at all: such a plan ends where they do, and says so in its [`crossing`](Plan::crossing).
-    /// A motion shorter than 0.0001 mm and degrees takes no time and always succeeds.
+    /// Targets in space and the corners of a jump must be within reach and limits, and are checked
+    /// here. A line or a jump with valid ends may still leave them on the way, and a target given
+    /// in joints is not checked at all. Such a plan ends at the limit and says so in its
+    /// [`crossing`](Plan::crossing). A motion shorter than 0.0001 mm and degrees takes no time and
+    /// always succeeds.
     ///
     /// # Errors
     ///
-    /// [`MotionError::Unreachable`] and [`MotionError::Limit`] for the target or a corner of a jump,
-    /// [`MotionError::Speed`] for a speed that the motion needs.
+    /// [`MotionError::Unreachable`] and [`MotionError::Limit`] for the target or a corner of a
+    /// jump; [`MotionError::Speed`] for an invalid speed that the motion needs.
     pub fn plan(&self, from: &ArmState, request: &Move) -> Result<Plan, MotionError> {
         let trajectory = self.fastest(from, request)?;
         Ok(Plan::within(trajectory, &self.limits))
     }
 
-    /// Plans the emergency stop from a time within a motion: at `factor` times the acceleration in force for the
-    /// joints (the arm brakes with 2), J1 to J3 together over the longest time that one of them needs, J4 at once
-    /// (model section 14). Without an acceleration to go by, or with a factor that is not positive, the arm stops dead.
+    /// Plans the forced stop at a time within a motion (model section 14).
     ///
-    /// A motion braked next to a limit may still run into it, which the plan tells.
+    /// The joints brake at `factor` times the acceleration in force (the arm uses 2): J1 to J3
+    /// together over the longest time that one of them needs, J4 at once. If the acceleration is
+    /// invalid or the factor is not positive, the arm stops at once. A motion that brakes close to
+    /// a limit may still run into it; the plan then has a crossing.
     #[must_use]
     pub fn brake(&self, motion: &Trajectory, at_us: u64, factor: f64) -> Plan {
         let deceleration = |joint| match self.speeds.joint(joint, &self.ceilings) {
             Ok(rates) if factor > 0.0 => factor * rates.acceleration,
+            // An infinite deceleration stops the arm at once: a forced stop must never fail.
             _ => f64::INFINITY,
         };
         let braked = motion.braked(self.law, at_us, [0, 1, 2].map(deceleration));
         Plan::within(braked, &self.limits)
     }
 
-    /// The motion asked for, whatever is in its way.
+    /// Plans the requested motion without a check for limits on the way.
     pub(crate) fn fastest(
         &self,
         from: &ArmState,
@@ -225,8 +237,11 @@ impl Planner {
         Ok(self.trajectory(from, segments))
     }
 
-    /// The segments of a jump, changed where joints would swing the tool up through the ceiling between two corners: the
-    /// corners give way downwards, and where the ends leave no room for that, straight lines take over if they can.
+    /// Lowers the corners of a jump if its joint transfer would swing the tool above the ceiling.
+    ///
+    /// If the ends of the jump leave no room for that, straight lines replace the legs, provided
+    /// that they stay within the limits. Both are choices: the vendor's code does not look at the
+    /// swing (model section 7).
     fn lower_corners(
         &self,
         from: &ArmState,
@@ -242,7 +257,8 @@ impl Planner {
                 .fold(0.0, f64::max)
         };
         let (mut lower, mut lower_segments) = (corners, segments);
-        // Where one corner is down already the other converges slowly: then by ever larger steps.
+        // If one corner is at its floor already, lowering the other converges slowly. After eight
+        // rounds the steps grow.
         let steps = (0..MOST_LOWERINGS).map(|round| match round {
             0..8 => 1.0,
             _ => f64::from(round - 6),
@@ -288,20 +304,21 @@ impl Planner {
         ])
     }
 
-    /// A destination in space: solved, and within limits.
+    /// Solves a destination and checks it against the limits.
     fn check(&self, destination: &Destination) -> Result<ArmState, MotionError> {
         match destination {
             Destination::Pose(pose) => ArmState::at_pose(&self.geometry, pose, &self.limits),
             Destination::Joints(state) => {
                 self.limits.check(&state.joints)?;
-                // Limits may be wider than what a line can follow to.
+                // Limits may be configured wider than the inverse can follow.
                 state.check_invertible(&self.geometry)?;
                 Ok(*state)
             }
         }
     }
 
-    /// No motion, as the destination is where the arm is; to the last bit if it may be.
+    /// Returns a motion of no time for a destination that is where the arm stands. It ends exactly
+    /// on the destination if that is within the limits.
     fn arrival(&self, from: &ArmState, to: &Destination) -> Trajectory {
         let end = self.check(to).unwrap_or(*from);
         Trajectory::at_rest(&self.geometry, &end)
@@ -342,7 +359,8 @@ impl Planner {
         }))
     }
 
-    /// The profiles of a tool that goes `way` mm along its path and turns by `turn` degrees meanwhile.
+    /// Returns the profiles of a tool that moves `way` mm along its path while r turns by `turn`
+    /// degrees.
     pub(crate) fn tool_profiles(
         &self,
         way: f64,
@@ -367,13 +385,14 @@ impl Planner {
     }
 }
 
-/// How often the corners of a jump are lowered at most; the way down converges in a few.
+/// Most rounds of lowering the corners of a jump. Usually a few suffice; the bound keeps planning
+/// time finite for extreme settings.
 const MOST_LOWERINGS: u32 = 32;
 
-/// Joint targets beyond this angle count as at it: no limit lets the arm get there.
+/// Clamp for joint targets, degrees. It is beyond any limit and keeps differences of angles finite.
 const FARTHEST_ANGLE: f64 = 1e9;
 
-/// A target that is a number, increments added up.
+/// A resolved target: increments are added up.
 enum Destination {
     Pose(Pose),
     Joints(ArmState),
@@ -382,7 +401,7 @@ enum Destination {
 impl Destination {
     fn joints(geometry: &Geometry, joints: &JointAngles) -> Self {
         let near = joints.to_array().map(|angle| {
-            // Not a number stays what it is; infinity must not become one.
+            // NaN stays NaN, and infinity must not become a finite angle: both are refused later.
             if angle.is_finite() {
                 angle.clamp(-FARTHEST_ANGLE, FARTHEST_ANGLE)
             } else {
@@ -406,7 +425,7 @@ impl Destination {
         }
     }
 
-    /// Whether there is less left to go than counts as a motion.
+    /// True if the remaining distance is too short to count as a motion.
     fn is_reached(&self, from: &ArmState) -> bool {
         match self {
             Self::Pose(pose) => {
@@ -422,9 +441,10 @@ impl Destination {
     }
 }
 
-/// The profiles of axes that start and end together: the slowest sets the time, and the others are stretched to it.
+/// Returns profiles that start and end together: the slowest axis sets the duration, the others are
+/// stretched to it.
 ///
-/// An axis that hardly moves needs no speed of its own; it goes along as gently as it can.
+/// An axis that hardly moves needs no valid speed; it gets the gentlest profile.
 fn synchronised<const N: usize>(
     law: MotionLaw,
     lengths: [f64; N],
@@ -442,6 +462,7 @@ fn synchronised<const N: usize>(
             duration = duration.max(rates.least_time(length));
         }
     }
+    // Below the shortest move nothing moves at all (model section 7).
     if lengths.iter().all(|length| *length < SHORTEST_MOVE) {
         duration = 0.0;
     }

@@ -1,11 +1,11 @@
-//! The settings at power-up: what motions start from before a host has set anything (model section 6).
+//! Settings at power-up, before a host has set anything (model section 6).
 
 use crate::{ArmModel, JointAngles, JumpHeights, Speeds};
 
-/// The settings at power-up. Numbers that a host can set are as the wire has them.
+/// Settings at power-up. Values that a host can set are in the protocol's `f32`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PowerUp {
-    /// The joints that are reported before homing, deg.
+    /// Joints reported before homing, deg.
     pub joints: JointAngles,
     /// Jogging.
     pub jog: JogDefaults,
@@ -28,7 +28,7 @@ pub struct PowerUp {
 pub struct JogDefaults {
     pub joint_velocity: [f32; 4],
     pub joint_acceleration: [f32; 4],
-    /// Of x, y, z and r.
+    /// For x, y, z and r.
     pub coordinate_velocity: [f32; 4],
     pub coordinate_acceleration: [f32; 4],
     pub velocity_ratio: f32,
@@ -71,16 +71,17 @@ pub struct PtpDefaults {
 pub struct CpDefaults {
     pub plan_acceleration: f32,
     pub junction_velocity: f32,
-    /// Without effect, unless the host clocks the path: then its period, ms.
+    /// Without effect, unless `real_time_track` is set: then the period of the path, ms.
     pub acceleration: f32,
     pub real_time_track: bool,
-    /// Without effect, as the two below.
+    /// Without effect, like the two below.
     pub velocity_ratio: f32,
     pub acceleration_ratio: f32,
     pub hold_rotation: bool,
 }
 
-/// Arc speeds at power-up: mm/s, deg/s, percent. The arm keeps them, and moves at those from point to point.
+/// Arc speeds at power-up: mm/s, deg/s, percent. The arm stores them, but moves at the
+/// point-to-point speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -98,7 +99,7 @@ pub struct ArcDefaults {
 }
 
 impl PowerUp {
-    /// Firmware 3.6.14 (model section 6).
+    /// Firmware 3.6.14. Model section 6 rates each value; those of the rail are choices.
     pub(crate) const MAGICIAN: Self = Self {
         joints: JointAngles::HOME,
         jog: JogDefaults {
@@ -144,7 +145,7 @@ impl PowerUp {
         },
     };
 
-    /// Speeds from point to point.
+    /// Point-to-point speeds.
     #[must_use]
     pub const fn speeds(&self) -> Speeds {
         let ptp = &self.ptp;
@@ -167,7 +168,7 @@ impl PowerUp {
     }
 }
 
-/// `f64::from` of each, in constants too.
+/// `f64::from` of each value, usable in constants.
 const fn wide([a, b, c, d]: [f32; 4]) -> [f64; 4] {
     [a as f64, b as f64, c as f64, d as f64]
 }

@@ -1,4 +1,4 @@
-//! One segment of a continuous path, planned and planned again while it is under way (model section 8).
+//! Planning of continuous-path segments, and replanning of a running one (model section 8).
 
 use crate::move_segment::{MoveSegment, SHORTEST_MOVE};
 use crate::path_segment::PathSegment;
@@ -7,18 +7,21 @@ use crate::velocity_profile::KinematicLimits;
 use crate::{ArmState, MotionError, Plan, Planner, Pose, SpeedQuantity, Trajectory};
 
 impl Planner {
-    /// Plans one straight segment of a continuous path, which ends exactly at `to` (x, y, z) while joint 4 stands
-    /// still, so that r goes along with joint 1.
+    /// Plans one straight segment of a continuous path, ending exactly at `to` (x, y, z).
     ///
-    /// The speed is `entry` at first and `exit` at the end, or what of it can be gained on the way; a segment too
-    /// short to come down to `exit` brakes harder than `rates` allow. The rates count up to the ceilings.
-    /// [`LookAhead`](crate::LookAhead) tells exit and rates. The segment must end within reach and limits; where it
-    /// leaves them on the way it ends, and the plan tells where. One shorter than 0.0001 mm takes no time.
+    /// Joint 4 does not move, so r changes with joint 1.
+    ///
+    /// The speed is `entry` at the start and `exit` at the end, or as much of it as can be reached.
+    /// A segment too short to slow down to `exit` brakes harder than `rates` allow. The rates are
+    /// limited to the ceilings; [`LookAhead`](crate::LookAhead) computes exit and rates. The
+    /// segment must end within reach and limits. If it leaves them on the way it ends there, and
+    /// the plan has a crossing. A segment shorter than 0.0001 mm takes no time.
     ///
     /// # Errors
     ///
-    /// [`MotionError::Unreachable`] and [`MotionError::Limit`] for the end, [`MotionError::Speed`] for rates that are
-    /// NaN, zero or negative, and an entry or exit that is negative or not finite.
+    /// [`MotionError::Unreachable`] and [`MotionError::Limit`] for the end; [`MotionError::Speed`]
+    /// for rates that are NaN, zero or negative, and for an entry or exit that is negative or not
+    /// finite.
     pub fn segment(
         &self,
         from: &ArmState,
@@ -50,13 +53,15 @@ impl Planner {
         Ok(Plan::within(trajectory, &self.limits))
     }
 
-    /// Plans the rest of a segment under way, from its place and speed at a time on, towards a new exit speed. The
-    /// tool stays on the segment's own line, whatever the number of times that it is planned again, and ends exactly
-    /// where the segment does; the measures are the segment's own. Nothing if no segment is under way at that time.
+    /// Replans the rest of a running segment from a time on, towards a new exit speed.
+    ///
+    /// The tool stays on the line of the segment however often it is replanned, and ends exactly at
+    /// its end. The geometry is that of the segment. Returns `None` if no segment is under way at
+    /// that time.
     ///
     /// # Errors
     ///
-    /// [`MotionError::Speed`] as [`segment`](Self::segment).
+    /// [`MotionError::Speed`] as for [`segment`](Self::segment).
     pub fn segment_rest(
         &self,
         running: &Trajectory,
@@ -88,8 +93,10 @@ impl Planner {
 }
 
 impl Trajectory {
-    /// The speed of the tool along its path at a time, mm/s. From the end on it is that of the end: the exit speed of
-    /// a segment, zero for any other motion and for one that a limit ends.
+    /// Speed of the tool along its path at a time, mm/s.
+    ///
+    /// From the end on it is the exit speed of a segment, and zero for any other motion or one that
+    /// a limit ends.
     #[must_use]
     pub fn path_speed(&self, t_us: u64) -> f64 {
         match self.under_way(t_us) {
@@ -105,8 +112,8 @@ impl Trajectory {
         }
     }
 
-    /// The speed with which a segment of a continuous path ends, mm/s: what the next one begins with. Zero for any
-    /// other motion, and for one that a limit ends.
+    /// Exit speed of a segment of a continuous path, mm/s, with which the next one begins. Zero for
+    /// any other motion, and for one that a limit ends.
     #[must_use]
     pub fn exit_speed(&self) -> f64 {
         match self.last_segment() {

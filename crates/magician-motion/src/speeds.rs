@@ -1,12 +1,11 @@
-//! How fast a motion may be: what has been set, the ratio, and the arm's ceilings.
+//! Speed of a motion from settings, ratio and ceilings (model section 6).
 
 use crate::velocity_profile::KinematicLimits;
 use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
 
-/// The point-to-point speed settings as they stand, in the values of the protocol: nothing clamped or checked.
+/// Point-to-point speed settings in the units of the protocol, neither clamped nor checked.
 ///
-/// A plan takes from them what its motion needs: each value up to the arm's ceiling, times its ratio up to 100 %
-/// (model section 6).
+/// A plan uses each value up to the arm's ceiling, times its ratio up to 100 % (model section 6).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Speeds {
     /// Velocity of J1 to J4, deg/s.
@@ -21,14 +20,14 @@ pub struct Speeds {
     pub rotation_velocity: f64,
     /// Acceleration of r along a straight line, deg/s2.
     pub rotation_acceleration: f64,
-    /// Percentage of every velocity; above 100 counts as 100.
+    /// Ratio of every velocity, percent; above 100 counts as 100.
     pub velocity_ratio: f64,
-    /// Percentage of every acceleration; above 100 counts as 100.
+    /// Ratio of every acceleration, percent; above 100 counts as 100.
     pub acceleration_ratio: f64,
 }
 
 impl Speeds {
-    /// Velocity and acceleration of a joint, its index from 0.
+    /// Velocity and acceleration of a joint by index, from 0.
     pub(crate) fn joint(
         &self,
         index: usize,
@@ -75,14 +74,14 @@ impl Speeds {
 }
 
 impl Default for Speeds {
-    /// The settings at power-up of firmware 3.6.14.
+    /// Settings at power-up of firmware 3.6.14.
     fn default() -> Self {
         ArmModel::MAGICIAN.power_up.speeds()
     }
 }
 
 impl Ceilings {
-    /// These rates of a joint (its index from 0), each up to its ceiling.
+    /// Limits the rates of a joint (by index, from 0) to its ceilings.
     pub(crate) fn joint(
         &self,
         index: usize,
@@ -98,7 +97,7 @@ impl Ceilings {
         })
     }
 
-    /// These rates along a path, each up to its ceiling.
+    /// Limits rates along a path to the ceilings.
     pub(crate) fn linear(&self, rates: KinematicLimits) -> Result<KinematicLimits, MotionError> {
         Ok(KinematicLimits {
             velocity: positive(SpeedQuantity::LinearVelocity, rates.velocity)?
@@ -108,7 +107,7 @@ impl Ceilings {
         })
     }
 
-    /// These rates of r along a path, each up to its ceiling.
+    /// Limits rates of r along a path to the ceilings.
     pub(crate) fn rotation(&self, rates: KinematicLimits) -> Result<KinematicLimits, MotionError> {
         Ok(KinematicLimits {
             velocity: positive(SpeedQuantity::RotationVelocity, rates.velocity)?
@@ -119,7 +118,7 @@ impl Ceilings {
     }
 }
 
-/// A speed below this is none: times could no longer be told.
+/// Smallest valid speed. Below it durations overflow, so it counts as zero.
 const LEAST: f64 = 1e-50;
 
 fn ratio(quantity: SpeedQuantity, percent: f64) -> Result<f64, MotionError> {
@@ -134,7 +133,7 @@ pub(crate) fn positive(quantity: SpeedQuantity, value: f64) -> Result<f64, Motio
     }
 }
 
-/// A speed that a motion has already, or is to end with: zero is one.
+/// Checks a speed at the start or the end of a motion. Zero is valid.
 pub(crate) fn finite_speed(quantity: SpeedQuantity, value: f64) -> Result<f64, MotionError> {
     if (0.0..f64::INFINITY).contains(&value) {
         Ok(value)

@@ -1,30 +1,30 @@
-//! Where the arm is: joints and pose of one instant.
+//! State of the arm at one instant: joints and pose.
 
 use crate::{
     Bound, Geometry, JointAngles, LIMIT_TOLERANCE, Limits, MotionError, Pose, Unreachable,
 };
 
-/// J1 as a pose gives it goes half a turn either way, degrees.
+/// A pose determines J1 only within half a turn either way, degrees.
 const HALF_TURN: f64 = 180.0;
-/// J2 - J3 at which the elbow is straight, degrees; a pose gives no joints beyond.
+/// J2 - J3 at which the elbow is straight, degrees. A pose yields no joints beyond.
 const STRAIGHT: f64 = 90.0;
-/// Joints closer to each other than this are the same but for rounding, degrees.
+/// Joints closer than this are equal but for rounding, degrees.
 const SAME: f64 = 1e-3;
 
-/// Joints and pose of one instant, under one tool bias.
+/// Joints and pose at one instant, with one tool bias.
 ///
-/// Both are kept, because the target of a motion is reached exactly as it was given: a pose to the last bit of x, y,
-/// z and r, joint angles to the last bit of theirs.
+/// Both are stored, because a target is reached exactly as it was given: a pose to the last bit of
+/// x, y, z and r, joint angles to their last bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmState {
-    /// The joint angles.
+    /// Joint angles.
     pub joints: JointAngles,
-    /// The pose of the tool.
+    /// Pose of the tool.
     pub pose: Pose,
 }
 
 impl ArmState {
-    /// The arm at these joint angles.
+    /// Returns the state at these joint angles.
     #[must_use]
     pub fn at_joints(geometry: &Geometry, joints: &JointAngles) -> Self {
         Self {
@@ -33,11 +33,12 @@ impl ArmState {
         }
     }
 
-    /// The arm with its tool at this pose.
+    /// Returns the state with the tool at this pose.
     ///
     /// # Errors
     ///
-    /// [`MotionError::Unreachable`] or [`MotionError::Limit`] if it cannot be there.
+    /// [`MotionError::Unreachable`] or [`MotionError::Limit`] if the pose is out of reach or beyond
+    /// a limit.
     pub fn at_pose(geometry: &Geometry, pose: &Pose, limits: &Limits) -> Result<Self, MotionError> {
         Ok(Self {
             joints: geometry.inverse_within(pose, limits)?,
@@ -45,13 +46,16 @@ impl ArmState {
         })
     }
 
-    /// Whether the pose leads back to these joints, so that a path in space may begin or end here. Limits wider than
-    /// the arm's, lost steps, or homing cut short while J1 knows nothing can leave it with the base more than half a
-    /// turn round, the elbow past straight, or the wrist behind the base axis.
+    /// Checks that the inverse of the pose yields these joints, so that a path in space may begin
+    /// or end here.
+    ///
+    /// Limits wider than the arm's, lost steps, or homing interrupted before J1 is referenced can
+    /// leave the arm with the base more than half a turn round, the elbow past straight, or the
+    /// wrist behind the base axis.
     ///
     /// # Errors
     ///
-    /// [`MotionError::Limit`] for J1 or J2 - J3, or [`MotionError::Unreachable`], where it does not.
+    /// [`MotionError::Limit`] for J1 or J2 - J3, or [`MotionError::Unreachable`], if it does not.
     pub(crate) fn check_invertible(&self, geometry: &Geometry) -> Result<(), MotionError> {
         let JointAngles { j1, j2, j3, .. } = self.joints;
         for (value, farthest, [below, above]) in [

@@ -1,13 +1,13 @@
-//! Motions whose tool follows a path in space, r by a profile of its own: where they leave the limits.
+//! Search for limits along motions whose tool follows a path in space while r has its own profile.
 
 use crate::crossing::{Moments, first_violation};
 use crate::velocity_profile::{CORNERS, VelocityProfile};
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Pose, wrist};
 
-/// How many moments there are at most between which a path is smooth.
+/// Most times between which a path is smooth.
 pub(crate) const MOMENTS: usize = 2 * CORNERS + 1;
 
-/// The corners of both profiles of a path, and one more moment.
+/// Returns the corners of both profiles of a path, and one more time.
 pub(crate) fn moments(
     along: &VelocityProfile,
     turning: &VelocityProfile,
@@ -21,17 +21,17 @@ pub(crate) fn moments(
     moments
 }
 
-/// What it takes to look for limits along the path of a tool.
+/// Path of a tool, as the search for limits needs it.
 pub(crate) trait ToolPath {
     fn start(&self) -> &ArmState;
 
     fn pose_at(&self, t: f64) -> Pose;
 
-    /// How long it must be followed, seconds: to its end, or until it repeats itself.
+    /// Time for which the path must be followed, seconds: to its end, or until it repeats itself.
     fn horizon(&self) -> f64;
 
-    /// Reports every moment at which the path may pass a bound of `strict`, or one of `wide` where that differs, or
-    /// leave the reach.
+    /// Reports every time at which the path may pass a bound of `strict`, or of `wide` where it
+    /// differs, or leave the reach.
     fn spatial_cuts(
         &self,
         geometry: &Geometry,
@@ -40,16 +40,16 @@ pub(crate) trait ToolPath {
         report: &mut impl FnMut(f64),
     );
 
-    /// Numbers that J4 stays below and above on the whole path, if known at once.
+    /// Upper and lower bound of J4 on the whole path; `None` if not known without a search.
     fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>);
 
-    /// Moments between which [`j4_rates`](Self::j4_rates) may be asked for, in any order.
+    /// Times between which [`j4_rates`](Self::j4_rates) holds, in any order.
     fn corners(&self, geometry: &Geometry) -> [f64; MOMENTS];
 
-    /// Bounds of J4's rate between two moments without a corner in between, deg/s.
+    /// Bounds of the rate of J4 between two times without a corner in between, deg/s.
     fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64);
 
-    /// The state at `t`. On a path all of which is known to be in reach the joints follow from the pose.
+    /// State at `t`. The path is known to be in reach, so the joints follow from the pose.
     fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
         let pose = self.pose_at(t);
         let joints = geometry.inverse_at_edge(&pose);
@@ -59,7 +59,7 @@ pub(crate) trait ToolPath {
         }
     }
 
-    /// When the path first leaves limits or reach, seconds, and how.
+    /// Returns the time at which the path first leaves limits or reach, seconds, and the cause.
     fn first_crossing(&self, geometry: &Geometry, limits: &Limits) -> Option<(f64, MotionError)>
     where
         Self: Sized,
@@ -90,10 +90,11 @@ pub(crate) trait ToolPath {
     }
 }
 
-/// When a path first leaves the reach or one of `spatial` limits, which are to leave J4 free.
+/// Returns the first time at which a path leaves the reach or one of the `spatial` limits, which
+/// must leave J4 free.
 ///
-/// `pose_at` tells where the tool is, and `cuts` reports every moment at which the path may pass a bound, given the
-/// limits let out to where the path begins.
+/// `pose_at` gives the pose of the tool. `cuts` reports every time at which the path may pass a
+/// bound, given the limits widened to the start of the path.
 pub(crate) fn spatial_crossing(
     geometry: &Geometry,
     spatial: &Limits,
@@ -117,8 +118,8 @@ pub(crate) fn spatial_crossing(
     ))
 }
 
-/// A violation of a bound of J1, told of the side on which the base passed it: behind the arm J1 is half a turn to
-/// either side, and a point there speaks for neither.
+/// Restates a violation of J1 with the bound that the base really passed. Behind the arm J1 is half
+/// a turn to either side, and the sampled point may have come out on the other side.
 fn on_its_side(limits: &Limits, passing: &JointAngles, error: MotionError) -> MotionError {
     let (other, turn) = match error {
         MotionError::Limit {

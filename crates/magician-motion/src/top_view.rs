@@ -1,9 +1,10 @@
-//! The ground as it is seen from above.
+//! The ground seen from above.
 
-/// Which of the arm's directions are right and up on a page or a screen that shows the ground from above.
+/// Orientation of a page or a screen that shows the ground from above: the arm's directions that
+/// point right and up.
 ///
-/// Every view from above goes through one of these, and so do the keys beside it: what is up on the screen is where the
-/// key upwards leads.
+/// Every view from above uses one of these, and so do its keys: the key "up" moves the arm up on
+/// the screen.
 ///
 /// ```
 /// use magician_motion::TopView;
@@ -20,12 +21,14 @@ pub struct TopView {
 }
 
 impl TopView {
-    /// X to the right and Y up, as in a coordinate system on paper: previews, and pictures of what was drawn.
+    /// X to the right and Y up, as in a coordinate system on paper: previews, and pictures of what
+    /// was drawn.
     pub const PAPER: Self = Self { quarters: 0 };
-    /// X up and Y to the left, as one sees the arm from behind its base: where keys move it.
+    /// X up and Y to the left, as seen from behind the base: the orientation of jog keys.
     pub const BEHIND: Self = Self { quarters: 1 };
 
-    /// The view after one step to the right around the arm: the ground turns to the right by 90 degrees.
+    /// Returns the view after one step to the right around the arm: the ground turns right by 90
+    /// degrees.
     #[must_use]
     pub const fn turned(self) -> Self {
         Self {
@@ -33,7 +36,7 @@ impl TopView {
         }
     }
 
-    /// What is to the right of the origin, and above it, of a place or a direction x, y.
+    /// Maps a position or a direction x, y to right and up on the screen.
     #[must_use]
     pub fn project(self, [x, y]: [f64; 2]) -> [f64; 2] {
         match self.quarters {
@@ -44,7 +47,7 @@ impl TopView {
         }
     }
 
-    /// The place or direction x, y of what is so far to the right and up: undoes [`project`](Self::project).
+    /// Maps right and up on the screen to x, y: the inverse of [`project`](Self::project).
     #[must_use]
     pub fn unproject(self, [right, up]: [f64; 2]) -> [f64; 2] {
         let back = Self {
@@ -70,7 +73,7 @@ mod tests {
             view = view.turned();
         }
         assert_eq!(view, TopView::BEHIND);
-        // Behind the arm, then on its right side, before it, on its left side.
+        // Behind the arm, then at its right, in front of it, at its left.
         assert_eq!(ahead, [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]);
     }
 }

@@ -5,11 +5,12 @@ use crate::joint_segment::JointSegment;
 use crate::move_segment::MoveSegment;
 use crate::{ArmState, Geometry, MotionError, MotionLaw};
 
-/// A planned motion: up to three segments, and where it ends. Where two segments meet, the arm is at rest.
+/// A planned motion: up to three segments with rest in between, and the state at its end.
 ///
-/// Every question is answered from the start of the motion, in closed form; nothing is stepped or remembered, so
-/// the order and the number of questions do not matter. Time is in whole microseconds from the start, which in periods is
-/// the end of one: what holds then holds until the next one ends.
+/// Every query is answered in closed form from the start of the motion. Nothing is stepped or
+/// remembered, so the order and number of queries do not matter. Time is in whole microseconds from
+/// the start. In periods the start coincides with the end of a period, and a state holds until the
+/// next period ends.
 ///
 /// ```
 /// use magician_motion::{ArmModel, ArmState, JointAngles, Move, MoveKind, Pose, Target, ToolBias};
@@ -41,7 +42,7 @@ struct TimedSegment {
     start_us: u64,
 }
 
-/// Whole microseconds that hold so many seconds; a rounding error does not cost one.
+/// Converts seconds to whole microseconds, rounded up. A rounding error does not add one.
 pub(crate) fn microseconds(seconds: f64) -> u64 {
     libm::ceil(seconds * 1e6 - 1e-3) as u64
 }
@@ -51,7 +52,7 @@ fn seconds(microseconds: u64) -> f64 {
 }
 
 impl Trajectory {
-    /// No motion: the arm stays where it is.
+    /// Returns a motion of no time: the arm stays where it is.
     #[must_use]
     pub fn at_rest(geometry: &Geometry, state: &ArmState) -> Self {
         Self {
@@ -64,7 +65,7 @@ impl Trajectory {
         }
     }
 
-    /// The segments in turn, each beginning when the one before has come to rest.
+    /// Joins segments. Each begins when the one before has come to rest.
     pub(crate) fn of_segments(
         geometry: &Geometry,
         law: MotionLaw,
@@ -73,6 +74,7 @@ impl Trajectory {
     ) -> Self {
         let mut trajectory = Self::at_rest(geometry, start);
         trajectory.law = law;
+        // Three slots suffice: a jump has the most segments.
         for (slot, segment) in trajectory.segments.iter_mut().zip(segments) {
             *slot = Some(TimedSegment {
                 segment,
@@ -85,7 +87,7 @@ impl Trajectory {
         trajectory
     }
 
-    /// One segment that sets off from `start`.
+    /// Returns a trajectory of one segment that begins in the state `start`.
     pub(crate) fn of_segment(
         geometry: &Geometry,
         law: MotionLaw,
@@ -109,8 +111,8 @@ impl Trajectory {
         }
     }
 
-    /// The same motion in `least_us`, if it takes less: every segment longer by the same factor, in periods by whole ones.
-    /// No motion stays none.
+    /// Stretches the motion to `least_us` if it takes less: every segment by the same factor, in
+    /// periods by whole ones. A motion of no time stays one.
     pub(crate) fn lasting(mut self, least_us: u64) -> Self {
         let (law, total) = (self.law, self.duration_us);
         let least_us = law.period_end(least_us);
@@ -122,7 +124,7 @@ impl Trajectory {
             let later_us = u64::try_from(product / u128::from(total)).unwrap_or(least_us);
             law.period_start(later_us)
         };
-        // The last segment ends where the motion does, each other where the next begins.
+        // Each segment ends where the next begins, the last one where the motion does.
         let mut end_us = total;
         for timed in self.segments.iter_mut().rev().flatten() {
             let start_us = later(timed.start_us);
@@ -138,7 +140,8 @@ impl Trajectory {
         self.segments.iter().flatten()
     }
 
-    /// When the motion first leaves the limits or the reach, and how, with the state it would stop in.
+    /// Returns the time at which the motion first leaves the limits or the reach, the cause, and
+    /// the state in which it stops there.
     pub(crate) fn first_crossing(
         &self,
         limits: &crate::Limits,
@@ -146,19 +149,22 @@ impl Trajectory {
         self.segments().find_map(|timed| {
             let (t, error) = timed.segment.first_crossing(&self.geometry, limits)?;
             let state = timed.segment.state_stopped_by(&self.geometry, t, &error);
-            // A motion that begins on a bound and leads out of it is one of no time.
+            // Rounded down, so that a motion that starts on a bound and leads outwards takes no
+            // time.
             let at_us = timed.start_us.saturating_add(libm::floor(t * 1e6) as u64);
             Some((at_us, error, state))
         })
     }
 
-    /// Bound that the motion leaves first, of other limits than those that it was planned within; `None` if it keeps to them.
+    /// Returns the bound that the motion leaves first, for limits other than those that it was
+    /// planned with; `None` if it stays within them.
     #[must_use]
     pub fn first_beyond(&self, limits: &crate::Limits) -> Option<MotionError> {
         self.first_crossing(limits).map(|(_, cause, _)| cause)
     }
 
-    /// This motion cut short at `at_us`, where it stops at once in the given state; in periods at the end of that one.
+    /// Cuts the motion at `at_us`, where it stops at once in the given state. In periods it ends
+    /// with the current period.
     pub(crate) fn cut(self, at_us: u64, end: ArmState) -> Self {
         Self {
             end,
@@ -167,13 +173,13 @@ impl Trajectory {
         }
     }
 
-    /// How long the motion takes.
+    /// Duration, microseconds.
     #[must_use]
     pub fn duration_us(&self) -> u64 {
         self.duration_us
     }
 
-    /// How long it would take if nothing cut it short.
+    /// Duration without the cut, microseconds.
     #[must_use]
     pub fn uncut_us(&self) -> u64 {
         if self.last_segment().is_some() {
@@ -186,19 +192,19 @@ impl Trajectory {
         self.segments().last().map_or(0, lasts)
     }
 
-    /// Where it starts.
+    /// State at the start.
     #[must_use]
     pub fn start(&self) -> &ArmState {
         &self.start
     }
 
-    /// Where it ends: for a target that is reached, exactly the target as it was given.
+    /// State at the end. A target that is reached is there bit for bit.
     #[must_use]
     pub fn end(&self) -> &ArmState {
         &self.end
     }
 
-    /// The segment under way at a time within the motion, and the seconds since it began.
+    /// Returns the segment at a time within the motion, and the seconds since it began.
     fn segment_at(&self, t_us: u64) -> Option<(&TimedSegment, f64)> {
         let timed = self
             .segments()
@@ -207,7 +213,8 @@ impl Trajectory {
         Some((timed, seconds(t_us - timed.start_us)))
     }
 
-    /// The segment under way at a time and the seconds that its state is of; nothing from the end of the motion on.
+    /// Returns the segment under way, and the time within it at which its state was last computed,
+    /// seconds. `None` from the end of the motion on.
     pub(crate) fn under_way(&self, t_us: u64) -> Option<(&MoveSegment, f64)> {
         let ended_us = self.law.period_start(t_us);
         let (timed, t) = self
@@ -216,7 +223,7 @@ impl Trajectory {
         Some((&timed.segment, t))
     }
 
-    /// Each segment with the moments between which it is under way, as far as the motion goes.
+    /// Returns each segment with its start and end, microseconds, as far as the motion goes.
     pub(crate) fn timed_segments(&self) -> impl Iterator<Item = (&MoveSegment, u64, u64)> {
         let ends = self.segments().skip(1).map(|next| next.start_us);
         let ends = ends.chain([self.duration_us]);
@@ -226,27 +233,28 @@ impl Trajectory {
             .map(|(timed, end)| (&timed.segment, timed.start_us, end.min(self.duration_us)))
     }
 
-    /// The segment with which the motion ends; nothing if it is cut short.
+    /// Returns the last segment; `None` if the motion is cut before its end.
     pub(crate) fn last_segment(&self) -> Option<&MoveSegment> {
         let timed = self.segments().last()?;
         (timed.segment.end() == self.end).then_some(&timed.segment)
     }
 
-    /// The arm's measures that its poses hold for: those it was planned with, and none that came later.
+    /// Geometry for which the poses hold: the one that the motion was planned with. Later changes
+    /// of the tool bias do not apply.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// Joints and pose at a time, in periods at the end of the last one by then. From the end of the motion on, exactly
-    /// its [`end`](Self::end).
+    /// Joints and pose at a time; in periods, those of the last period that ended by then. From the
+    /// end of the motion on it is exactly [`end`](Self::end).
     #[must_use]
     pub fn sample(&self, t_us: u64) -> ArmState {
         self.curve(self.law.period_start(t_us))
     }
 
-    /// Joints and pose at a time on the curve through all samples: where the motors take the arm between the ends of two
-    /// periods. In continuous time it is the sample.
+    /// Joints and pose on the curve through all samples: the actual position between the ends of
+    /// two periods. In continuous time it equals the sample.
     #[must_use]
     pub fn curve(&self, t_us: u64) -> ArmState {
         if t_us >= self.duration_us {
@@ -258,7 +266,7 @@ impl Trajectory {
         }
     }
 
-    /// The joints' velocities at a time, deg/s; zero from the end of the motion on.
+    /// Velocities of the joints at a time, deg/s; zero from the end of the motion on.
     #[must_use]
     pub fn joint_velocities(&self, t_us: u64) -> [f64; 4] {
         match self.under_way(t_us) {
@@ -267,19 +275,21 @@ impl Trajectory {
         }
     }
 
-    /// The share of the planned motion that is done at a time, 0 to 1, measured along the path.
+    /// Share of the planned motion done at a time, 0 to 1, measured along the path.
     ///
-    /// Legs count by the distance between their ends. A motion that a limit cuts short does not get to 1.
+    /// The legs of a jump count by the distance between their ends. A motion that a limit cuts does
+    /// not reach 1.
     #[must_use]
     pub fn progress(&self, t_us: u64) -> f64 {
         self.curve_progress(self.law.period_start(t_us))
     }
 
-    /// The same on the curve through all that is ever sampled.
+    /// Like [`progress`](Self::progress), but on the curve between the ends of periods.
     pub(crate) fn curve_progress(&self, t_us: u64) -> f64 {
         let t_us = t_us.min(self.duration_us);
         if t_us == self.duration_us && self.last_segment().is_some() {
-            // The last microsecond may be a rounding error short of the end.
+            // `duration_us` is rounded up to microseconds, so the last profile may be just short of
+            // its end.
             return 1.0;
         }
         let (mut done, mut whole) = (0.0, 0.0);
@@ -293,7 +303,8 @@ impl Trajectory {
         if whole > 0.0 { done / whole } else { 1.0 }
     }
 
-    /// When a share of the planned motion is done, in microseconds, or never if a limit ends it before.
+    /// Time at which a share of the planned motion is done, microseconds. `None` if a limit ends
+    /// the motion before.
     #[must_use]
     pub fn time_at_progress(&self, progress: f64) -> Option<u64> {
         let whole: f64 = self
@@ -313,7 +324,7 @@ impl Trajectory {
                 .start_us
                 .saturating_add(microseconds(timed.segment.time_at(share)));
             left -= arc_length;
-            // Less than that is the rounding of the sum.
+            // The remainder is the rounding error of the sum.
             if left <= 1e-12 * whole {
                 break;
             }
@@ -322,13 +333,14 @@ impl Trajectory {
         (at_us <= self.duration_us).then_some(at_us)
     }
 
-    /// The emergency stop from a time within this motion: J1 to J3 come to rest together, each along its own way,
-    /// in the longest time that one of them needs at the given decelerations (deg/s2); J4 stops at once.
+    /// Plans the forced stop at a time within this motion. J1 to J3 come to rest together, each on
+    /// its own axis, in the longest time that one of them needs at the given decelerations
+    /// (deg/s2). J4 stops at once.
     pub(crate) fn braked(&self, law: MotionLaw, at_us: u64, decelerations: [f64; 3]) -> Self {
         let from = self.sample(at_us);
         let velocities = self.joint_velocities(at_us);
         if !velocities.iter().all(|velocity| velocity.is_finite()) {
-            // The tool passes the base axis: no speed there is any joint's.
+            // The tool passes through the base axis, where joint velocities are infinite.
             return Self::at_rest(&self.geometry, &from);
         }
         let duration = velocities

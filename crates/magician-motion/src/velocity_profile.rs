@@ -1,14 +1,20 @@
-//! The velocity of one axis as a function of time: from rest to rest, between any two speeds, or to rest (model sections 7, 8,
-//! 10 and 14).
+//! Velocity profiles of one axis: rest to rest, between two speeds, or braking to rest (model
+//! sections 7, 8, 10 and 14).
 //!
-//! In periods the place after `n` of them is the period times the sum of the speeds at the ends of periods 1 to `n`, and the
-//! last period ends on the length. Those sums are quadratic in `n` on a ramp and linear between ramps, so that one curve
-//! of time, of up to five pieces, goes through all places: limits are looked for on that curve, and only its values at the
-//! ends of periods are ever reported.
+//! In continuous time a profile is a trapezoid of velocity, and the position is its integral. A
+//! real controller computes in periods instead: in each period it moves by the speed at the end of
+//! that period times the period, and the last period ends exactly on the target. The position after
+//! `n` periods is then a sum of speeds, which is quadratic in `n` on a ramp and linear elsewhere.
+//!
+//! So one curve of time, with up to five pieces, passes through all positions that are ever
+//! reported. Searches for limits and fences run on that curve, because it has closed-form roots;
+//! reported positions are its values at the ends of periods. Nothing is accumulated from period to
+//! period.
 
 use crate::law::{ended_periods, whole_periods};
 
-/// The fastest that an axis may go, in its own unit: per second, and per second squared. Both are positive.
+/// Highest velocity and acceleration of an axis, in its own unit per second and per second squared.
+/// Both are positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KinematicLimits {
     /// Highest velocity.
@@ -18,13 +24,14 @@ pub struct KinematicLimits {
 }
 
 impl KinematicLimits {
-    /// The least time in seconds for `length` from rest to rest.
+    /// Shortest time for `length` from rest to rest, seconds.
     #[must_use]
     pub fn least_time(&self, length: f64) -> f64 {
         let Self {
             velocity,
             acceleration,
         } = *self;
+        // Longer than both full ramps together: there is a cruise in between.
         if length * acceleration > velocity * velocity {
             length / velocity + velocity / acceleration
         } else {
@@ -33,11 +40,11 @@ impl KinematicLimits {
     }
 }
 
-/// A trapezoid of velocity without a jerk limit: it ramps from its entry to a peak, holds it, and ramps to its exit; it is never
-/// negative.
+/// A trapezoid of velocity: ramp from the entry speed to the peak, cruise, ramp to the exit speed.
 ///
-/// Everything is a closed form of time; nothing is accumulated. The way back from a reversal is a profile of its own.
-/// [`MotionLaw`](crate::MotionLaw) makes those of a controller that computes in periods.
+/// There is no jerk limit, the velocity is never negative, and every value is a closed form of
+/// time. A motion that reverses needs a second profile for the way back.
+/// [`MotionLaw`](crate::MotionLaw) makes the profiles of a controller that computes in periods.
 ///
 /// ```
 /// use magician_motion::{KinematicLimits, VelocityProfile};
@@ -56,16 +63,17 @@ pub struct VelocityProfile {
     exit: f64,
     ramp_in: f64,
     ramp_out: f64,
-    /// The period whose speeds are summed, seconds; 0 where the place is the integral of the speed.
+    /// Period of the controller, seconds; 0 in continuous time.
     period: f64,
-    /// When the ramp to the exit ends by the speeds themselves, seconds; at most a period before the duration.
+    /// End of the ramp to the exit speed in continuous time, seconds. In periods `duration` is up
+    /// to one period later.
     ends: f64,
 }
 
-/// A stretch of the curve: a place that time changes by a velocity and an acceleration.
+/// A piece of the position curve with constant acceleration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
-    /// When it begins, seconds.
+    /// Start time of the piece, seconds.
     from: f64,
     place: f64,
     velocity: f64,
@@ -87,41 +95,45 @@ impl Piece {
     }
 }
 
-/// The numbers of periods, from the start, at which a sum of speeds changes its form.
+/// Period numbers, counted from the start, at which the position curve changes its formula.
 #[derive(Clone, Copy)]
 struct Steps {
-    /// The first one, if the curve of the ramp in would begin backwards.
+    /// 1 if the curve of the first ramp would start backwards (entry below 0), else 0.
     started: f64,
-    /// The last one on the ramp in, and the last for which its curve goes forwards.
+    /// Last period of the first ramp, and the last one up to which its curve moves forwards.
     ramped: [f64; 2],
-    /// The last one before the ramp out.
+    /// Last period of the cruise.
     cruised: f64,
-    /// The last but one of all, and the last for which the curve of the ramp out goes forwards: in the last one the axis
-    /// goes to the end.
+    /// Last period but one, and the last one up to which the curve of the second ramp moves
+    /// forwards. In the very last period the axis goes straight to its target.
     last: [f64; 2],
 }
 
 impl VelocityProfile {
-    /// The fastest profile over `length` from rest to rest.
+    /// Returns the fastest profile over `length` from rest to rest.
     #[must_use]
     pub fn trapezoid(length: f64, limits: &KinematicLimits) -> Self {
         Self::trapezoid_in(length, limits, limits.least_time(length))
     }
 
-    /// The profile over `length` from rest to rest that takes `duration` seconds, no less than the fastest: a triangle where the
-    /// velocity allows, else a trapezoid at full velocity with the ramps that are left.
+    /// Returns the profile over `length` from rest to rest in `duration` seconds, which must not be
+    /// shorter than the fastest.
+    ///
+    /// The profile is a triangle if that stays below the velocity limit, else a trapezoid at full
+    /// velocity with the ramps that fit.
     #[must_use]
     pub(crate) fn trapezoid_in(length: f64, limits: &KinematicLimits, duration: f64) -> Self {
         if 2.0 * length <= limits.velocity * duration {
             return Self::triangle(length, duration);
         }
         let cruise = length / limits.velocity;
-        // Rounding alone may ask for a steeper ramp than is allowed, or for none.
+        // Rounding may yield a ramp slightly longer than half the duration, or slightly below 0.
         let ramp = (duration - cruise).clamp(0.0, 0.5 * duration);
         Self::symmetric(length, duration, ramp, limits.velocity)
     }
 
-    /// The profile over `length` in `duration` seconds that never cruises; it has the least acceleration.
+    /// Returns the profile over `length` in `duration` seconds without a cruise: the lowest peak
+    /// acceleration.
     pub(crate) fn triangle(length: f64, duration: f64) -> Self {
         let peak = if duration > 0.0 {
             2.0 * length / duration
@@ -145,11 +157,12 @@ impl VelocityProfile {
         }
     }
 
-    /// The fastest profile over `length` from one speed to another, neither of them negative.
+    /// Returns the fastest profile over `length` between two speeds, neither of them negative.
     ///
-    /// It cruises no faster than the limits allow, and slows down to that if it enters faster. Where `length` is too
-    /// short to gain the exit speed, it exits with what it has gained; where it is too short to lose the excess, it
-    /// brakes harder than the limits allow and still exits as asked.
+    /// The profile slows down to the velocity limit if it enters faster. If `length` is too short
+    /// to reach the exit speed, it exits with the speed that it has reached. If `length` is too
+    /// short to brake, it brakes harder than the acceleration limit and still exits at the exit
+    /// speed.
     #[must_use]
     pub fn between(length: f64, entry: f64, exit: f64, limits: &KinematicLimits) -> Self {
         let KinematicLimits {
@@ -160,6 +173,8 @@ impl VelocityProfile {
         let mut exit = exit.min(cruise);
         if exit * exit > gained {
             exit = libm::sqrt(gained);
+        // Too short to brake within the limit. A path that has just been shortened must still end
+        // at its corner speed, so the acceleration limit gives way.
         } else if entry * entry - exit * exit >= 2.0 * acceleration * length {
             return Self::braking(length, entry, exit);
         }
@@ -186,13 +201,13 @@ impl VelocityProfile {
         }
     }
 
-    /// From a speed to rest at a steady deceleration.
+    /// Returns the profile from a speed to rest at a constant deceleration.
     #[must_use]
     pub fn stopping(entry: f64, deceleration: f64) -> Self {
         Self::braking(0.5 * entry * entry / deceleration, entry, 0.0)
     }
 
-    /// From a speed to rest in `duration` seconds.
+    /// Returns the profile from a speed to rest in `duration` seconds.
     #[must_use]
     pub fn stopping_in(entry: f64, duration: f64) -> Self {
         Self {
@@ -208,7 +223,7 @@ impl VelocityProfile {
         }
     }
 
-    /// One ramp down over the whole length.
+    /// Returns a single ramp down over the whole length.
     fn braking(length: f64, entry: f64, exit: f64) -> Self {
         let duration = if entry > 0.0 {
             2.0 * length / (entry + exit)
@@ -228,10 +243,11 @@ impl VelocityProfile {
         }
     }
 
-    /// The same way in `duration` seconds, no less than this profile takes, if it is from rest to rest; else this profile.
+    /// Stretches a rest-to-rest profile to `duration` seconds, at least its present duration. Any
+    /// other profile is returned unchanged.
     ///
-    /// A profile that cruises does so at the velocity allowed, and one that does not will not when given longer: so this is what
-    /// [`trapezoid_in`](Self::trapezoid_in) gives for the limits that this one was made for.
+    /// The limits of the original need not be known: a profile that cruises does so at its velocity
+    /// limit, and one that does not will not cruise when stretched either.
     pub(crate) fn stretched(&self, duration: f64) -> Self {
         if self.entry > 0.0 || self.exit > 0.0 {
             return *self;
@@ -243,26 +259,28 @@ impl VelocityProfile {
         Self::trapezoid_in(self.length, &limits, duration.max(self.ends)).in_periods(self.period)
     }
 
-    /// The distance covered in all.
+    /// Distance covered by the whole profile.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// The time it takes, seconds.
+    /// Duration, seconds.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// The speed at the end.
+    /// Speed at the end.
     #[must_use]
     pub fn exit(&self) -> f64 {
         self.exit
     }
 
-    /// The times in seconds at which the acceleration of the curve changes between start and end; in periods its velocity
-    /// changes there as well. What there is not is NaN.
+    /// Times at which the acceleration of the position curve changes, seconds, between start and
+    /// end.
+    ///
+    /// In periods the velocity of the curve jumps there as well. Unused entries are NaN.
     #[must_use]
     pub fn corners(&self) -> [f64; CORNERS] {
         if self.period == 0.0 {
@@ -280,13 +298,14 @@ impl VelocityProfile {
         [started, bent_in, ramped, cruised, bent_out, last].map(|step| step * self.period)
     }
 
-    /// The highest velocity and acceleration on the way.
+    /// Highest velocity and steepest acceleration of the profile.
     pub(crate) fn extremes(&self) -> (f64, f64) {
         let steepest = libm::fabs(self.slope_in()).max(self.slope_out());
         (self.entry.max(self.peak), steepest)
     }
 
-    /// The highest speed that there is.
+    /// Highest speed in any period. The last period counts too: it may have to cover more than the
+    /// ramp would.
     pub(crate) fn highest_speed(&self) -> f64 {
         if self.period == 0.0 {
             return self.extremes().0;
@@ -304,7 +323,8 @@ impl VelocityProfile {
             .fold(ending, f64::max)
     }
 
-    /// The same of the curve: on a ramp it is ahead of the speeds by half a period.
+    /// Highest velocity and acceleration of the position curve, whose ramps run half a period ahead
+    /// of the speeds.
     pub(crate) fn curve_extremes(&self) -> (f64, f64) {
         let (velocity, acceleration) = self.extremes();
         (velocity + 0.5 * acceleration * self.period, acceleration)
@@ -319,7 +339,7 @@ impl VelocityProfile {
         slope(self.peak - self.exit, self.ramp_out)
     }
 
-    /// The distance covered after `t` seconds: 0 before the start, exactly the length from the end on.
+    /// Distance covered after `t` seconds: 0 before the start, exactly the length from the end on.
     #[must_use]
     pub fn position(&self, t: f64) -> f64 {
         let left = self.duration - t;
@@ -339,8 +359,8 @@ impl VelocityProfile {
         position.clamp(0.0, self.length)
     }
 
-    /// The velocity after `t` seconds: that of entry before the start, that of exit from the end on. In periods it is the
-    /// speed of the period that ended last.
+    /// Velocity after `t` seconds: the entry speed before the start, the exit speed from the end
+    /// on. In periods it is the speed of the period that ended last.
     #[must_use]
     pub fn velocity(&self, t: f64) -> f64 {
         let left = self.duration - t;
@@ -359,13 +379,15 @@ impl VelocityProfile {
         }
     }
 
-    /// The acceleration of the curve after `t` seconds; where it jumps, the value that follows.
+    /// Acceleration of the position curve after `t` seconds. Where it jumps, the value after the
+    /// jump.
     #[must_use]
     pub fn acceleration(&self, t: f64) -> f64 {
         self.piece(t).acceleration()
     }
 
-    /// The curve around `t` seconds, between the [`corners`](Self::corners) next to it; nothing moves outside of the profile.
+    /// Piece of the position curve at `t` seconds, valid between the two neighbouring
+    /// [`corners`](Self::corners). Outside of the profile nothing moves.
     pub(crate) fn piece(&self, t: f64) -> Piece {
         let resting = |place| Piece {
             from: t,
@@ -403,7 +425,8 @@ impl VelocityProfile {
         }
     }
 
-    /// When the axis has covered `distance`, seconds: the inverse of [`position`](Self::position).
+    /// Time at which the axis has covered `distance`, seconds: the inverse of
+    /// [`position`](Self::position).
     #[must_use]
     pub fn time_at(&self, distance: f64) -> f64 {
         let left = self.length - distance;
@@ -426,12 +449,13 @@ impl VelocityProfile {
     }
 }
 
-/// How many corners a profile has at most.
+/// Number of corners of a profile in periods; continuous profiles use two of them.
 pub(crate) const CORNERS: usize = 6;
 
-/// In periods.
+/// Profiles of a controller that computes in periods.
 impl VelocityProfile {
-    /// This profile from rest to rest in periods, up to the end of the one that it ends in.
+    /// Converts a rest-to-rest profile to periods. It ends with the period in which the continuous
+    /// one ends.
     pub(crate) fn in_periods(mut self, period: f64) -> Self {
         if period > 0.0 {
             self.period = period;
@@ -440,7 +464,7 @@ impl VelocityProfile {
         self
     }
 
-    /// This stop in periods: its length is what the speeds add up to.
+    /// Converts a stop to periods. Its length becomes the sum of the speeds.
     pub(crate) fn stop_in_periods(self, period: f64) -> Self {
         let mut stop = self.in_periods(period);
         if period > 0.0 {
@@ -452,7 +476,8 @@ impl VelocityProfile {
         stop
     }
 
-    /// Whole periods of a stop in which the speed keeps its sign, and the speed that is left after them.
+    /// Returns the whole periods of a stop in which the speed keeps its sign, and the speed left
+    /// after them.
     pub(crate) fn turn_in_periods(entry: f64, deceleration: f64, period: f64) -> (Self, f64) {
         let step = deceleration * period;
         let count = ended_periods(entry / deceleration, period);
@@ -474,7 +499,7 @@ impl VelocityProfile {
         (turn, left)
     }
 
-    /// From `entry` to the highest velocity, held until `length` is covered.
+    /// Returns a ramp from `entry` to the velocity limit, which is held until `length` is covered.
     pub(crate) fn run_in_periods(
         length: f64,
         entry: f64,
@@ -508,7 +533,8 @@ impl VelocityProfile {
         let cruised = ended_periods(self.ends - self.ramp_out, self.period).min(last);
         let ramped = ended_periods(self.ramp_in, self.period).min(cruised);
         let [gain_in, gain_out] = self.gains();
-        // Half a gain ahead of a speed that is less than that the curve would go back: there it is a straight line.
+        // The curve runs half a gain ahead of the speed. Close to standstill it would therefore run
+        // backwards, so the last period of such a ramp becomes a straight line.
         let bent = |is_slow: bool, step: f64, since: f64| {
             if is_slow {
                 (step - 1.0).max(since)
@@ -526,7 +552,7 @@ impl VelocityProfile {
         }
     }
 
-    /// What a period changes the speed by on the ramp in, and on the ramp out.
+    /// Change of speed per period on the first ramp and on the second.
     fn gains(&self) -> [f64; 2] {
         [
             self.slope_in() * self.period,
@@ -534,12 +560,12 @@ impl VelocityProfile {
         ]
     }
 
-    /// The speed at the end of the last period before the ramp out, as that ramp has it.
+    /// Speed of the second ramp, extrapolated to the end of the cruise.
     fn ramp_out_entry(&self, cruised: f64) -> f64 {
         self.exit + self.slope_out() * (self.ends - cruised * self.period)
     }
 
-    /// The speed of period `step`.
+    /// Speed during period number `step`.
     fn step_velocity(&self, step: f64) -> f64 {
         let Steps {
             ramped: [ramped, _],
@@ -558,7 +584,7 @@ impl VelocityProfile {
         }
     }
 
-    /// The place after so many periods, none of them the last.
+    /// Position at the end of period `step`, which must not be the last one.
     fn place(&self, step: f64) -> f64 {
         let Steps {
             ramped: [ramped, _],
@@ -578,7 +604,7 @@ impl VelocityProfile {
         self.period * sum
     }
 
-    /// The curve around so many periods after the start.
+    /// Piece of the position curve at `step` periods after the start.
     fn summed_piece(&self, step: f64) -> Piece {
         let Steps {
             started,
@@ -621,7 +647,7 @@ impl VelocityProfile {
         }
     }
 
-    /// When the curve is at a distance that is more than nothing and less than the length.
+    /// Time at which the curve reaches a distance between 0 and the length, both exclusive.
     fn summed_time_at(&self, distance: f64) -> f64 {
         let Steps {
             started,
@@ -629,7 +655,7 @@ impl VelocityProfile {
             cruised,
             last: [last, bent_out],
         } = self.steps();
-        // The ends in turn of the stretches that the curve consists of, and what is in the middle of each.
+        // Ends of the pieces in order. A piece is looked up by the period number in its middle.
         let ends = [started, bent_in, ramped, cruised, bent_out, last];
         let mut from = 0.0;
         let mut within = last;
@@ -648,8 +674,10 @@ impl VelocityProfile {
         piece.from + ramp_time(distance - piece.place, piece.velocity, piece.acceleration)
     }
 
-    /// This profile of a segment in another time, between the same speeds: in more of it with a lower peak, or slower in its
-    /// middle than at its ends, in less of it with a higher peak.
+    /// Changes the duration of a path segment and keeps its entry and exit speeds.
+    ///
+    /// A longer duration lowers the peak, if necessary below the speeds at the ends; a shorter one
+    /// raises the peak.
     pub(crate) fn lasting(self, duration: f64, acceleration: f64) -> Self {
         if duration < self.duration {
             self.hastened_to(duration)
@@ -658,7 +686,8 @@ impl VelocityProfile {
         }
     }
 
-    /// This profile in less time, each of its parts by the same factor: the peak makes up for that.
+    /// Shortens the profile. All parts shrink by the same factor, and the peak rises to cover the
+    /// length.
     fn hastened_to(self, duration: f64) -> Self {
         let factor = duration / self.duration;
         let (ramp_in, ramp_out) = (factor * self.ramp_in, factor * self.ramp_out);
@@ -686,7 +715,7 @@ impl VelocityProfile {
         // Up to a peak and down again: p2 - rise p + (a L + squares / 2) = 0.
         let mut peak = root(0.5 * rise, acceleration * length + 0.5 * squares);
         if peak < high {
-            // One ramp, with a stretch of steady speed in it.
+            // A single ramp with a stretch of constant speed.
             let ramp = (high - low) / acceleration;
             if ramp >= duration {
                 return self.evenly_in(duration);
@@ -697,7 +726,7 @@ impl VelocityProfile {
             // Down to a speed below both: p2 + (a D - entry - exit) p - (a L - squares / 2) = 0.
             let fall = 0.5 * (acceleration * duration - entry - exit);
             let rest = acceleration * length - 0.5 * squares;
-            // Not a number where the acceleration is too low for that.
+            // NaN if the acceleration is too low for this shape.
             peak = libm::sqrt(fall * fall + rest) - fall;
             if !(0.0..=low).contains(&peak) || peak == 0.0 {
                 return self.evenly_in(duration);
@@ -713,7 +742,7 @@ impl VelocityProfile {
         }
     }
 
-    /// The same way at one speed.
+    /// Returns a profile of constant speed over the same length.
     fn evenly_in(self, duration: f64) -> Self {
         Self {
             duration,
@@ -730,7 +759,7 @@ fn slope(change: f64, ramp: f64) -> f64 {
     if ramp > 0.0 { change / ramp } else { 0.0 }
 }
 
-/// How long a ramp takes for a distance, by the root that loses no digits.
+/// Time that a ramp needs for a distance. This form of the root does not cancel.
 fn ramp_time(distance: f64, velocity: f64, acceleration: f64) -> f64 {
     let square = velocity * velocity + 2.0 * acceleration * distance;
     2.0 * distance / (velocity + libm::sqrt(square.max(0.0)))

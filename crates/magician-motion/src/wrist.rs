@@ -1,11 +1,16 @@
-//! Where J4 passes a limit on the path of a tool.
+//! Crossings of J4 with its limits on the path of a tool.
 //!
-//! J4 is r less J1. r follows its own profile of time, J1 the arc tangent of a point that moves by another, so there is no
-//! closed form. But both profiles are monotone between their corners. On a line so are the square of the radius and its
-//! slope, up to the nearest point to the base axis; on an arc the curvature bounds how they change. So on any span
-//! between corners the rate of J4 can be enclosed, and with it J4. A span whose enclosure stays below the limit
-//! holds no crossing; one on which the rate keeps its sign holds at most one, bracketed by its ends; any other is
-//! halved. No crossing is missed that lasts longer than the shortest span.
+//! J4 is r less J1. r follows its own profile of time and J1 the arc tangent of a point that moves
+//! by another profile, so there is no closed form. But both profiles are monotone between their
+//! corners. On a line so are the squared radius and its slope, up to the point closest to the base
+//! axis; on an arc the curvature bounds their change. So on any span between corners the rate of J4
+//! can be enclosed, and with it J4:
+//!
+//! * A span whose enclosure stays below the limit has no crossing.
+//! * A span on which the rate keeps its sign has at most one, bracketed by its ends.
+//! * Any other span is halved.
+//!
+//! No crossing is missed that lasts longer than the shortest span.
 
 use crate::angle::DEGREES_PER_RADIAN;
 use crate::roots::bisect;
@@ -13,23 +18,24 @@ use crate::tool_path::ToolPath;
 use crate::velocity_profile::VelocityProfile;
 use crate::{Geometry, LIMIT_TOLERANCE, Limits};
 
-/// No span shorter than this is halved, seconds: a tenth of the unit of time.
+/// Shortest span that is halved, seconds: a tenth of a microsecond, the unit of time.
 const SHORTEST_SPAN: f64 = 1e-7;
-/// No more spans than this are looked at: reached only by motions made to hug the limit, and they are then followed
-/// at the resolution reached.
+/// Most spans examined. Only a motion made to follow the limit needs that many; the rest of it is
+/// then checked at the resolution reached.
 const MOST_SPANS: u32 = 20_000;
 
-/// J4 along a path, seen from one side: `side` is 1 to look for an upper limit, -1 for a lower one.
+/// J4 along a path. `side` is 1 to search for an upper limit, -1 for a lower one.
 struct Wrist<'a, P> {
     path: &'a P,
     geometry: &'a Geometry,
     side: f64,
 }
 
-/// When J4 first passes one of its limits between the start and `end` seconds, if it does.
+/// Returns the time at which J4 first passes one of its limits, between the start and `end`
+/// seconds.
 ///
-/// A start beyond a limit may come back in, but not go further out. `whole` says that nothing else ends the path
-/// before its end.
+/// A start beyond a limit may come back in, but not go further out. `whole` is true if nothing else
+/// ends the path before its end.
 pub(crate) fn first_crossing<P: ToolPath>(
     path: &P,
     geometry: &Geometry,
@@ -89,7 +95,8 @@ impl<P: ToolPath> Wrist<'_, P> {
         self.side * j4
     }
 
-    /// When the value first rises above `level` between `a` and `b`, where it starts no higher.
+    /// Returns the first time between `a` and `b` at which the value exceeds `level`. It starts no
+    /// higher.
     fn first_above(&self, level: f64, a: f64, b: f64) -> Option<f64> {
         let mut ends = self.path.corners(self.geometry);
         ends.sort_unstable_by(f64::total_cmp);
@@ -124,7 +131,8 @@ impl<P: ToolPath> Wrist<'_, P> {
             .or_else(|| self.search(level, middle, b, budget))
     }
 
-    /// When the value passes `level` on a span at whose end it is above, if it is.
+    /// Returns the time at which the value passes `level` on a span; `None` if its end is not
+    /// above.
     fn rise(&self, level: f64, a: f64, b: f64) -> Option<f64> {
         if self.value(b) <= level + LIMIT_TOLERANCE {
             return None;
@@ -148,13 +156,13 @@ impl<P: ToolPath> Wrist<'_, P> {
     }
 }
 
-/// The speeds of a profile's curve between two moments without a corner in between.
+/// Range of speeds of a profile's curve between two times without a corner in between.
 pub(crate) fn speeds(profile: &VelocityProfile, a: f64, b: f64) -> Interval {
     let piece = profile.piece(0.5 * (a + b));
     Interval::over(piece.velocity(a), piece.velocity(b))
 }
 
-/// All numbers from the first to the second.
+/// A closed interval: lower and upper end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interval(pub(crate) f64, pub(crate) f64);
 
@@ -177,7 +185,7 @@ impl Interval {
         self.times(&Self(1.0 / other.1, 1.0 / other.0))
     }
 
-    /// The rate of J4 in degrees, given those of r in degrees and J1 in radians.
+    /// Bounds of the rate of J4 in degrees, given those of r in degrees and of J1 in radians.
     pub(crate) fn j4(r: &Self, j1: &Self) -> (f64, f64) {
         (
             r.0 - j1.1 * DEGREES_PER_RADIAN,

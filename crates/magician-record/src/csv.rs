@@ -1,11 +1,12 @@
-//! Readings as comma-separated values: a row for each.
+//! Readings as comma-separated values, one row each.
 
 use std::io::{self, Write};
 use std::time::{Duration, SystemTime};
 
 use crate::{Reading, WriteReadings};
 
-/// Writes readings as rows under a line of names. Rows have no place for what happens between readings.
+/// Writes readings as rows below a header. Events between readings have no place in rows and are
+/// dropped.
 ///
 /// ```
 /// use std::time::SystemTime;
@@ -35,11 +36,13 @@ pub struct Csv<W: Write> {
 }
 
 impl<W: Write> Csv<W> {
-    /// Begins a file of a recording that began at this time; whether its rows end with steps of a program, and whether a second
-    /// line tells the units.
+    /// Writes the header. `began` is the time of the first reading's clock 0.
+    ///
+    /// `counts_steps` adds a column for the steps of a program, `units` a second line with the
+    /// units.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn new(mut out: W, began: SystemTime, counts_steps: bool, units: bool) -> io::Result<Self> {
         let (step, unit) = if counts_steps {
             (",step", ",")
@@ -59,7 +62,7 @@ impl<W: Write> WriteReadings for Csv<W> {
     fn write(&mut self, reading: &Reading) -> io::Result<()> {
         let pose = &reading.pose;
         let since = Duration::try_from_secs_f64(reading.t).unwrap_or_default();
-        // A clock that was set to the end of time is no reason to fail.
+        // A clock set to the end of time must not fail the recording: the cell stays empty.
         if let Some(time) = self.began.checked_add(since) {
             write!(self.out, "{}", humantime::format_rfc3339_millis(time))?;
         }

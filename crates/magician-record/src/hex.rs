@@ -1,17 +1,17 @@
-//! Hex text as people paste it: `AA AA 02`, `AAAA02`, `0xAA, 0xAA, 0x2`.
+//! Hex text as it is pasted: `AA AA 02`, `AAAA02`, `0xAA, 0xAA, 0x2`.
 
 use thiserror::Error;
 
-/// Whether text is hex, of one piece: only hex digits, whitespace, commas and `0x`.
+/// True if a complete text is hex: hex digits, whitespace, commas and `0x` only.
 #[must_use]
 pub fn is_hex(text: &str) -> bool {
     Test::default().accepts(text.as_bytes())
 }
 
-/// The bytes that hex text of one piece stands for.
+/// Converts a complete hex text to bytes.
 ///
 /// # Errors
-/// As [`Parser::push`].
+/// As for [`Parser::push`].
 pub fn bytes(text: &str) -> Result<Vec<u8>, HexError> {
     let (mut parser, mut bytes) = (Parser::default(), Vec::with_capacity(text.len() / 2));
     parser.push(text.as_bytes(), &mut bytes)?;
@@ -19,14 +19,14 @@ pub fn bytes(text: &str) -> Result<Vec<u8>, HexError> {
     Ok(bytes)
 }
 
-/// Whether text is hex so far: only hex digits, whitespace, commas and `0x`.
+/// Test whether text read so far is hex: hex digits, whitespace, commas and `0x` only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Test {
     after_zero: bool,
 }
 
 impl Test {
-    /// Looks at more of the text; false once it cannot be hex.
+    /// Checks further text; false once it cannot be hex.
     pub fn accepts(&mut self, text: &[u8]) -> bool {
         text.iter().all(|letter| {
             let after_zero = std::mem::replace(&mut self.after_zero, *letter == b'0');
@@ -42,36 +42,38 @@ fn separates(letter: u8) -> bool {
     letter == b',' || letter.is_ascii_whitespace() || letter == 0x0B
 }
 
-/// Why hex text is no bytes.
+/// Reason why a text is not valid hex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum HexError {
-    /// A letter that hex text does not have, at this position.
+    /// A character that hex text cannot contain, at this position.
     #[error("the text is hex only up to position {0}")]
     Letter(u64),
-    /// A group of digits that ends before this position has an odd number of them.
+    /// A group with an odd number of digits that ends before this position.
     #[error("odd number of hex digits before position {0}")]
     Odd(u64),
 }
 
-/// Turns hex text into bytes, in any split. A digit alone is a byte.
+/// Converts hex text to bytes, in any split of the text. A single digit is a byte.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Parser {
     position: u64,
-    /// Digits since the last separator.
+    /// Number of digits since the last separator.
     digits: u64,
     high: Option<u8>,
 }
 
 impl Parser {
-    /// Reads more of the text, appending its bytes to `bytes`.
+    /// Reads further text and appends its bytes to `bytes`.
     ///
     /// # Errors
-    /// What is no hex, or an odd number of digits.
+    /// [`HexError::Letter`] for a character that is not hex, [`HexError::Odd`] for a group with an
+    /// odd number of digits.
     pub fn push(&mut self, text: &[u8], bytes: &mut Vec<u8>) -> Result<(), HexError> {
         for letter in text {
             match char::from(*letter).to_digit(16) {
                 Some(digit) => self.digit(digit as u8, bytes),
                 None if separates(*letter) => self.finish(bytes)?,
+                // `0x` begins a group. The 0 must be a byte of its own so far: `A0x` is an error.
                 None if matches!(letter, b'x' | b'X')
                     && self.high == Some(0)
                     && self.digits % 2 == 1 =>
@@ -96,11 +98,12 @@ impl Parser {
     /// Ends a group of digits.
     ///
     /// # Errors
-    /// It has an odd number of them.
+    /// [`HexError::Odd`] if it has an odd number of digits.
     pub fn finish(&mut self, bytes: &mut Vec<u8>) -> Result<(), HexError> {
         let digits = std::mem::take(&mut self.digits);
         match self.high.take() {
             None => Ok(()),
+            // `0x2` and a lone `A` are common in logs, so one digit is a byte.
             Some(digit) if digits == 1 => {
                 bytes.push(digit);
                 Ok(())

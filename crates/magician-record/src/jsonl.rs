@@ -1,4 +1,4 @@
-//! Readings as JSON lines: an object for each, and for each event.
+//! Readings as JSON lines: one object for each reading and each event.
 
 use std::io::{self, Write};
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{Reading, WriteReadings};
 
-/// Writes an object on a line for each reading, and for each event.
+/// Writes one line with an object for each reading and each event.
 ///
 /// ```
 /// use magician_protocol::commands::Pose;
@@ -56,7 +56,7 @@ struct Happened<'a> {
 }
 
 impl<W: Write> JsonLines<W> {
-    /// Begins a file.
+    /// Creates the writer.
     pub fn new(out: W) -> Self {
         Self(out)
     }
@@ -67,7 +67,7 @@ impl<W: Write> JsonLines<W> {
     }
 }
 
-/// Milliseconds are as exact as it is known.
+/// Rounds to milliseconds, the accuracy of the host's timestamps.
 fn rounded(t: f64) -> f64 {
     (t * 1000.0).round() / 1000.0
 }

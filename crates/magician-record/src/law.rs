@@ -1,22 +1,22 @@
-//! The residue of a log against the law of motion: how far an arm was from where the law has it
+//! Residue of a log against the law of motion: how far the arm was from where the law puts it
 //! (model section 7).
 //!
-//! Two kinds of logs tell:
+//! Two kinds of logs can be measured:
 //!
-//! * **A session** ([`LawReport::of_session`]) has what the arm was told. It is
-//!   [replayed](crate::replay) on a virtual arm of each built-in profile that moves in a way of its
-//!   own, with the periods where they fit best, and the poses are compared.
-//! * **Readings** ([`LawReport::of_samples`]) have poses alone. Motions that go from rest to rest
-//!   along one line are held against the profile of the same way; its begin, speed and acceleration
-//!   are searched for.
+//! * **A session** ([`LawReport::of_session`]) contains the commands. It is
+//!   [replayed](crate::replay) on a virtual arm of each built-in profile with a distinct motion,
+//!   with the best phase of the periods, and the poses are compared.
+//! * **Readings** ([`LawReport::of_samples`]) contain poses only. Motions from rest to rest along
+//!   one line are compared with a profile over the same distance; its start, speed and acceleration
+//!   are fitted.
 //!
 //! Times are the host's, and jitter. A pose may belong to an instant up to 5 ms before or after its
-//! time: what is off at the best of these instants is residue. The pose of the period beside is
-//! none near the end of a period, and in continuous time what was passed within these 10 ms is
-//! none. A command may have come to the arm up to half a period before or after its time: if that
-//! is in the period beside, and the poses that follow tell so, it is taken to have come there.
+//! time, and only the deviation at the best of these instants is residue. Near the boundary of a
+//! period, the pose of the neighbouring period therefore adds no residue; in continuous time, no
+//! position passed within these 10 ms does. A command may have arrived up to half a period before
+//! or after its time; it is moved to the neighbouring period if the poses that follow say so.
 //!
-//! What a log does not tell is listed ([`LawReport::untold`]), not guessed.
+//! Whatever a log does not reveal is listed ([`LawReport::untold`]), not guessed.
 
 mod log;
 mod ramp;
@@ -33,26 +33,27 @@ use ramp::{Along, Motions};
 
 use crate::replay::{Replay, Residue, Tolerances};
 
-/// Largest residue that the law leaves, mm or deg. A recording of a real arm has 0.001 mm of it.
+/// Largest residue that still agrees with the law, mm or deg. A recording of a real arm has 0.001
+/// mm.
 pub const LIMIT: f64 = 0.015;
-/// A profile that is farther from the poses is not theirs, mm or deg: so much noise is let pass.
+/// Residue above which no profile is accepted, mm or deg. It leaves room for noise.
 const FARTHEST: f64 = 0.05;
-/// Poses that come more rarely do not show ramps, s between two.
+/// Longest median interval between poses at which ramps are visible, s.
 const SLOWEST: f64 = 0.125;
-/// A profile is told from another one if its residue is by so much smaller.
+/// Factor by which the residue of the best profile must be smaller than that of another.
 const CLEARLY: f64 = 2.0;
 
-/// How a log was judged.
+/// Method by which a log was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Basis {
-    /// By the commands in it, replayed.
+    /// Replay of its commands.
     Commands,
-    /// By its poses alone.
+    /// Poses alone.
     Readings,
 }
 
-/// What a motion was.
+/// Kind of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -71,14 +72,14 @@ pub enum Kind {
     Path,
     /// An arc.
     Arc,
-    /// A motion along a straight line, by readings.
+    /// A motion along a straight line, from readings.
     StraightWay,
-    /// A motion of joints together, by readings.
+    /// A motion of the joints, from readings.
     JointWay,
 }
 
 impl Kind {
-    /// What it is called.
+    /// Name in reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -94,7 +95,7 @@ impl Kind {
         }
     }
 
-    /// Unit of its way.
+    /// Unit of its length.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -104,34 +105,34 @@ impl Kind {
     }
 }
 
-/// How fast motions of a kind were.
+/// Speed and acceleration of motions of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Speeds {
-    /// What moved.
+    /// Kind of the motions.
     #[serde(rename = "motion")]
     pub kind: Kind,
     /// Acceleration in force, mm/s2 or deg/s2.
     pub acceleration: f64,
     /// Speed in force, mm/s or deg/s; `None` if no motion was long enough to reach it.
     pub speed: Option<f64>,
-    /// Ratio of the speed, percent: of commands the one in force; of readings the one that the
-    /// settings of power-up would need, `None` if they do not explain speed and acceleration.
+    /// Ratio of the speed, percent. From commands: the one in force. From readings: the one at
+    /// which the settings of power-up would yield this motion, `None` if they do not.
     pub ratio: Option<f64>,
 }
 
-/// How far a profile is from the log.
+/// Distance of a profile from the log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProfileResidue {
     /// Name of the profile.
     pub profile: String,
-    /// Other profiles that move in the same way.
+    /// Other profiles with the same motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub same: Vec<&'static str>,
-    /// Its period, ms; 0 for continuous time.
+    /// Period, ms; 0 for continuous time.
     pub period_ms: f64,
-    /// Farthest that x, y or z of a pose is off, mm; of readings the place on a line.
+    /// Largest deviation of x, y or z, mm; from readings, of the position on a line.
     pub mm: f64,
-    /// Farthest that r or a joint is off, deg.
+    /// Largest deviation of r or a joint, deg.
     pub deg: f64,
 }
 
@@ -141,11 +142,11 @@ impl ProfileResidue {
     }
 }
 
-/// What a log does not tell.
+/// Something that a log does not reveal, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Untold {
-    /// There are no poses in it.
+    /// The log has no poses.
     NoPoses,
     /// The poses cover less than two periods.
     Brief,
@@ -153,50 +154,50 @@ pub enum Untold {
     AtRest,
     /// Poses are too far apart.
     Slow {
-        /// Between two poses, ms.
+        /// Interval between two poses, ms.
         every_ms: u64,
     },
     /// Motions with too few poses.
     Sparse {
-        /// How many.
+        /// Number of motions.
         motions: usize,
     },
-    /// Motions that are no single straight way.
+    /// Motions that are not a single straight line.
     Bent {
-        /// How many.
+        /// Number of motions.
         motions: usize,
     },
-    /// Motions too short to tell.
+    /// Motions that are too short.
     Short {
-        /// How many.
+        /// Number of motions.
         motions: usize,
     },
-    /// Motions that the log begins or ends in.
+    /// Motions cut by the start or the end of the log.
     Open {
-        /// How many.
+        /// Number of motions.
         motions: usize,
     },
-    /// Motions beyond those that were looked at.
+    /// Motions beyond those that were examined.
     Left {
-        /// How many.
+        /// Number of motions.
         motions: usize,
     },
-    /// The profiles are equally near.
+    /// Profiles with different periods fit equally well.
     Alike,
-    /// No profile is near.
+    /// No profile fits.
     NoProfile,
-    /// Settings made before the session began.
+    /// Settings were made before the session began.
     SetBefore,
     /// The speed was never reached.
     Speed,
     /// The settings of power-up do not explain speed and acceleration.
     Ratio,
-    /// The last line of the log was cut off.
+    /// The last line of the log is cut off.
     Cut,
 }
 
 impl Untold {
-    /// What it is that is not told.
+    /// Subject of the report that remains unknown: the law, the period, and so on.
     #[must_use]
     pub const fn about(&self) -> &'static str {
         match self {
@@ -271,31 +272,31 @@ impl Serialize for Untold {
     }
 }
 
-/// The residue of a log.
+/// Result of measuring a log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LawReport {
-    /// By what the log was judged.
+    /// Method by which the log was judged.
     pub basis: Basis,
-    /// Poses in it.
+    /// Number of poses.
     pub poses: usize,
-    /// Those that were read while the arm moved.
+    /// Number of poses read while the arm moved.
     pub moving: usize,
-    /// From the first pose to the last, s.
+    /// Time from the first pose to the last, s.
     pub seconds: f64,
-    /// The profile that fits best, `None` if the log does not tell.
+    /// Best profile; `None` if the log does not reveal it.
     pub profile: Option<String>,
-    /// Its period, ms; 0 for continuous time; `None` if the log does not tell.
+    /// Period of the best profile, ms; 0 for continuous time; `None` if the log does not reveal it.
     pub period_ms: Option<f64>,
-    /// All profiles, the nearest first.
+    /// All profiles, the best first.
     pub residues: Vec<ProfileResidue>,
-    /// Speeds and accelerations.
+    /// Speeds and accelerations of the motions.
     pub speeds: Vec<Speeds>,
-    /// What the log does not tell.
+    /// Facts that the log does not reveal.
     #[serde(rename = "not_told")]
     pub untold: Vec<Untold>,
 }
 
-/// A profile that moves in a way of its own.
+/// A profile with a motion of its own, to compare with a log.
 struct Candidate {
     name: String,
     same: Vec<&'static str>,
@@ -303,7 +304,8 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Those that are built in, and another one by its name if it moves in another way.
+    /// Built-in profiles with distinct motions, plus one by its name if its motion differs from all
+    /// of them.
     fn all(more: Option<(String, Profile)>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (name, _) in Profile::NAMED {
@@ -328,7 +330,8 @@ impl Candidate {
         all
     }
 
-    /// Identity moves nothing.
+    /// True if both profiles move alike. The identity of the arm is left out, because it does not
+    /// affect motion.
     fn moves_as(&self, profile: &Profile) -> bool {
         let identity = self.profile.identity.clone();
         self.profile
@@ -351,9 +354,10 @@ impl Candidate {
 }
 
 impl LawReport {
-    /// The residue of a recorded session. Without commands that move the arm, and where the
-    /// commands do not explain the poses, it is that of its poses alone. `more` is a profile to
-    /// compare besides those built in.
+    /// Measures a recorded session. `more` is a profile to compare besides the built-in ones.
+    ///
+    /// If the session has no commands that move the arm, or the commands do not explain the poses,
+    /// the poses alone are measured.
     ///
     /// ```
     /// use magician_record::law::{LawReport, Untold};
@@ -406,7 +410,7 @@ impl LawReport {
         {
             Some(best) => report.speeds = settings::speeds(&session, &best.profile),
             None => {
-                // The poses alone may tell.
+                // The poses alone may reveal the law.
                 let alone = Self::of(&log, &candidates);
                 if alone.profile.is_some() {
                     report = alone;
@@ -419,7 +423,7 @@ impl LawReport {
         report
     }
 
-    /// The residue of readings. `more` is a profile to compare besides those built in.
+    /// Measures readings. `more` is a profile to compare besides the built-in ones.
     ///
     /// ```
     /// use magician_record::law::{LawReport, Sample, Samples, Untold};
@@ -476,6 +480,7 @@ impl LawReport {
             .map(|two| two[1].t - two[0].t)
             .collect();
         gaps.sort_by(f64::total_cmp);
+        // The median: a single gap, as of a pause, says nothing about the rate.
         let gap = gaps.get(gaps.len() / 2).copied().unwrap_or_default();
         if gap > SLOWEST {
             let every_ms = (gap * 1000.0).round() as u64;
@@ -538,7 +543,7 @@ impl LawReport {
         let best = candidates
             .iter()
             .position(|own| Some(&own.name) == report.profile.as_ref());
-        // Where periods cannot be told, speeds and accelerations hardly depend on them.
+        // If the period is unclear, speeds and accelerations hardly depend on it.
         let best = best.or(report.untold.contains(&Untold::Alike).then_some(0));
         let Some(ramps) = best.map(|best| &ramps[best]) else {
             return report;
@@ -565,7 +570,7 @@ impl LawReport {
         report
     }
 
-    /// Names the profile that is nearest.
+    /// Chooses the best profile, unless another fits about as well.
     fn judge(&mut self, mut residues: Vec<ProfileResidue>) {
         residues.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
         for residue in &mut residues {
@@ -590,10 +595,11 @@ impl LawReport {
     }
 }
 
-/// The ratio by which the settings of power-up make a motion.
+/// Ratio at which the settings of power-up yield this motion, percent; `None` if there is none.
 fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
     let power_up = &ArmModel::MAGICIAN.power_up;
     let (jog, ptp) = (&power_up.jog, &power_up.speeds());
+    // 1 %: fitted speeds are less exact than poses.
     let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * b;
     let percent = |share: f64| (share * 1000.0).round() / 10.0;
     let speed = speed?;
@@ -612,10 +618,11 @@ fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
             ),
             (ptp.linear_velocity, ptp.linear_acceleration),
         ),
-        // No jog goes along several axes.
+        // No jog moves several axes.
         Along::Line => ((0.0, 0.0), (ptp.linear_velocity, ptp.linear_acceleration)),
     };
-    // Of a jog the ratio scales the speed alone, of a move the acceleration as well.
+    // The ratio of a jog scales the speed only, that of a move also the acceleration (model section
+    // 6).
     if near(acceleration, jog.1) && speed <= jog.0 * 1.01 {
         return Some(percent(speed / jog.0));
     }
@@ -623,7 +630,7 @@ fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
     (near(fast, steep) && fast <= 1.01).then(|| percent(fast))
 }
 
-/// A micrometre is what poses are exact to.
+/// Rounds to a tenth of a micrometre, below the accuracy of poses.
 fn rounded(residue: f64) -> f64 {
     (residue * 1e4).round() / 1e4
 }

@@ -1,24 +1,26 @@
-//! Files of what a Dobot Magician arm did.
+//! File formats for recordings of a Dobot Magician arm, and their analysis.
 //!
-//! * [`trace`]: everything that passed on the lines, byte for byte, as pcapng.
-//! * [`pieces`]: what such bytes are: frames with their meaning, damaged ones, noise; [`hex`]: the text that people paste.
-//! * [`Reading`]s of a host, written to a file of any format ([`WriteReadings`]): as rows ([`csv`]), as JSON lines (`jsonl`,
-//!   feature `json`), as a recording (`mcap`, feature `mcap`).
-//! * `mcap`: what an arm did on a clock, as MCAP for Foxglove and its like; with feature `sim` also all that a virtual arm
-//!   shows (`mcap::Recorder`).
-//! * `replay` (feature `sim`): a trace sent to a virtual arm once more, and the answers compared.
-//! * `law` (features `mcap` and `sim`): how far the poses of a trace or of readings are from the law of motion.
+//! * [`trace`]: all bytes of the lines, as pcapng.
+//! * [`pieces`]: decodes such bytes into frames, damaged frames and noise; [`hex`] reads pasted
+//!   text.
+//! * [`Reading`]s of a host, written in any format ([`WriteReadings`]): rows ([`csv`]), JSON lines
+//!   (`jsonl`, feature `json`), or a recording (`mcap`, feature `mcap`).
+//! * `mcap`: recordings on a clock, as MCAP for Foxglove and similar viewers. With feature `sim`
+//!   also the complete state of a virtual arm (`mcap::Recorder`).
+//! * `replay` (feature `sim`): sends a trace to a virtual arm again and compares the answers.
+//! * `law` (features `mcap` and `sim`): measures how far the poses of a trace or of readings are
+//!   from the law of motion.
 //!
-//! Formats only: everything goes through `std::io::Write` or slices of bytes. Nothing here opens a file, has a thread or
-//! reads a clock, so all of it builds for `wasm32-unknown-unknown`.
+//! The crate knows formats only: everything goes through `std::io::Write` or byte slices. It opens
+//! no file, has no thread and reads no clock, so all of it builds for `wasm32-unknown-unknown`.
 //!
-//! # Why a virtual arm is a feature here
+//! # Why the virtual arm is an optional feature
 //!
-//! Without `sim` the crate knows the protocol alone: a driver that writes traces does not compile a simulator. What needs
-//! a virtual arm is the recorder of its whole state and the replay of a trace. Both follow a `Controller` from instant to
-//! instant of its clock: the one is its observer, the other lets its time pass. They stand here, above the simulator, so
-//! that the simulator knows of no file format; and not in the driver, so that a page in a browser can record and replay
-//! without one.
+//! Without `sim` the crate depends on the protocol alone, so a driver that writes traces does not
+//! compile a simulator. Two parts need a virtual arm: the recorder of its state and the replay of a
+//! trace. Both follow a `Controller` on its clock, one as an observer, the other by advancing it.
+//! They are here, above the simulator, so that the simulator knows no file format; and not in the
+//! driver, so that a page in a browser can record and replay without one.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
@@ -39,7 +41,7 @@ pub mod trace;
 
 pub use reading::{Reading, WriteReadings};
 
-/// Compiles the README's program with the tests.
+/// Compiles the program in the README as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

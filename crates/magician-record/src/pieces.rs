@@ -1,7 +1,8 @@
-//! Bytes of lines in pieces: frames with their meaning, rejected candidates, runs of noise.
+//! Decoding of raw bytes into pieces: frames with their meaning, rejected candidates, and runs of
+//! noise.
 //!
-//! A [`Decoder`] finds them in bytes that come as they come, each direction of each link on its own, and hands them to a [`Sink`]
-//! in bounded memory.
+//! A [`Decoder`] takes bytes in any split, keeps the directions of each link apart, and hands the
+//! pieces to a [`Sink`]. Its memory is bounded.
 
 use magician_protocol::{
     DecodeError, Deframer, Description, Direction, Event, Frame, Rejection, describe,
@@ -9,15 +10,15 @@ use magician_protocol::{
 
 use crate::trace::{Packet, TraceError, read_trace};
 
-/// What becomes of the pieces that the bytes consist of; a run of noise comes in parts.
+/// Receives the pieces of the decoded bytes. A run of noise arrives in parts.
 pub trait Sink {
-    /// Why it cannot take any more.
+    /// Error that ends the decoding.
     type Error;
 
-    /// A whole frame, and what it means if that can be told.
+    /// Receives a valid frame and its meaning, or the reason why it has none.
     ///
     /// # Errors
-    /// Its own.
+    /// The sink's own error.
     fn frame(
         &mut self,
         place: Place<'_>,
@@ -25,10 +26,10 @@ pub trait Sink {
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Self::Error>;
 
-    /// A candidate that is not a frame.
+    /// Receives a candidate that is not a frame.
     ///
     /// # Errors
-    /// Its own.
+    /// The sink's own error.
     fn rejected(
         &mut self,
         place: Place<'_>,
@@ -36,28 +37,28 @@ pub trait Sink {
         reason: Rejection,
     ) -> Result<(), Self::Error>;
 
-    /// A run of bytes without a frame begins.
+    /// Starts a run of bytes without a frame.
     ///
     /// # Errors
-    /// Its own.
+    /// The sink's own error.
     fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Self::Error>;
 
-    /// The next bytes of the run.
+    /// Receives the next bytes of the run.
     ///
     /// # Errors
-    /// Its own.
+    /// The sink's own error.
     fn noise(&mut self, bytes: &[u8]) -> Result<(), Self::Error>;
 
-    /// The run is over.
+    /// Ends the run.
     ///
     /// # Errors
-    /// Its own.
+    /// The sink's own error.
     fn noise_ends(&mut self) -> Result<(), Self::Error>;
 
-    /// Nothing more is to be had of the bytes so far.
+    /// Called when no further piece can be decoded from the bytes so far.
     ///
     /// # Errors
-    /// Its own.
+    /// The sink's own error.
     fn flush(&mut self) -> Result<(), Self::Error> {
         Ok(())
     }
@@ -101,36 +102,36 @@ impl<S: Sink + ?Sized> Sink for Box<S> {
     }
 }
 
-/// Where a piece begins: its position in the bytes of its direction and link, and what is known of those.
+/// Position of a piece in the bytes of its direction and link, and the origin of those.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<'a> {
-    /// Bytes of the same direction and link before it.
+    /// Number of bytes of the same direction and link before it.
     pub offset: u64,
-    /// What it is part of.
+    /// Origin of the bytes.
     pub origin: Origin<'a>,
 }
 
-/// How many pieces were understood and how many not.
+/// Numbers of decoded and of other pieces.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
-    /// Frames that were understood.
+    /// Frames with a known meaning.
     pub good: u64,
-    /// All else.
+    /// Frames without one, rejected candidates and runs of noise.
     pub bad: u64,
 }
 
-/// What a run of bytes is part of, and what is known of it.
+/// Origin of a run of bytes, as far as known.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Origin<'a> {
-    /// The sender, if known.
+    /// Sender, if known.
     pub direction: Option<Direction>,
     /// Number and name of the link in a capture.
     pub link: Option<(u32, &'a str)>,
-    /// When, microseconds since 1970.
+    /// Time, microseconds since 1970.
     pub time: Option<u64>,
 }
 
-/// The bytes of one direction of one link.
+/// Identity of a byte stream: link and direction.
 type Stream = (Option<u32>, Option<bool>);
 
 impl Origin<'_> {
@@ -142,23 +143,26 @@ impl Origin<'_> {
     }
 }
 
-/// Finds the pieces in streams of bytes and hands them to a [`Sink`].
+/// Decodes streams of bytes and hands the pieces to a [`Sink`].
 pub struct Decoder<S: Sink> {
     streams: Vec<(Stream, Deframer)>,
     teller: Teller<S>,
 }
 
-/// What knows the events but not the bytes they come from.
+/// Interprets the events of a deframer. Separate from [`Decoder`], because an event borrows the
+/// deframer.
 struct Teller<S: Sink> {
     sender: Option<Direction>,
     sink: S,
     tally: Tally,
-    /// The run of noise under way: its stream, and where it ends so far.
+    /// Run of noise in progress: its stream, and its end so far.
     noise: Option<(Stream, u64)>,
 }
 
 impl<S: Sink> Decoder<S> {
-    /// Takes bytes of this sender where the input does not say; without one the side whose layout fits, the host if both fit.
+    /// Creates a decoder. `sender` is the sender of bytes whose direction is not known.
+    ///
+    /// If it is `None`, the direction whose layout fits is taken, and a request if both fit.
     pub fn new(sender: Option<Direction>, sink: S) -> Self {
         Self {
             streams: Vec::new(),
@@ -171,10 +175,10 @@ impl<S: Sink> Decoder<S> {
         }
     }
 
-    /// Takes more bytes.
+    /// Decodes further bytes.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn push(&mut self, origin: Origin<'_>, mut bytes: &[u8]) -> Result<(), S::Error> {
         let stream = origin.stream();
         let known = self.streams.iter().position(|(other, _)| *other == stream);
@@ -191,10 +195,10 @@ impl<S: Sink> Decoder<S> {
         Ok(())
     }
 
-    /// Takes a packet of a capture.
+    /// Decodes a packet of a capture.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn packet(&mut self, packet: &Packet<'_>) -> Result<(), S::Error> {
         let origin = Origin {
             direction: packet.direction,
@@ -204,10 +208,10 @@ impl<S: Sink> Decoder<S> {
         self.push(origin, packet.bytes)
     }
 
-    /// Takes a whole capture, as far as it can be read; the first thing that is wrong with it, if there is one.
+    /// Decodes a whole capture, as far as it can be read. Returns the first error in it, if any.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn capture(&mut self, file: &[u8]) -> Result<Option<TraceError>, S::Error> {
         let mut wrong = None;
         for packet in read_trace(file) {
@@ -220,18 +224,18 @@ impl<S: Sink> Decoder<S> {
         Ok(wrong)
     }
 
-    /// Tells the sink that nothing more is to be had of the bytes so far.
+    /// Tells the sink that no further piece can be decoded from the bytes so far.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn flush(&mut self) -> Result<(), S::Error> {
         self.teller.sink.flush()
     }
 
-    /// Ends the input: what waits for more bytes is truncated. How many pieces there were, and the sink.
+    /// Ends the input: incomplete frames are truncated. Returns the counts and the sink.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn finish(mut self) -> Result<(Tally, S), S::Error> {
         for ((link, reply), deframer) in &mut self.streams {
             let origin = Origin {
@@ -287,6 +291,7 @@ impl<S: Sink> Teller<S> {
 
     fn noise(&mut self, place: Place<'_>, bytes: &[u8]) -> Result<(), S::Error> {
         let stream = place.origin.stream();
+        // Consecutive noise of one stream is one run, however the deframer reports it.
         if self.noise != Some((stream, place.offset)) {
             self.end_noise()?;
             self.tally.bad += 1;

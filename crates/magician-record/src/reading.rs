@@ -1,53 +1,55 @@
+//! Readings of a host, and the interface of the formats that store them.
+
 use std::io;
 
 use magician_protocol::AlarmSet;
 use magician_protocol::commands::Pose;
 
-/// What a host has read of an arm at an instant. Numbers are as the arm gave them.
+/// State of an arm as read by a host at an instant. Numbers are as the arm sent them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Seconds since the recording began.
+    /// Seconds since the start of the recording.
     pub t: f64,
-    /// Finished steps of a program, where they are counted. MCAP has no place for them.
+    /// Number of finished steps of a program, if counted. Not stored in MCAP.
     pub step: Option<u64>,
-    /// Where the tool is, mm and deg, and the joint angles, deg.
+    /// Pose of the tool, mm and deg, and joint angles, deg.
     pub pose: Pose,
-    /// Where the carriage is on its rail, mm, if there is one. Only MCAP has a place for it.
+    /// Position of the rail's carriage, mm; `None` without a rail. Stored in MCAP only.
     pub rail: Option<f64>,
-    /// The index of the queued command that finished last.
+    /// Index of the queued command that finished last.
     pub index: u64,
-    /// Free places in the command queue.
+    /// Number of free places in the command queue.
     pub left_space: u32,
-    /// Its places in all.
+    /// Number of places in the command queue.
     pub capacity: u32,
-    /// The alarms that stand.
+    /// Standing alarms.
     pub alarms: AlarmSet,
 }
 
-/// A file that readings are written to, whatever its format.
+/// A file of readings in some format.
 pub trait WriteReadings {
     /// Writes a reading.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     fn write(&mut self, reading: &Reading) -> io::Result<()>;
 
-    /// Writes down what happened so many seconds after the beginning, in words; as a warning, or as a mere fact. A format
-    /// of rows has no place for it.
+    /// Writes an event, `t` seconds after the start, as a warning or as information. Formats of
+    /// rows drop it.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     fn note(&mut self, t: f64, warning: bool, words: &str) -> io::Result<()>;
 
-    /// Hands on all that was written, so that it is in the file whatever happens to this program.
+    /// Flushes everything written, so that it survives a crash of this program.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     fn flush(&mut self) -> io::Result<()>;
 
     /// Completes the file.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     fn finish(self: Box<Self>) -> io::Result<()>;
 }

@@ -1,8 +1,8 @@
-//! Recorded sessions on a virtual arm: what hosts sent is sent again, and the answers are compared.
+//! Replay: sends the requests of a recorded session to a virtual arm, and compares the answers.
 //!
-//! A [`Replay`] is a [trace](crate::trace) that has been read; [`Replay::against`] hands its requests to a
-//! [`Controller`] in the trace's own time, which costs what the motions cost and not what they take, and gives a
-//! [`Report`]. So a trace that came with a bug report becomes a test:
+//! A [`Replay`] is a [trace](crate::trace) in memory. [`Replay::against`] sends its requests to a
+//! [`Controller`] in the trace's own time and returns a [`Report`]. The arm's time is virtual, so a
+//! session of an hour takes no hour. A trace attached to a bug report becomes a test:
 //!
 //! ```
 //! use magician_sim::Controller;
@@ -25,26 +25,31 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What counts as the same
+//! # Equality of answers
 //!
-//! * Queue indices are rebased: the first answer with an index says how far the two sessions are apart, and only an
-//!   index that breaks the row is a difference. The current index is held against the same distance.
-//! * The arm's clock (`DeviceTime`) is rebased too: from one reading to the next both must have gone on by as much,
-//!   within [`Tolerances::time_ms`]. If the trace holds a reading in its first hour of uptime, the virtual arm has been
-//!   on for as long when the replay begins.
-//! * Floats of values that can only be read (`Pose`, `PoseL`, ...) are measured: they may differ by
-//!   [`Tolerances::measured`]. Settings must be equal bit for bit.
-//! * What [`Replay::ignoring`] names is not looked at.
-//! * A request that is unanswered in both is the same, and so is one that the trace ends too early for.
+//! * Queue indices are rebased: the first answer with an index gives the distance between both
+//!   sessions, and only an index that breaks the sequence is a difference. The current index is
+//!   compared with the same distance.
+//! * The arm's clock (`DeviceTime`) is rebased too: from one reading to the next both must advance
+//!   by the same time, within [`Tolerances::time_ms`]. If the trace has a reading within the first
+//!   hour of uptime, the virtual arm starts with the same uptime.
+//! * Floats of values that can only be read (`Pose`, `PoseL`, ...) are measurements and may differ
+//!   by [`Tolerances::measured`]. Settings must be equal bit for bit.
+//! * Whatever [`Replay::ignoring`] names is not compared.
+//! * A request without an answer in both sessions is equal, and so is one whose answer the trace
+//!   ends too early for.
 //!
-//! Which answer belongs to which request is known by link, id, Ctrl and order; one that has waited for 3 s is given up,
-//! so that a lost answer does not shift all that follow.
+//! Answers are matched to requests by link, id, Ctrl and order. A request is given up after 3 s, so
+//! a lost answer does not shift all later ones.
 //!
-//! The virtual arm begins as it is handed in. [`Replay::beginning`] makes it stand where the recorded one stood;
-//! [`Replay::fitted`] finds where its periods of 20 ms begin, in steps of 1 ms: a trace does not tell. A pose of the
-//! period before or after that was asked for within 5 ms of its end counts as the same ([`Report::late`]); at any other
-//! time it is a difference ([`What::Period`]). What was set before the trace began is not known: give the
-//! arm a profile that has it. Nothing here sends to a real arm.
+//! # State at the start
+//!
+//! The virtual arm starts as passed in. [`Replay::beginning`] puts it where the recorded arm stood.
+//! [`Replay::fitted`] finds the phase of its 20 ms periods, in steps of 1 ms, because a trace does
+//! not contain it. The pose of a neighbouring period counts as equal if it was read within 5 ms of
+//! the boundary ([`Report::late`]); at any other time it is a difference ([`What::Period`]).
+//! Settings made before the trace began are unknown: pass an arm whose profile has them. A replay
+//! never sends to a real arm.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -73,36 +78,36 @@ pub use saved::ReplayWriter;
 
 pub use crate::trace::LINE_OF_ARM;
 
-/// A longer trace has a clock that jumped.
+/// Longest accepted trace. A longer one contains a jump of the clock.
 const LONGEST: Duration = Duration::from_secs(31 * 24 * 3600);
 
-/// Why a trace cannot be replayed.
+/// Reason why a trace cannot be replayed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ReplayError {
-    /// It cannot be read.
+    /// The trace cannot be read.
     #[error(transparent)]
     Trace(#[from] TraceError),
-    /// There is nothing in it.
+    /// The trace has no packets.
     #[error("the trace is empty")]
     Empty,
-    /// There is no packet that says it went to the arm.
+    /// No packet is marked as sent to the arm.
     #[error(
         "the trace has no requests: none of its {packets} packets is marked as sent to the arm"
     )]
     NoRequests {
-        /// Packets that there are.
+        /// Number of packets.
         packets: usize,
     },
-    /// No link has this name.
+    /// The trace has no link with this name.
     #[error("the trace has no link '{name}'; it has {known}")]
     NoLink {
         /// The name.
         name: String,
-        /// Those that there are, in words.
+        /// Existing links, as text.
         known: String,
     },
-    /// The clock went back on one direction of a link.
+    /// Times went back within one direction of a link.
     #[error(
         "the trace's packets are out of order: packet {packet} was {by} us before the one before it on link '{link}'"
     )]
@@ -111,16 +116,16 @@ pub enum ReplayError {
         packet: usize,
         /// The link.
         link: String,
-        /// How far back.
+        /// Step back, us.
         by: u64,
     },
-    /// It is longer than a month: a clock has been set meanwhile.
+    /// The trace is longer than a month: a clock was set while it was recorded.
     #[error("the trace covers {days} days, limit 31: was a clock changed while it was recorded?")]
     Span {
-        /// How many days.
+        /// Length in days.
         days: u64,
     },
-    /// Nothing has this name.
+    /// No command or field has this name.
     #[error("'{name}' is neither a command, a COMMAND.FIELD nor a field")]
     NoSuchField {
         /// The name.
@@ -128,18 +133,20 @@ pub enum ReplayError {
     },
 }
 
-/// How far two answers may be apart and still count as the same.
+/// Largest differences at which two answers count as equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
-    /// For floats that are measured, in their own unit (mm, deg, ...).
+    /// Difference of measured floats, in their own unit (mm, deg, ...).
     pub measured: f32,
-    /// For what has passed between two readings of the arm's clock, ms.
+    /// Difference of the time between two readings of the arm's clock, ms.
     pub time_ms: u32,
 }
 
 impl Default for Tolerances {
     /// 0.01 mm or deg, and 100 ms.
     fn default() -> Self {
+        // A pose is printed to 0.01 by most hosts; 100 ms are above any delay of an answer.
+        // Choices.
         Self {
             measured: 0.01,
             time_ms: 100,
@@ -150,16 +157,16 @@ impl Default for Tolerances {
 /// A recorded session, ready to be replayed.
 #[derive(Clone, Debug)]
 pub struct Replay<'a> {
-    /// In the order of time.
+    /// Packets in order of time.
     packets: Vec<Packet<'a>>,
     tolerances: Tolerances,
     ignored: Vec<Ignored>,
     clock: Speed,
-    /// How much longer the arm has been on when the session begins.
+    /// Additional uptime of the arm when the session begins.
     shift: Duration,
 }
 
-/// What is not looked at: a field of a command, or either.
+/// A command, a field of one, or a field of any command that is not compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Ignored {
     id: Option<u8>,
@@ -167,10 +174,10 @@ struct Ignored {
 }
 
 impl<'a> Replay<'a> {
-    /// Reads a trace file.
+    /// Parses a trace file.
     ///
     /// # Errors
-    /// [`ReplayError`] when it is no trace, damaged, empty, out of order, or holds no request.
+    /// [`ReplayError`] if it is not a trace, is damaged, empty or out of order, or has no request.
     pub fn new(trace: &'a [u8]) -> Result<Self, ReplayError> {
         if trace.is_empty() {
             return Err(ReplayError::Empty);
@@ -180,7 +187,7 @@ impl<'a> Replay<'a> {
         for packet in read_trace(trace) {
             match packet {
                 Ok(packet) => packets.push(packet),
-                // A link that carries something else has no part in this.
+                // Links of another type do not matter.
                 Err(error @ TraceError::LinkType { .. }) => foreign = foreign.or(Some(error)),
                 Err(error) => return Err(error.into()),
             }
@@ -189,7 +196,7 @@ impl<'a> Replay<'a> {
             return Err(error.into());
         }
         in_order(&packets)?;
-        // A run that never became a frame is written late, with the time at which it passed.
+        // A run that never became a frame is written late, with the time of its bytes.
         packets.sort_by_key(|packet| packet.time);
         let replay = Self {
             packets,
@@ -218,10 +225,10 @@ impl<'a> Replay<'a> {
         Ok(())
     }
 
-    /// Only what passed on the link of this name, or of this number in the file, from 0.
+    /// Restricts the replay to the link of this name, or of this number in the file, from 0.
     ///
     /// # Errors
-    /// [`ReplayError::NoLink`], and [`ReplayError::NoRequests`] when there is none on it.
+    /// [`ReplayError::NoLink`], and [`ReplayError::NoRequests`] if it has none.
     pub fn only_link(mut self, name: &str) -> Result<Self, ReplayError> {
         let links = self.links();
         let named = |(number, link): &(u32, String)| link == name || number.to_string() == name;
@@ -240,11 +247,11 @@ impl<'a> Replay<'a> {
         Ok(self)
     }
 
-    /// Leaves out a command (`GetPose`, `Pose`, `10`), a field of one (`Pose.joint_angle`) or every field of a name
-    /// (`queued_cmd_index`).
+    /// Excludes a command (`GetPose`, `Pose`, `10`), a field of one (`Pose.joint_angle`) or a field
+    /// of any command (`queued_cmd_index`) from the comparison.
     ///
     /// # Errors
-    /// [`ReplayError::NoSuchField`].
+    /// [`ReplayError::NoSuchField`] if the name is unknown.
     pub fn ignoring(mut self, name: &str) -> Result<Self, ReplayError> {
         let found = Ignored::named(name).ok_or_else(|| ReplayError::NoSuchField {
             name: name.to_owned(),
@@ -253,21 +260,22 @@ impl<'a> Replay<'a> {
         Ok(self)
     }
 
-    /// How far answers may be apart.
+    /// Sets the tolerances.
     #[must_use]
     pub fn tolerances(mut self, tolerances: Tolerances) -> Self {
         self.tolerances = tolerances;
         self
     }
 
-    /// How fast the recorded arm's clock ran: real time unless given. A trace of `magician sim --speed 20` wants 20.
+    /// Sets the speed of the recorded arm's clock; real time by default. A trace of
+    /// `magician sim --speed 20` needs 20.
     #[must_use]
     pub fn clock(mut self, clock: Speed) -> Self {
         self.clock = clock;
         self
     }
 
-    /// The links, by number and name.
+    /// Links, by number and name.
     #[must_use]
     pub fn links(&self) -> Vec<(u32, String)> {
         let links = self.packets.iter();
@@ -275,7 +283,9 @@ impl<'a> Replay<'a> {
         links.collect::<BTreeMap<_, _>>().into_iter().collect()
     }
 
-    /// The arm's own line in the trace of a proxy, which has what its programs said beside it: sent as well, that would be done
+    /// Name of the arm's own line in the trace of a proxy; `None` if there is none.
+    ///
+    /// Such a trace also has the lines of the programs. Replaying both would execute everything
     /// twice.
     #[must_use]
     pub fn line_of_arm(&self) -> Option<String> {
@@ -283,13 +293,13 @@ impl<'a> Replay<'a> {
         links.find(|name| name.starts_with(LINE_OF_ARM))
     }
 
-    /// The packets that are replayed, in the order of time.
+    /// Packets to replay, in order of time.
     #[must_use]
     pub fn packets(&self) -> &[Packet<'a>] {
         &self.packets
     }
 
-    /// From the first packet to the last.
+    /// Time from the first packet to the last.
     #[must_use]
     pub fn span(&self) -> Duration {
         self.packets.last().map_or(Duration::ZERO, |last| {
@@ -297,13 +307,13 @@ impl<'a> Replay<'a> {
         })
     }
 
-    /// The host's clock when a packet passed, which showed 0 at the first.
+    /// Time of a packet on the host's clock, which shows 0 at the first packet.
     fn time(&self, since_1970: u64) -> HostInstant {
         let begin = self.packets.first().map_or(0, |packet| packet.time);
         HostInstant::from_micros(since_1970.saturating_sub(begin))
     }
 
-    /// What the recorded arm's clock showed when the trace began, if it tells.
+    /// Uptime of the recorded arm when the trace began; `None` if unknown.
     fn uptime(&self) -> Option<ArmInstant> {
         let row = commands::DeviceTime::ROW;
         let mut asked = None;
@@ -316,8 +326,9 @@ impl<'a> Replay<'a> {
                 }
                 Direction::Reply => {
                     let read = commands::DeviceTime::decode(frame.params()).ok()?;
-                    // The arm read its clock when it was asked: at the answer that would show less than it did, and a command
-                    // of the first microseconds would belong to the period before.
+                    // The arm reads its clock when the request arrives. The time of the answer
+                    // would put the uptime too low, and a command in the first microseconds into
+                    // the previous period.
                     Some((asked.unwrap_or(packet.time), read))
                 }
             }
@@ -331,7 +342,7 @@ impl<'a> Replay<'a> {
         Some(ArmInstant::from_micros(uptime))
     }
 
-    /// Serial number of the recorded arm, if that was a virtual one that had it from its path or address.
+    /// Serial number of the recorded arm if it was a virtual one, derived from its path or address.
     fn virtual_serial(&self) -> Option<String> {
         let row = commands::DeviceSn::ROW;
         self.packets.iter().find_map(|packet| {
@@ -343,12 +354,12 @@ impl<'a> Replay<'a> {
         })
     }
 
-    /// Begins to replay on this arm, for callers that look on as it goes.
+    /// Starts a replay on this arm, for callers that observe each step.
     pub fn play<'r>(&'r self, arm: &'r mut Controller) -> Play<'r, 'a> {
         Play::new(self, arm)
     }
 
-    /// Replays all on this arm.
+    /// Replays everything on this arm.
     pub fn against(&self, arm: &mut Controller) -> Report {
         let mut play = self.play(arm);
         while play.step().is_some() {}
@@ -356,7 +367,8 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// Times may only go back between directions and links: what waits for the rest of its frame is written last.
+/// Checks that times only go back between directions and links: an incomplete frame is written
+/// last.
 fn in_order(packets: &[Packet<'_>]) -> Result<(), ReplayError> {
     let mut last = BTreeMap::new();
     for (at, packet) in packets.iter().enumerate() {

@@ -1,21 +1,22 @@
-//! Trace files: everything that passed between hosts and an arm, with its time.
+//! Trace files: all bytes between hosts and an arm, with their times.
 //!
-//! A trace is a pcapng file (IETF draft-ietf-opsawg-pcapng) that Wireshark opens, of link type
-//! USER0 (147). Nothing is added to the bytes:
+//! A trace is a pcapng file (IETF draft-ietf-opsawg-pcapng) of link type USER0 (147), which
+//! Wireshark opens. Nothing is added to the bytes:
 //!
-//! * an interface is a link (a pseudo-terminal, a UDP peer, ...), named by `if_name`;
-//! * a packet is a frame, or a run of bytes that belong to none; the packets of one direction of
-//!   one link, put together, are exactly the bytes that passed;
-//! * the direction stands in `epb_flags`, seen from the host: outbound (2) to the arm, inbound (1)
-//!   from it;
-//! * times are microseconds since 1970, of the byte that completed the packet.
+//! * An interface is a link (a pseudo-terminal, a UDP peer, ...), named by `if_name`.
+//! * A packet is a frame, or a run of bytes outside of frames. The packets of one direction of a
+//!   link, joined, are exactly the bytes of that direction.
+//! * The direction is in `epb_flags`, as seen from the host: outbound (2) to the arm, inbound (1)
+//!   from it.
+//! * Times are microseconds since 1970, of the byte that completed the packet.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use magician_protocol::{Deframer, Direction, Event, INTER_BYTE_TIMEOUT_MS};
 
-/// How the name of the arm's own line begins in the trace of a proxy, beside those of its programs.
+/// Prefix of the name of the arm's own line in the trace of a proxy, which also has the lines of
+/// its programs.
 pub const LINE_OF_ARM: &str = "arm ";
 
 mod read;
@@ -26,7 +27,7 @@ const SECTION_HEADER: u32 = 0x0A0D_0D0A;
 const INTERFACE_DESCRIPTION: u32 = 1;
 const ENHANCED_PACKET: u32 = 6;
 const BYTE_ORDER_MAGIC: u32 = 0x1A2B_3C4D;
-/// Link type USER0, which Wireshark leaves to its user's dissectors.
+/// Link type USER0, reserved for private dissectors in Wireshark.
 const LINK_TYPE_USER0: u16 = 147;
 
 const OPTION_END: u16 = 0;
@@ -39,7 +40,7 @@ const INBOUND: u32 = 1;
 const OUTBOUND: u32 = 2;
 const DIRECTION_BITS: u32 = 3;
 
-/// Whether a file begins as a trace (any pcapng file) does.
+/// True if a file begins like a trace (or any pcapng file).
 #[must_use]
 pub fn is_trace(bytes: &[u8]) -> bool {
     bytes.starts_with(&SECTION_HEADER.to_be_bytes())
@@ -51,8 +52,8 @@ pub struct TraceLink(u32);
 
 /// Writes a trace file.
 ///
-/// Every packet is handed to the writer whole and flushed, so that the file of a program that was
-/// killed can be read up to its last frame.
+/// Each packet is written in one piece and flushed, so that the file of a killed program can be
+/// read up to its last frame.
 ///
 /// ```
 /// use magician_protocol::Direction;
@@ -79,10 +80,10 @@ pub struct TraceWriter<W: Write> {
 }
 
 impl<W: Write> TraceWriter<W> {
-    /// Begins a file.
+    /// Writes the file header.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn new(out: W) -> io::Result<Self> {
         let mut writer = Self {
             out,
@@ -94,7 +95,7 @@ impl<W: Write> TraceWriter<W> {
             block.extend(BYTE_ORDER_MAGIC.to_le_bytes());
             block.extend(1u16.to_le_bytes());
             block.extend(0u16.to_le_bytes());
-            block.extend(u64::MAX.to_le_bytes()); // section length: not known
+            block.extend(u64::MAX.to_le_bytes()); // section length: unknown
             option(
                 block,
                 OPTION_USER_APPLICATION,
@@ -105,10 +106,10 @@ impl<W: Write> TraceWriter<W> {
         Ok(writer)
     }
 
-    /// Adds a link under a name that people recognise.
+    /// Adds a link with a name for the user.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn link(&mut self, name: &str) -> io::Result<TraceLink> {
         self.block(INTERFACE_DESCRIPTION, |block| {
             block.extend(LINK_TYPE_USER0.to_le_bytes());
@@ -122,11 +123,11 @@ impl<W: Write> TraceWriter<W> {
         Ok(TraceLink(self.links - 1))
     }
 
-    /// Bytes passed on a link at a time (microseconds since 1970). They may be cut anywhere;
+    /// Records bytes of a link at a time (microseconds since 1970). They may be cut anywhere;
     /// packets are written as frames complete.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn record(
         &mut self,
         link: TraceLink,
@@ -136,6 +137,7 @@ impl<W: Write> TraceWriter<W> {
     ) -> io::Result<()> {
         let key = (link, direction == Direction::Reply);
         let mut stream = self.streams.remove(&key).unwrap_or_default();
+        // Like the controller, give up a partial frame after the inter-byte timeout (E04).
         let gap = time.saturating_sub(stream.time) >= INTER_BYTE_TIMEOUT_MS * 1000;
         let written = if gap {
             self.end(key, &mut stream)
@@ -148,10 +150,10 @@ impl<W: Write> TraceWriter<W> {
         written
     }
 
-    /// The link is gone: writes what it left of unfinished frames.
+    /// Closes a link and writes its incomplete frames.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn close(&mut self, link: TraceLink) -> io::Result<()> {
         for reply in [false, true] {
             if let Some(mut stream) = self.streams.remove(&(link, reply)) {
@@ -184,7 +186,7 @@ impl<W: Write> TraceWriter<W> {
         })
     }
 
-    /// Writes a block whole, so that a kill leaves no half of it in a buffer.
+    /// Writes a block in one piece, so that a kill leaves no half of it in a buffer.
     fn block(&mut self, kind: u32, fill: impl FnOnce(&mut Vec<u8>)) -> io::Result<()> {
         let block = &mut self.block;
         block.clear();
@@ -202,13 +204,14 @@ impl<W: Write> TraceWriter<W> {
 impl<W: Write> Drop for TraceWriter<W> {
     fn drop(&mut self) {
         for link in 0..self.links {
-            // The error cannot be reported any more, and all complete frames are written.
+            // The error cannot be reported any more; all complete frames have been written.
             let _ = self.close(TraceLink(link));
         }
     }
 }
 
 fn option(block: &mut Vec<u8>, code: u16, value: &[u8]) {
+    // The length field of an option has 16 bits.
     let value = &value[..value.len().min(usize::from(u16::MAX))];
     block.extend(code.to_le_bytes());
     block.extend((value.len() as u16).to_le_bytes());
@@ -224,7 +227,7 @@ fn pad(block: &mut Vec<u8>) {
 #[derive(Default)]
 struct Stream {
     deframer: Deframer,
-    /// Bytes that are in no packet yet; the first stands at stream position `start`.
+    /// Bytes not yet in a packet; the first is at stream position `start`.
     held: Vec<u8>,
     start: u64,
     time: u64,
@@ -237,6 +240,7 @@ impl Stream {
         mut packet: impl FnMut(&[u8]) -> io::Result<()>,
     ) -> io::Result<()> {
         self.held.extend(bytes);
+        // Keep cutting after an error of the writer: the stream must not lose its position.
         let mut written = Ok(());
         let mut cut = |held: &mut Vec<u8>, start: &mut u64, end: u64| {
             let count = (end.saturating_sub(*start) as usize).min(held.len());
@@ -257,6 +261,7 @@ impl Stream {
                 cut(&mut self.held, &mut self.start, end);
             }
         }
+        // What the deframer has passed belongs to no frame and is due as a packet.
         cut(&mut self.held, &mut self.start, self.deframer.offset());
         written
     }

@@ -1,4 +1,4 @@
-//! What passed on a line, in a recording of a host, and as a trace again.
+//! Bytes of a line in a host's recording, and their extraction as a trace.
 
 mod recording;
 
@@ -21,7 +21,7 @@ fn frames_that_came_in_parts_are_whole_and_what_is_none_is_told() {
     pass(0.002, Request, &GET_POSE[2..]);
     pass(0.003, Reply, &[0x00, 0x13]);
     pass(0.004, Reply, &LEFT_SPACE);
-    // A frame that is never completed: a silence ends it, or the end of the file.
+    // A frame that is never completed: silence or the end of the file ends it.
     pass(0.5, Request, &GET_POSE[..3]);
     pass(0.6, Request, &GET_POSE);
     pass(0.7, Request, &GET_POSE[..4]);
@@ -50,7 +50,7 @@ fn frames_that_came_in_parts_are_whole_and_what_is_none_is_told() {
         told.contains(&frame(600_000, "request", "AAAA020A00F6", "GetPose")),
         "{told:?}"
     );
-    // All bytes are there, in order.
+    // All bytes are present, in order.
     let sent: String = told
         .iter()
         .filter(|one| one.1 == "request")
@@ -93,7 +93,7 @@ fn the_frames_of_a_recording_are_a_trace() {
     );
     assert!(packets.iter().all(|one| one.link_name == "usb"));
     assert_eq!(packets[0].bytes, GET_POSE);
-    // However much of it is there.
+    // However much of the file there is.
     for end in (8..file.len()).step_by(101) {
         match trace_of(&file[..end]) {
             Ok(part) => assert!(read_trace(&part).count() <= 6),

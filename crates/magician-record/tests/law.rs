@@ -1,4 +1,4 @@
-//! The residue of logs against the law of motion: of sessions with commands, and of readings alone.
+//! Residue of logs against the law of motion: sessions with commands, and readings alone.
 
 use magician_protocol::Direction::{Reply, Request};
 use magician_protocol::commands::{
@@ -17,17 +17,17 @@ use magician_record::{Reading, WriteReadings, mcap};
 use magician_sim::{Controller, LinkId, Profile};
 
 const NOON: u64 = 1_800_000_000_000_000;
-/// Between two poses: 23 a second, which is no whole number of periods.
+/// Interval between two poses: 23 per second, not a whole number of periods.
 const GAP_US: u64 = 43_000;
 
-/// A host that reads poses of a virtual arm in virtual time, and whose clock jitters.
+/// A host that reads poses of a virtual arm in virtual time, with a jittering clock.
 struct Host<'f> {
     trace: TraceWriter<&'f mut Vec<u8>>,
     link: TraceLink,
     arm: Controller,
-    /// Most that the time of a pose is off, us.
+    /// Largest error of the time of a pose, us.
     jitter: u64,
-    /// By how much commands come later than the host believes, us.
+    /// Delay of commands that the host does not know, us.
     command_late: u64,
     gap: u64,
     random: u64,
@@ -64,7 +64,7 @@ impl Log {
             random: 1,
             samples: Vec::new(),
         };
-        // The phase of the periods is the arm's own.
+        // The phase of the periods is that of the arm.
         host.arm.advance(host.arm.now().after_micros(7_300));
         fill(&mut host);
         let samples = std::mem::take(&mut host.samples);
@@ -96,7 +96,7 @@ impl Host<'_> {
         (self.random >> 33) % (most + 1)
     }
 
-    /// Sends a command, which comes to the arm later than the host believes.
+    /// Sends a command, which reaches the arm later than the host believes.
     fn ask(&mut self, frame: &FrameBuf) {
         let told = NOON + self.arm.now().as_micros();
         let late = self.command_late;
@@ -114,7 +114,7 @@ impl Host<'_> {
         self.ask(&FrameBuf::set(&set.into(), ctrl).unwrap());
     }
 
-    /// Reads poses for so long. Each request comes to the arm later than the host believes.
+    /// Reads poses for a while. Each request reaches the arm later than the host believes.
     fn watch(&mut self, seconds: f64) {
         let end = self.arm.now().after_micros((seconds * 1e6) as u64);
         let request = FrameBuf::get(&NoArgs, Pose::ROW).unwrap();
@@ -174,7 +174,7 @@ fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= 0.005 * b
 }
 
-/// The speeds of a kind.
+/// The speeds of one kind.
 fn of(report: &LawReport, kind: Kind) -> Speeds {
     let mut found = report.speeds.iter().filter(|speeds| speeds.kind == kind);
     *found
@@ -238,7 +238,8 @@ fn commands_that_came_a_period_beside_their_times_leave_no_residue() {
     let log = Log::of(Profile::default(), |host| {
         host.begin();
         for (nth, cmd) in [2, 4, 1, 3, 2, 6, 1, 5].into_iter().enumerate() {
-            // By turns just before the end of a period, and seemingly so and just behind it.
+            // Alternately just before the end of a period, and seemingly before but really after
+            // it.
             let (phase, late) = [(19_500, 400), (19_000, 2_500)][nth % 2];
             let now = host.arm.now().as_micros();
             host.arm
@@ -303,7 +304,7 @@ fn paths_arcs_jumps_and_homing_leave_no_residue_by_their_commands() {
     let report = log.by_commands();
     assert_zero(&report);
     assert!(report.moving > 100, "{report:#?}");
-    // The poses alone do not say what the bent ways were.
+    // Poses alone do not explain curved motions.
     let untold = log.by_readings().untold;
     assert!(
         untold
@@ -371,10 +372,10 @@ fn other_accelerations_and_ratios_are_told_whether_set_in_the_log_or_before() {
         told.speed.is_some_and(|speed| close(speed, 44.0)),
         "{told:?}"
     );
-    // 120 mm/s2 is no jog of power-up.
+    // 120 mm/s2 is not the acceleration of a power-up jog.
     assert_eq!(told.ratio, None);
     assert!(report.untold.contains(&Untold::Ratio));
-    // A profile that has them fits the commands.
+    // A profile with these settings fits the commands.
     let session = Replay::new(&before.trace).unwrap();
     let report = LawReport::of_session(&session, Some(("own".to_owned(), profile)));
     assert_eq!(report.profile.as_deref(), Some("own"), "{report:#?}");
@@ -453,7 +454,7 @@ fn what_a_log_does_not_tell_is_said() {
         "{even:#?}"
     );
 
-    // It began and ended on the way.
+    // It starts and ends during a motion.
     let mut open = Log::of(Profile::default(), jogs).readings;
     open.samples.retain(|sample| (1.0..1.6).contains(&sample.t));
     let report = LawReport::of_samples(&open, None);
@@ -467,7 +468,7 @@ fn what_a_log_does_not_tell_is_said() {
     assert_eq!((report.untold, report.profile), (vec![Untold::Brief], None));
 }
 
-/// The readings of a log in each format that a recording has.
+/// The readings of a log in each file format.
 fn files(log: &Samples) -> Vec<Vec<u8>> {
     let write = |mut out: Box<dyn WriteReadings + '_>| {
         for sample in &log.samples {

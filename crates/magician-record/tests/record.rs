@@ -1,5 +1,5 @@
-//! Recordings: the grid is exact, what is written is what the arm says, and a file that was not completed is read as
-//! far as it got.
+//! Recordings: samples are on the exact grid, values are those of the arm, and an incomplete file
+//! is readable as far as it goes.
 
 mod recording;
 
@@ -21,7 +21,7 @@ use recording::{EPOCH, Micros, Read, of, read};
 use serde_json::{Value, json};
 
 const USB: LinkId = LinkId(0);
-/// A second of arm time.
+/// A second of the arm's clock.
 const SECOND: Micros = 1_000_000;
 const PERIOD: Micros = 20_000;
 const RUNNER_SPEEDS: [Speed; 4] = [
@@ -35,7 +35,7 @@ fn at(micros: Micros) -> ArmInstant {
     ArmInstant::from_micros(micros)
 }
 
-/// Bytes from a line of hex.
+/// Parses a line of hex.
 fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace()
         .map(|byte| u8::from_str_radix(byte, 16).expect("hex"))
@@ -60,7 +60,7 @@ fn start() -> Vec<u8> {
     [request(20, Ctrl::SET, &[]), request(240, Ctrl::SET, &[])].concat()
 }
 
-/// Something of everything: moves by joints and in a line, a wait, the suction cup, damage.
+/// A bit of everything: joint moves and lines, a wait, the suction cup, damaged bytes.
 fn programme() -> Vec<u8> {
     [
         start(),
@@ -80,7 +80,7 @@ fn get_pose() -> Vec<u8> {
         .to_vec()
 }
 
-/// Records a programme on the bench until `end`, stopping on the way at `cuts` too.
+/// Records a program in virtual time until `end`, with additional stops at `cuts`.
 fn recorded(programme: &[u8], end: Micros, cuts: &[Micros]) -> Vec<u8> {
     let mut arm = Controller::default();
     let mut recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
@@ -163,7 +163,7 @@ fn what_changes_is_written_when_it_changes_and_every_second() {
             .find(|read| read.value["current_index"] == index);
         found.unwrap().at
     };
-    // The suction cup takes no time: 3 and 4 finish together.
+    // The suction cup takes no time, so 3 and 4 finish together.
     assert_eq!(first.at, finished(4));
     assert_eq!(finished(5), finished(4) + 130_000);
     for topic in ["/queue", "/io", "/alarms", "/status"] {
@@ -179,7 +179,7 @@ fn what_changes_is_written_when_it_changes_and_every_second() {
 
 #[test]
 fn alarms_and_events_have_the_instant_at_which_they_came() {
-    // Out of reach: alarm 0x12 or another of planning, at its turn in the queue.
+    // Out of reach: alarm 0x12 or another one of planning, at its turn in the queue.
     let programme = [start(), wait(333), ptp(1, [400.0, 0.0, 0.0, 0.0])].concat();
     let (all, _) = read(&recorded(&programme, SECOND, &[]));
     let alarms = of(&all, "/alarms");
@@ -271,7 +271,8 @@ fn what_happens_in_the_world_is_told_by_name() {
     assert_eq!(of(&all, "/io").last().unwrap().value["holding"], true);
 }
 
-/// Drives a runner from a list of (wall time, link, bytes) until a wall time, waking as it asks and at `extra` times.
+/// Drives a runner with a list of (wall time, link, bytes) until a wall time, waking when it asks
+/// and at `extra` times.
 fn drive(
     runner: &mut Runner,
     inputs: &[(Micros, LinkId, Vec<u8>)],
@@ -306,7 +307,7 @@ fn drive(
 
 type Watching = Arc<Mutex<Recorder<Shared>>>;
 
-/// Records what a runner's arm does from now on.
+/// Records a runner's arm from now on.
 fn watch(runner: &mut Runner, out: Shared) -> Watching {
     let recorder = Recorder::new(out, EPOCH).unwrap();
     let recorder = Arc::new(Mutex::new(recorder));
@@ -473,7 +474,7 @@ fn frames_have_both_directions_names_and_what_was_wrong_with_them() {
     );
 }
 
-/// A file that outlives its writer, and breaks when it is told to.
+/// A file that outlives its writer and fails on request.
 #[derive(Clone, Default)]
 struct Shared(Arc<Mutex<Vec<u8>>>, Arc<Mutex<Option<usize>>>);
 
@@ -515,7 +516,7 @@ fn a_killed_recorder_leaves_all_up_to_the_last_second() {
         times.last().copied()
     };
     assert_eq!(last(&file), Some(3 * SECOND));
-    // Killed while it wrote: whatever was whole is read.
+    // Killed while writing: every complete message is readable.
     let mut before = None;
     for end in (file.len() / 3..file.len()).step_by(997) {
         let now = last(&file[..end]);

@@ -1,4 +1,4 @@
-//! Recorded sessions on a virtual arm: the same arm gives the same answers, and what differs is named.
+//! Replays: the same arm gives the same answers, and differences are named.
 
 use magician_protocol::Direction::{Reply, Request};
 use magician_protocol::commands::{
@@ -13,12 +13,12 @@ use proptest::prelude::*;
 const NOON: u64 = 1_800_000_000_000_000;
 const SECOND: u64 = 1_000_000;
 
-/// Asks an arm and writes down what passes.
+/// Sends requests to an arm and records the session.
 struct Recorder<'f> {
     trace: TraceWriter<&'f mut Vec<u8>>,
     link: TraceLink,
     arm: Controller,
-    /// What becomes of an answer before it is written.
+    /// Changes an answer before it is recorded.
     alter: fn(FrameBuf) -> Option<FrameBuf>,
 }
 
@@ -49,7 +49,7 @@ impl Recorder<'_> {
         self.arm.advance(self.arm.now().after_micros(time));
     }
 
-    /// A move, looked at as it goes.
+    /// A move, with reads of the pose on the way.
     fn session(&mut self) {
         self.get(DeviceTime::ROW);
         self.get(PtpCommonParams::ROW);
@@ -103,7 +103,7 @@ fn replayed(file: &[u8]) -> Report {
     replay.against(&mut Controller::default())
 }
 
-/// The fields in which answers differ, with their command.
+/// Differing fields, with their command.
 fn fields(report: &Report) -> Vec<(&'static str, &'static str)> {
     let fields = report.differences.iter().map(|found| match found.what {
         What::Value(field) => (found.command, field.name),
@@ -168,7 +168,7 @@ fn what_is_ignored_does_not_differ() {
     assert!(matches!(wrong, Err(ReplayError::NoSuchField { .. })));
 }
 
-/// Another velocity ratio; a setting, so that no tolerance covers it.
+/// Another velocity ratio: a setting, which no tolerance covers.
 fn spoilt(reply: FrameBuf) -> Option<FrameBuf> {
     if reply.frame().id() != PtpCommonParams::ROW.id {
         return Some(reply);

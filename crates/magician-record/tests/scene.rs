@@ -1,4 +1,4 @@
-//! The arm in 3D: frames that lead to the tip, links in them, and what was drawn.
+//! The arm in 3D: frames that lead to the tip, shapes of the links, and strokes.
 
 mod recording;
 
@@ -50,7 +50,7 @@ fn times(matrix: &Matrix, vector: Vector) -> Vector {
     matrix.map(|row| (0..3).map(|at| row[at] * vector[at]).sum())
 }
 
-/// Where a point of a frame is in the root's, by what `/tf` said up to an instant.
+/// Root of a frame, and position of a point of it in the root, from `/tf` up to an instant.
 fn placed(all: &[Read], until: Micros, frame: &str, point: Vector) -> (String, Vector) {
     let mut frames = BTreeMap::new();
     for read in of(all, "/tf").into_iter().filter(|read| read.at <= until) {
@@ -75,7 +75,7 @@ fn queued(id: u8, params: &[u8]) -> Vec<u8> {
     frame.bytes().to_vec()
 }
 
-/// Moves in a line, and another in its joints.
+/// Moves along a line, and one of the joints.
 fn moves(points: &[[f32; 4]]) -> Vec<u8> {
     let start = FrameBuf::new(240, Ctrl::SET, &[]).unwrap();
     let clear = FrameBuf::new(20, Ctrl::SET, &[]).unwrap();
@@ -119,7 +119,7 @@ fn the_frames_lead_to_the_pose() {
     let (all, _) = drawn();
     let mut turned = 0;
     for pose in of(&all, "/pose") {
-        // Frames are written five times a second.
+        // Frames are written five times per second.
         if pose.at % 200_000 != 0 {
             continue;
         }
@@ -161,7 +161,7 @@ fn a_frame_is_written_when_it_has_turned_and_with_every_tenth_sample_at_most() {
     assert!(written.values().flatten().all(|at| at % 200_000 == 0));
 }
 
-/// The lines that are to be seen at the end: pairs of corners, m.
+/// Lines visible at the end: pairs of points, m.
 fn lines(all: &[Read]) -> Vec<[Vector; 2]> {
     let mut entities = BTreeMap::new();
     for read in of(all, "/scene") {
@@ -251,7 +251,7 @@ fn every_link_is_seen_in_a_frame_of_its_own_from_the_beginning_on() {
     assert!((foot[2] - height / 2.0 + 0.138).abs() < 1e-9);
 }
 
-/// Readings of an arm that draws a line on a paper, 20 a second.
+/// Readings of an arm that draws a line on paper, 20 per second.
 fn readings(paper: Option<Plane>) -> Vec<Read> {
     let mut readings = Readings::new(Vec::new(), EPOCH, 20.0).unwrap();
     if let Some(paper) = paper {
@@ -332,7 +332,7 @@ fn an_arm_that_never_rests_costs_less_than_thirty_percent_more() {
     let (mut before, mut after) = (0, 0);
     for message in mcap::MessageStream::new(&file).unwrap() {
         let message = message.unwrap();
-        // A record's head, and its place in the index.
+        // The head of the record, and its place in the index.
         let bytes = message.data.len() + 31 + 16;
         match &*message.channel.topic {
             "/tf" | "/scene" => after += bytes,

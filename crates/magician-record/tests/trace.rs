@@ -1,4 +1,4 @@
-//! Trace files: what goes in comes out, other programs can read it, garbage does no harm.
+//! Trace files: they read back unchanged, other programs can read them, and garbage does no harm.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
@@ -132,7 +132,7 @@ fn other_programs_read_it() {
     );
 }
 
-/// Forwards to a file that outlives the writer; a kill is forgetting the writer.
+/// Forwards to a file that outlives the writer; a kill is simulated by forgetting the writer.
 #[derive(Clone, Default)]
 struct Shared(Arc<Mutex<Vec<u8>>>, Arc<Mutex<usize>>);
 
@@ -182,7 +182,7 @@ fn a_file_cut_short_gives_its_packets_and_says_so() {
     }
 }
 
-/// A block of a foreign writer: big-endian, any resolution.
+/// A block of another writer: big-endian, any time resolution.
 fn big_endian(kind: u32, body: &[u8]) -> Vec<u8> {
     let length = (body.len() as u32 + 12).to_be_bytes();
     [&kind.to_be_bytes()[..], &length, body, &length].concat()
@@ -199,7 +199,7 @@ fn traces_of_other_writers_are_read() {
         1,
         b"\0\x93\0\0\0\0\0\0\0\x09\0\x01\x09\0\0\0\0\0\0\0",
     ));
-    // Something that we do not know, then a packet 0x2_0000_0000 ns after 1970, no direction.
+    // An unknown block, then a packet at 0x2_0000_0000 ns after 1970 without a direction.
     file.extend(big_endian(0xBAD, &[1, 2, 3, 4]));
     file.extend(big_endian(
         6,

@@ -1,8 +1,8 @@
-//! How fast and how small the virtual arm is.
+//! Speed and memory of the virtual arm.
 //!
-//! `ptp_mix` is the figure S1: arm-seconds per wall second, full bytes in and out; divan's item rate counts
-//! arm-milliseconds, so `1 Gitem/s` is 1,000,000 arm-seconds a second. Allocations are counted: a steady state has none.
-//! `idle` is the figure S4, printed before the benchmarks.
+//! `ptp_mix` is figure S1: arm seconds per wall second, with full bytes in and out. divan's item
+//! rate counts arm milliseconds, so `1 Gitem/s` is 1,000,000 arm seconds per second. Allocations
+//! are counted; the steady state has none. `idle` is figure S4, printed before the benchmarks.
 
 use divan::counter::ItemsCount;
 use divan::{AllocProfiler, Bencher, black_box};
@@ -27,7 +27,7 @@ fn frame<T: Writable>(ctrl: Ctrl, value: &T) -> FrameBuf {
     FrameBuf::encode(T::ROW.id, ctrl, value).unwrap()
 }
 
-/// Lines, joint moves and jumps about a workplace, as pick-and-place programs make them.
+/// Lines, joint moves and jumps around a workplace, like a pick-and-place program.
 fn mix() -> Vec<FrameBuf> {
     let places = [
         [250.0, 0.0, 20.0, 0.0],
@@ -75,7 +75,7 @@ fn run(arm: &mut Controller, frames: &[FrameBuf]) {
     while arm.poll_event().is_some() {}
 }
 
-/// 32 moves a round, from event to event.
+/// 32 moves per round, from event to event.
 #[divan::bench]
 fn ptp_mix(bencher: Bencher<'_, '_>) {
     let (mut arm, frames) = (started(), mix());
@@ -89,7 +89,7 @@ fn ptp_mix(bencher: Bencher<'_, '_>) {
         .bench_local(|| run(&mut arm, &frames));
 }
 
-/// The same with a look at the pose every millisecond: S2.
+/// The same with a read of the pose every millisecond: S2.
 #[divan::bench]
 fn ptp_mix_traced_at_1_khz(bencher: Bencher<'_, '_>) {
     let (mut arm, frames) = (started(), mix());
@@ -128,7 +128,7 @@ fn get_pose(bencher: Bencher<'_, '_>) {
     });
 }
 
-/// A fresh arm; its allocations are the heap of an idle one.
+/// A new arm; its allocations are the heap of an idle one.
 #[divan::bench]
 fn switch_on(bencher: Bencher<'_, '_>) {
     let profile = Profile::default();

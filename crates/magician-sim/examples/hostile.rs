@@ -1,16 +1,17 @@
-//! Lets a hostile host loose on the virtual arm for as long as asked:
+//! Runs a hostile host against the virtual arm:
 //! `cargo run --release -p magician-sim --example hostile -- --steps 10000000 --seed 1`.
 //!
-//! A step is something that the host does: it sends a frame or rubbish, lets time pass, falls silent, leaves. After each
-//! the arm is checked; at the end of a life of some thousand steps it must come to rest and take orders. Each life is lived
-//! twice, the second time with time in small pieces, and must look the same to the bit. The seed of one that fails is told.
+//! A step is an action of the host: it sends a frame or garbage, lets time pass, falls silent, or
+//! leaves. The arm is checked after each step. After some thousand steps it must come to rest and
+//! accept commands. Each run is repeated with time in small pieces and must give the same result
+//! bit for bit. The seed of a failing run is printed.
 
 use std::time::Instant;
 
 #[path = "../tests/virtual_arm/host/mod.rs"]
 mod host;
 
-/// Bytes that a life is made of.
+/// Number of bytes that drive one run.
 const LIFE: usize = 32 * 1024;
 
 fn argument(name: &str, default: u64) -> u64 {
@@ -21,7 +22,7 @@ fn argument(name: &str, default: u64) -> u64 {
     }
 }
 
-/// Bytes of a seed (SplitMix64).
+/// Random bytes from a seed (SplitMix64).
 fn script(mut seed: u64) -> Vec<u8> {
     let mut next = || {
         seed = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);

@@ -1,4 +1,4 @@
-//! The controller as its owner sees it.
+//! The public interface of the virtual controller.
 
 use magician_motion::{ArmModel, JointAngles, ToolBias};
 use magician_protocol::{Event as Found, FrameBuf};
@@ -14,33 +14,38 @@ use crate::{
     ArmInstant, ControllerState, Flash, LineState, LinkId, PinState, Profile, StepperState, World,
 };
 
-/// A Dobot Magician's controller, without a clock and without a wire.
+/// The controller of a Dobot Magician, without a clock and without I/O.
 ///
 /// # Grammar
 ///
-/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging), [`busy`](Self::busy),
-///   [`events`](Self::events) change nothing.
-/// * **Bytes in**: [`receive`](Self::receive) takes what came over a link and acts on every frame in it at the present
-///   instant; [`receive_one`](Self::receive_one) stops after each request, for callers that let time pass between
-///   them. [`expire`](Self::expire) and [`close`](Self::close) say that a link fell silent or is gone.
-/// * **Time**: [`advance`](Self::advance) lets the arm's clock run to an instant.
+/// * **State**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging),
+///   [`busy`](Self::busy), [`events`](Self::events) change nothing.
+/// * **Input**: [`receive`](Self::receive) takes the bytes of a link and handles every frame in
+///   them at the present instant. [`receive_one`](Self::receive_one) returns after each request,
+///   for callers that let time pass in between. [`expire`](Self::expire) and [`close`](Self::close)
+///   report that a link fell silent or is gone.
+/// * **Time**: [`advance`](Self::advance) runs the arm's clock to an instant.
 ///   [`poll_timeout`](Self::poll_timeout) is the next instant at which something happens by itself.
-/// * **Out**: [`poll_transmit`](Self::poll_transmit) gives the replies of a link until `None`,
-///   [`poll_event`](Self::poll_event) what happened.
-/// * **Hands**: [`press`](Self::press), [`unlock`](Self::unlock) and [`guide`](Self::guide) do what a hand does to the
-///   arm, [`inject`](Self::inject) whatever else may happen to it.
-/// * **Copy**: a clone is a snapshot. It goes on from there as the original does, bit for bit, and neither knows of the
-///   other; putting it back in the original's place goes back in time.
+/// * **Output**: [`poll_transmit`](Self::poll_transmit) returns the replies of a link until `None`,
+///   [`poll_event`](Self::poll_event) the log.
+/// * **Physical interaction**: [`press`](Self::press), [`unlock`](Self::unlock) and
+///   [`guide`](Self::guide) act on the arm by hand; [`inject`](Self::inject) covers everything
+///   else.
+/// * **Snapshot**: a clone. It continues exactly as the original would, and neither affects the
+///   other. Replacing the original by it goes back in time.
 ///
-/// A driver of it repeats: `receive`, `poll_transmit` until `None`, `advance` to the earlier of the next byte and
-/// `poll_timeout`.
+/// The caller's loop: `receive`, `poll_transmit` until `None`, `advance` to the earlier of the next
+/// byte and `poll_timeout`.
 ///
-/// # Promises
+/// # Guarantees
 ///
-/// The same calls give the same bytes, events and poses, bit for bit. `advance(a); advance(b)` is `advance(b)`. A move
-/// costs the same whether it takes a second or an hour. No bytes and no values make it panic, and its memory is bounded:
-/// the queue by its depth, the program in the flash by the profile's capacity, each of at most 64 links by its decoder and
-/// 32 KiB of replies not taken, the log by 256 events. Once its buffers have grown to what is in use it allocates nothing.
+/// * Deterministic: the same calls give the same bytes, events and poses, bit for bit.
+/// * `advance(a); advance(b)` equals `advance(b)`, and a move costs the same work however long it
+///   takes.
+/// * No bytes and no values make it panic.
+/// * Memory is bounded: the queue by its depth, the stored program by the capacity of the profile,
+///   each of at most 64 links by its decoder and 32 KiB of pending replies, the log by 256 events.
+///   In steady state nothing is allocated.
 #[derive(Clone)]
 pub struct Controller {
     links: Links,
@@ -63,21 +68,22 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// Switches on an arm with this firmware in an empty world.
+    /// Powers up an arm with this firmware in an empty world.
     #[must_use]
     pub fn new(profile: Profile) -> Self {
         Self::in_world(profile, World::default())
     }
 
-    /// Switches on an arm with this firmware in this world. A scenario may say where its base really stands, that it has
-    /// been homed, or which tool is on it.
+    /// Powers up an arm with this firmware in this world.
+    ///
+    /// The scenario of the world may set the true angle of the base, a homed arm, or the tool.
     #[must_use]
     pub fn in_world(profile: Profile, world: World) -> Self {
         let flash = Flash::new(&profile);
         Self::with_flash(profile, world, flash)
     }
 
-    /// Switches on an arm whose flash keeps what an arm kept before: power comes back.
+    /// Powers up an arm with the flash of an earlier one, as after a power cycle.
     #[must_use]
     pub fn with_flash(profile: Profile, world: World, flash: Flash) -> Self {
         Self {
@@ -86,8 +92,9 @@ impl Controller {
         }
     }
 
-    /// The same arm, but with another tool chosen before it was switched on; it keeps that through a reset. The profile and
-    /// a scenario say which one otherwise.
+    /// Returns the arm with another tool bias at power-up, kept through a reset.
+    ///
+    /// This bias overrides that of the profile and of the scenario.
     ///
     /// ```
     /// use magician_motion::ToolBias;
@@ -103,8 +110,10 @@ impl Controller {
         self
     }
 
-    /// Tells the arm apart from those at other places: its serial number follows from the place, unless its profile, its flash or
-    /// a host has given it one of its own. `number` is the arm's among [several](crate::Identity::numbered), if it is one of several.
+    /// Derives the serial number from `place`, so that arms at different places can be told apart.
+    ///
+    /// A serial number set by the profile, the flash or a host takes precedence. `number` is the
+    /// arm's position among [several](crate::Identity::numbered).
     ///
     /// ```
     /// use magician_sim::Controller;
@@ -121,24 +130,27 @@ impl Controller {
         self.identify_as(serial_at(place), number);
     }
 
-    /// Gives the arm this serial number under the rule of [`identify_at`](Self::identify_at).
+    /// Sets the serial number under the same rule as [`identify_at`](Self::identify_at).
     pub fn identify_as(&mut self, serial: String, number: Option<u32>) {
         let usual = Identity::default();
         let usual = number.map_or(usual.clone(), |number| usual.numbered(number));
+        // Any other value was set on purpose, by a profile, a flash or a host.
         if self.serial() == usual.serial {
             self.device.had_serial(serial);
         }
     }
 
-    /// Its serial number.
+    /// Serial number of the arm.
     #[must_use]
     pub fn serial(&self) -> String {
         self.flash().serial.device_sn.to_string()
     }
 
-    /// The same arm, but switched on while it really stood there, deg: J1 reads what it reads at power-up wherever the
-    /// base stands, J2 and J3 read what their sensors say, J4 what it is. Angles beyond the limits count as the limit,
-    /// and what is not a number as what the profile says. Not homed.
+    /// Returns the arm as if it had been powered up with these true joint angles, deg; not homed.
+    ///
+    /// J1 still reads its value of power-up, because its sensor is incremental. J2 and J3 read
+    /// their absolute sensors, and J4 its own angle (model section 11). Angles beyond a limit are
+    /// clamped to it, and NaN keeps the value of the profile.
     ///
     /// ```
     /// use magician_sim::Controller;
@@ -160,19 +172,19 @@ impl Controller {
         self.device.now
     }
 
-    /// The numbers by which it plans motions.
+    /// Numbers with which the arm plans motions.
     #[must_use]
     pub fn arm_model(&self) -> &ArmModel {
         &self.device.firmware.model
     }
 
-    /// The world around the arm.
+    /// World around the arm.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.device.world
     }
 
-    /// The world around the arm at the present instant: where its objects are, and what the tool holds.
+    /// View of the world at the present instant: positions of the objects, and what the tool holds.
     #[must_use]
     pub fn look(&self) -> WorldView<'_> {
         let Device {
@@ -181,7 +193,7 @@ impl Controller {
         world.look(*now, &motion.true_pose(*now))
     }
 
-    /// What pen and laser have left by now.
+    /// Traces of pen and laser so far.
     #[must_use]
     pub fn drawing(&self) -> Drawing {
         let Device {
@@ -190,13 +202,14 @@ impl Controller {
         motion.drawing(*now, world)
     }
 
-    /// What the arm keeps without power.
+    /// Contents of the flash, which survive a loss of power.
     #[must_use]
     pub fn flash(&self) -> &Flash {
         self.device.store.flash()
     }
 
-    /// How often the flash has been written since power-up, a reset included: it has changed only if this has.
+    /// Number of writes to the flash since power-up, resets included. The flash is unchanged while
+    /// this number is.
     #[must_use]
     pub fn flash_writes(&self) -> u64 {
         self.device.store.flash_writes()
@@ -213,69 +226,80 @@ impl Controller {
         })
     }
 
-    /// The stepper outputs, 1 and 2.
+    /// Stepper outputs, 1 and 2.
     #[must_use]
     pub fn steppers(&self) -> [StepperState; 2] {
         self.device.io.steppers.states(self.device.now)
     }
 
-    /// The state of the cable, for the code that carries the bytes.
+    /// State of the cable, for the code that carries the bytes.
     #[must_use]
     pub fn line(&self) -> LineState {
         self.device.line
     }
 
-    /// What the answers have rested on since power-up, resets included.
+    /// Assumptions that the answers have relied on since power-up, resets included.
     #[must_use]
     pub fn fidelity(&self) -> &Fidelity {
         self.device.record.fidelity()
     }
 
-    /// Everything about the arm at the present instant.
+    /// Complete state of the arm at the present instant.
     #[must_use]
     pub fn state(&self) -> ControllerState {
         ControllerState::of(&self.device)
     }
 
-    /// The index of the queued command that was finished last.
+    /// Index of the queued command that finished last.
     #[must_use]
     pub fn current_index(&self) -> u64 {
         self.device.queues.hosts().current()
     }
 
-    /// Whether a motion without an end of its own runs: a jog.
+    /// True while a jog runs: a motion without an end of its own.
     #[must_use]
     pub fn jogging(&self) -> bool {
         self.device.motion.is_jogging()
     }
 
-    /// Whether the arm does something that ends by itself, a motion or a WAIT, or waits for an input that the scenario will change. A jog does not end
-    /// by itself, a motor that runs on is no work of the arm's, and what a scenario says happens to an idle arm.
+    /// True while the arm does something that ends by itself: a motion, a WAIT, or a wait for an
+    /// input that the scenario will change.
+    ///
+    /// A jog does not end by itself, a running conveyor motor is not counted, and a scripted event
+    /// happens to an idle arm.
     #[must_use]
     pub fn busy(&self) -> bool {
         self.device.is_busy()
     }
 
-    /// Takes bytes from a link and handles every frame in them, all at the present instant.
+    /// Handles every frame in the bytes of a link, all at the present instant.
     pub fn receive(&mut self, link: LinkId, bytes: &[u8]) {
         let mut input = bytes;
         while self.receive_one(link, &mut input) {}
     }
 
-    /// As [`receive`](Self::receive), but returns `true` as soon as one request has been handled; `false` when all of
-    /// `input` has been taken and no whole frame is left. Bytes taken from `input` may hold further requests: call
-    /// again, even with an empty `input`, until it returns `false`.
+    /// Like [`receive`](Self::receive), but returns `true` after each handled request.
+    ///
+    /// Returns `false` when all of `input` has been consumed and no complete frame is left. The
+    /// decoder may still hold requests after `input` is empty: call again until it returns `false`.
     pub fn receive_one(&mut self, link: LinkId, input: &mut &[u8]) -> bool {
         let Self { links, device } = self;
+        // Without bytes only a known link can have anything left to handle. An unknown one must not
+        // be admitted, because that could evict another.
         let heard = match input {
             [] => links.known(link),
             _ => Some(links.heard(link)),
         };
+        // An unknown link without bytes: nothing can be pending.
         let Some(peer) = heard else { return false };
         let Link { deframer, outbox } = peer;
+        // Noise and rejected candidates are skipped, so one call may consume several of them.
         while let Some(found) = deframer.next(input) {
             match found {
                 Found::Frame { frame, .. } => {
+                    // A peer that does not read its replies loses requests instead of growing
+                    // memory. Handling a request without a reply would break hosts 1, one answer
+                    // each.
                     if !outbox.has_room() {
                         device.record.event(Event::Overrun { link });
                     } else if let Some(reply) = device.answer(link, &frame) {
@@ -283,6 +307,7 @@ impl Controller {
                     }
                     return true;
                 }
+                // Neither answered nor acted on, as a real arm does (E10).
                 Found::Rejected { .. } => {
                     device.record.event(Event::BadFrame { link });
                     device.record.assume(Assumption::DamagedFrame);
@@ -293,8 +318,11 @@ impl Controller {
         false
     }
 
-    /// The line has been silent for the inter-byte timeout: a frame that has begun there will not be completed. Frames
-    /// that this uncovers are handled at the present instant. The caller's clock decides, the arm's has no part in it.
+    /// Reports that a link has been silent for the inter-byte timeout: a partial frame will not be
+    /// completed.
+    ///
+    /// Frames found inside the abandoned bytes are handled at the present instant. The caller
+    /// measures the timeout on its own clock.
     pub fn expire(&mut self, link: LinkId) {
         if let Some(peer) = self.links.known(link) {
             peer.deframer.expire();
@@ -302,37 +330,38 @@ impl Controller {
         }
     }
 
-    /// The peer is gone: forgets its half-received frame and the replies it has not taken.
+    /// Drops a peer, with its partial frame and its pending replies.
     pub fn close(&mut self, link: LinkId) {
         self.links.close(link);
     }
 
-    /// The same arm, with no peer on any link: as if all had [closed](Self::close).
+    /// Returns the arm with all links [closed](Self::close).
     #[must_use]
     pub fn without_peers(mut self) -> Self {
         self.links.clear();
         self
     }
 
-    /// Lets the arm's time pass up to `to`; an instant that has passed changes nothing.
+    /// Advances the arm's clock to `to`. An instant in the past changes nothing.
     pub fn advance(&mut self, to: ArmInstant) {
         self.device.advance(to);
         self.forget_links();
     }
 
-    /// The instant of the arm's clock at which something next happens by itself: the end of a motion, of a wait.
-    /// `None` when nothing is scheduled.
+    /// Next instant of the arm's clock at which something happens by itself, such as the end of a
+    /// motion or a wait. `None` if nothing is scheduled.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<ArmInstant> {
         self.device.next_event()
     }
 
-    /// The next reply to a link, oldest first.
+    /// Returns the next reply to a link, oldest first.
     pub fn poll_transmit(&mut self, link: LinkId) -> Option<FrameBuf> {
         self.links.known(link)?.outbox.pop()
     }
 
-    /// Takes bytes as [`receive`](Self::receive) does, and returns every reply that then waits for the link, oldest first.
+    /// Handles bytes like [`receive`](Self::receive) and returns all pending replies of the link,
+    /// oldest first.
     ///
     /// ```
     /// use magician_sim::{Controller, LinkId, Profile};
@@ -346,38 +375,44 @@ impl Controller {
         std::iter::from_fn(|| self.poll_transmit(link)).collect()
     }
 
-    /// The next event, oldest first. At most 256 are kept; [`ControllerState::events_lost`] counts those that were not read in
-    /// time.
+    /// Returns the next event, oldest first.
+    ///
+    /// The log holds 256 events; [`ControllerState::events_lost`] counts the events dropped unread.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.device.record.poll_event()
     }
 
-    /// The events that wait to be polled, oldest first, each with its number, counted from 0 at power-up. Looking at
-    /// them does not take them.
+    /// Pending events, oldest first, each with its number since power-up, from 0. They stay
+    /// pending.
     pub fn events(&self) -> impl Iterator<Item = (u64, Event)> {
         self.device.record.log().waiting()
     }
 
-    /// Lets something happen to the arm now: a key is pressed, a joint slips, the cable is pulled.
+    /// Applies an external event now: a key press, a slipping joint, a pulled cable.
     pub fn inject(&mut self, event: ExternalEvent) {
         self.device.apply_external(event);
         self.device.run_until_idle();
         self.forget_links();
     }
 
-    /// Presses the base key: short, it runs the program in the flash or stops it; long, it homes the arm.
+    /// Presses the base key. A short press runs or stops the stored program, a long one homes the
+    /// arm.
     pub fn press(&mut self, press: Press) {
+        // Keys, hands and faults share one entry, so a script and a caller cause the same.
         self.inject(ExternalEvent::Key(press));
     }
 
-    /// Presses or releases the unlock key on the forearm. While it is held the motors are released: what moves ends,
-    /// the queue waits, immediate motions are refused, and [`guide`](Self::guide) moves the arm.
+    /// Presses or releases the unlock key on the forearm.
+    ///
+    /// While it is held the motors are released: the running motion ends, the queue waits,
+    /// immediate motions are refused, and [`guide`](Self::guide) moves the arm.
     pub fn unlock(&mut self, held: bool) {
         self.inject(ExternalEvent::Unlock(held));
     }
 
-    /// Moves the arm by hand to where its joints really are to stand, deg, as far as the limits let it; what is not a
-    /// number stays. Without the unlock key the motors hold it where it is.
+    /// Moves the arm by hand to these true joint angles, deg, clamped to the limits.
+    ///
+    /// NaN leaves a joint where it is. Without the unlock key the motors hold the arm.
     ///
     /// ```
     /// let mut arm = magician_sim::Controller::default();
@@ -390,8 +425,10 @@ impl Controller {
         self.inject(ExternalEvent::Guide(joints));
     }
 
-    /// Puts an object of the world somewhere, by hand: the middle of its underside at x, y, z, mm. It falls onto what is below,
-    /// and what stands on it comes along. `false` if there is no object of that name, or the place is no place.
+    /// Moves an object of the world by hand: the middle of its underside to x, y, z, mm.
+    ///
+    /// The object falls onto whatever is below, and takes along what stands on it. Returns `false`
+    /// if there is no object of that name, or if a coordinate is not finite.
     ///
     /// ```
     /// use magician_sim::{Controller, Profile, Scenario, World};
@@ -412,7 +449,7 @@ impl Controller {
         placed
     }
 
-    /// Lays a new sheet of paper: what pen and laser have left so far is gone.
+    /// Replaces the sheet of paper: all traces of pen and laser are removed.
     ///
     /// ```
     /// use magician_sim::Controller;
@@ -425,35 +462,40 @@ impl Controller {
         self.device.clear_drawing();
     }
 
-    /// The arm after its power was switched off and on again, in another world: what its flash keeps is all it knows.
+    /// Returns the arm after a power cycle in another world. Only the contents of its flash
+    /// survive.
     #[must_use]
     pub fn switched_on_in(&self, world: World) -> Self {
         let profile = self.device.firmware.profile.clone();
         Self::with_flash(profile, world, self.flash().clone())
     }
 
-    /// Drives an input, address 1 to 20, high or low from now on; a TRIG that waits for it sees it at once. `false` if
-    /// there is no such address.
+    /// Sets an input, address 1 to 20, high or low. A TRIG that waits for it sees it at once.
+    ///
+    /// Returns `false` if there is no such address.
     pub fn set_input(&mut self, address: u8, level: bool) -> bool {
+        // Run at once: a TRIG that is met must not wait for the next byte or deadline.
         let set = self.device.world.set_input(address, level);
         self.device.run_until_idle();
         set
     }
 
-    /// Puts a voltage on an input, address 1 to 20: 0 to 4095 for 0 to 3.3 V, more counts as 4095. As
-    /// [`set_input`](Self::set_input) otherwise.
+    /// Applies a voltage to an input, address 1 to 20: 0 to 4095 for 0 to 3.3 V, clamped.
+    ///
+    /// Otherwise like [`set_input`](Self::set_input).
     pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
         let set = self.device.world.set_analog(address, value);
         self.device.run_until_idle();
         set
     }
 
-    /// As [`advance`](Self::advance), by way of every instant that the observer is to see.
+    /// Like [`advance`](Self::advance), stopping at every instant that the observer asks for.
     pub fn advance_observed(&mut self, to: ArmInstant, observer: &mut impl Observer) {
+        // An unlimited budget: this call has no other peers to serve meanwhile.
         while !observer::advance(self, observer, to, &mut SampleBudget::new(u32::MAX)) {}
     }
 
-    /// After a reset no reply is due.
+    /// Drops pending replies after a reset: a restarted controller has forgotten its requests.
     fn forget_links(&mut self) {
         if self.device.take_restarted() {
             self.links.clear();

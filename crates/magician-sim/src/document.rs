@@ -1,37 +1,40 @@
-//! Text that people write: taken with bounds, and saying where it is wrong.
+//! Text files written by users: bounded in size, with the position of an error.
 
-/// The largest text that is taken, bytes: a program for the flash of 65536 commands has 7 MB.
+/// Largest accepted text, bytes. A stored program of 65,536 commands takes 7 MB; twice that is room
+/// enough, and a device that never ends (`/dev/zero`) is refused early.
 pub const MOST_BYTES: usize = 16 << 20;
 
-/// Why bytes cannot be taken as text.
+/// Reason why bytes are not accepted as text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DocumentError {
-    /// It is a device that does not end, or something else than text.
+    /// Larger than [`MOST_BYTES`]: a device that does not end, or not a text file.
     #[error("it is larger than 16 MB: is it the right file?")]
     TooLarge,
-    /// It is not UTF-8.
+    /// Not UTF-8.
     #[error(
         "line {line}, column {column}: this is not UTF-8: save it as UTF-8, unless it is not a \
             text file"
     )]
     NotUtf8 {
-        /// The line, from 1.
+        /// Line, from 1.
         line: usize,
-        /// The column in characters, from 1.
+        /// Column in characters, from 1.
         column: usize,
     },
 }
 
-/// The text of a scenario, a profile or a flash, from the bytes of its file. A file that may not end need not be
-/// read further than one byte above [`MOST_BYTES`].
+/// Converts the bytes of a scenario, a profile or a flash file to text.
+///
+/// A caller with an endless source may stop reading one byte after [`MOST_BYTES`].
 ///
 /// # Errors
-/// [`DocumentError`], whose message goes on after the file's name.
+/// [`DocumentError`]; its message is written to follow the file's name.
 pub fn text(bytes: Vec<u8>) -> Result<String, DocumentError> {
     if bytes.len() > MOST_BYTES {
         return Err(DocumentError::TooLarge);
     }
+    // The error of this conversion gives the position of the first bad byte.
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let bytes = error.into_bytes();
@@ -41,7 +44,7 @@ pub fn text(bytes: Vec<u8>) -> Result<String, DocumentError> {
     })
 }
 
-/// Line and column, from 1, of what is so many bytes into a text.
+/// Line and column, from 1, of a byte offset in a text.
 pub(crate) fn place(text: &str, offset: usize) -> (usize, usize) {
     let before = text.char_indices().take_while(|(at, _)| *at < offset);
     before.fold((1, 1), |(line, column), (_, char)| match char {
@@ -50,7 +53,7 @@ pub(crate) fn place(text: &str, offset: usize) -> (usize, usize) {
     })
 }
 
-/// Where TOML is wrong, and why, in words for its author.
+/// Position and message of a TOML error, in words for the author of the file.
 pub(crate) fn locate(text: &str, error: &toml::de::Error) -> (usize, usize, String) {
     let offset = error.span().map_or(0, |span| span.start);
     let (line, column) = place(text, offset);
@@ -62,17 +65,19 @@ pub(crate) fn locate(text: &str, error: &toml::de::Error) -> (usize, usize, Stri
     (line, column, message)
 }
 
-/// The name of the value that begins so many bytes into a text.
+/// Key of the value that starts at a byte offset. `None` if the value is not at the start of its
+/// entry.
 fn key(text: &str, offset: usize) -> Option<&str> {
     let line = text.get(..offset)?.rsplit('\n').next()?;
     let (before, between) = line.rsplit_once('=')?;
     let named = |char: char| char.is_ascii_alphanumeric() || char == '_';
     let key = before.trim_end().rsplit(|char| !named(char)).next()?;
+    // Only the first value after `=`: a later one in a list or table has another key, or none.
     let begins = between.trim_start_matches([' ', '\t', '[', '{']).is_empty();
     (begins && !key.is_empty()).then_some(key)
 }
 
-/// The parser speaks of its own types, and some of its messages have a second line.
+/// Translates the parser's message: it names Rust types, and may have a second line.
 fn in_words(message: &str) -> String {
     const WORDS: [(&str, &str); 8] = [
         ("type: map", "type: table"),

@@ -1,4 +1,4 @@
-//! Events of the controller: a bounded log.
+//! The controller's event log, bounded in size.
 
 use std::collections::VecDeque;
 
@@ -10,187 +10,190 @@ use crate::world::{Press, WorldEvent};
 
 mod words;
 
-/// Something that happened inside the controller. None of it goes over the wire.
+/// An event inside the controller. None of them is visible in the protocol.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Event {
-    /// A queued command was taken and given this index.
+    /// A queued command was accepted and given this index.
     Accepted {
-        /// Its index in the queue's numbering.
+        /// Index in the queue's numbering.
         index: u64,
-        /// Its id.
+        /// Command id.
         id: u8,
     },
-    /// A queued command came to its turn.
+    /// A queued command started.
     Started {
-        /// Its index.
+        /// Index in the queue's numbering.
         index: u64,
-        /// Its id.
+        /// Command id.
         id: u8,
     },
-    /// A queued command has ended: carried out, refused, cut short or replaced.
+    /// A queued command finished: carried out, refused, cut short or replaced.
     Finished {
-        /// Its index.
+        /// Index in the queue's numbering.
         index: u64,
-        /// Its id.
+        /// Command id.
         id: u8,
     },
-    /// Commands that waited were dropped from the queue.
+    /// Waiting commands were dropped from the queue.
     Dropped {
-        /// How many.
+        /// Number of commands.
         count: usize,
     },
-    /// A queued command came when the queue was full; nothing was stored.
+    /// A queued command arrived while the queue was full; it was not stored.
     QueueFull {
-        /// Its id.
+        /// Command id.
         id: u8,
     },
-    /// A queued command was stored as a line of the program and given this index, at which nothing will run.
+    /// A queued command was stored as a line of a program. Nothing will run at its index.
     Stored {
-        /// Its index in the queue's numbering.
+        /// Index in the queue's numbering.
         index: u64,
-        /// Its id.
+        /// Command id.
         id: u8,
     },
-    /// A program has been stored in the flash.
+    /// A program was stored in the flash.
     Downloaded {
-        /// Its commands.
+        /// Number of stored commands.
         stored: u32,
-        /// How many it was said to have.
+        /// Number of commands announced by the host.
         announced: u32,
     },
-    /// The program in the flash begins or ends.
+    /// The stored program started or ended.
     Program {
-        /// Whether it runs from now on.
+        /// True if it started.
         runs: bool,
     },
-    /// What the arm does rests on this from now on; told once.
+    /// An answer or an action relied on this assumption for the first time.
     Assumes {
-        /// What.
+        /// The assumption.
         assumption: Assumption,
     },
-    /// A command was understood and not carried out.
+    /// A command was understood but not carried out.
     Refused {
-        /// Its id.
+        /// Command id.
         id: u8,
-        /// Why.
+        /// Reason of the refusal.
         reason: Refusal,
     },
-    /// An alarm was raised that did not stand before.
+    /// An alarm was raised that was not standing before.
     AlarmRaised {
-        /// Its code.
+        /// Alarm code.
         code: u8,
     },
-    /// A pose was out of reach for an arm whose tool bias is 0: it may be in reach of the tool that is really on it.
+    /// A pose was out of reach with a tool bias of 0; with the tool actually mounted it may be in
+    /// reach.
     ToolUnknown {
-        /// The alarm.
+        /// Code of the alarm raised.
         code: u8,
     },
-    /// The home point is out of reach: homing ends at the joints at which it ends when none is set.
+    /// The home point is out of reach: homing ends at the default joints (model section 15a).
     HomeOutOfReach,
     /// An alarm no longer stands.
     AlarmCleared {
-        /// Its code.
+        /// Alarm code.
         code: u8,
     },
-    /// Something has happened in the world: the tool has taken an object, or touches the table.
+    /// An event in the world, such as the tool picking an object or touching the table.
     World(WorldEvent),
-    /// A joint has slipped: it stands elsewhere than commanded.
+    /// A joint slipped: its true angle now differs from the commanded one.
     Slipped {
-        /// J1 to J4 as 1 to 4.
+        /// Joint, 1 to 4 for J1 to J4.
         joint: u8,
-        /// By how much, deg.
+        /// Angle of the slip, deg.
         degrees: f64,
     },
-    /// The controller has reset: what was queued and set is gone.
+    /// The controller was reset: queue and settings are lost.
     Reset,
-    /// The cable was pulled, or plugged in again.
+    /// The cable was pulled or plugged in again.
     Cable {
-        /// Whether it is in.
+        /// True if it is plugged in.
         plugged: bool,
     },
     /// The base key was pressed.
     Key {
-        /// How.
+        /// Short or long press.
         press: Press,
     },
     /// The unlock key on the forearm was pressed or released.
     Unlocked {
-        /// Whether it is held.
+        /// True while the key is held.
         held: bool,
     },
-    /// A command was accepted, stored and answered, but this simulation does not act on it, or only in part. Told once
-    /// a row and power-up: a drawing is a hundred thousand of them. [`ControllerState::not_simulated`](crate::ControllerState::not_simulated)
-    /// counts them all.
+    /// A command was accepted, stored and answered, but is not simulated, or only in part.
+    ///
+    /// Reported once for each row and power-up, because a drawing may contain a hundred thousand of
+    /// them. [`ControllerState::not_simulated`](crate::ControllerState::not_simulated) counts all.
     NotSimulated {
-        /// The command's row.
+        /// Row of the command.
         row: &'static Row,
     },
-    /// Bytes that looked like a frame were damaged; they had no effect and no answer.
+    /// A damaged frame was ignored and not answered.
     BadFrame {
-        /// Where they came from.
+        /// Link of the frame.
         link: LinkId,
     },
-    /// A frame with an id that the Magician does not have; it had no answer.
+    /// A frame had an id that a Magician does not know; it was not answered.
     UnknownId {
-        /// Where it came from.
+        /// Link of the frame.
         link: LinkId,
-        /// The id.
+        /// The unknown id.
         id: u8,
     },
-    /// A request was dropped because its peer has not taken the replies that wait for it.
+    /// A request was dropped because its peer does not read its pending replies.
     Overrun {
-        /// The peer's link.
+        /// Link of the peer.
         link: LinkId,
     },
 }
 
-/// Why a command was not carried out.
+/// Reason why a command was not carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// Its parameter count fits no accepted form (errata E11).
+    /// The parameter count matches no accepted form (errata E11).
     Parameters,
-    /// Its motion cannot be planned; an alarm says why.
+    /// The motion cannot be planned; an alarm gives the reason.
     Unplannable,
-    /// Its point-to-point mode has no meaning (model section 15a).
+    /// The point-to-point mode is undefined (model section 15a).
     UnknownMode,
-    /// A pin, motor or connector that there is not, or a function that the pin does not have.
+    /// The pin, motor or connector does not exist, or the pin lacks the function.
     Pin,
-    /// It waits for an input that there is not, or compares it in a way that has no meaning.
+    /// The input does not exist, or the comparison is undefined.
     Trigger,
-    /// It moves the arm while a hand does, or stores a program while one runs.
+    /// A motion while the unlock key is held, or a program download while a program runs.
     Busy,
-    /// It sets the pose while the arm moves, or to angles that make no sense.
+    /// A pose set during a motion, or to impossible angles.
     Pose,
-    /// What the real arm would do is not known, and the profile is strict.
+    /// The behaviour of a real arm is unknown, and the profile is strict.
     OnlyAChoice(Assumption),
 }
 
-/// The latest events; when it is full the oldest goes and is counted.
+/// The latest events. When full, the oldest is dropped and counted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Log {
     events: VecDeque<Event>,
-    /// How many there have been.
+    /// Number of events since power-up.
     pushed: u64,
     lost: u64,
     not_simulated: NotSimulated,
 }
 
-/// The commands that this simulation did not act on.
+/// Counts the commands that are not simulated.
 #[derive(Clone, Debug, Default)]
 struct NotSimulated {
     count: u64,
-    /// A bit for each id that has been told.
+    /// One bit for each id that has been reported.
     told: [u64; 4],
 }
 
 impl NotSimulated {
-    /// Counts one; whether it is the first of its id.
+    /// Counts one command and returns true for the first of its id.
     fn count(&mut self, id: u8) -> bool {
         self.count = self.count.saturating_add(1);
         let bit = 1 << (id % 64);
         let Some(told) = self.told.get_mut(usize::from(id / 64)) else {
+            // Unreachable: the array has a bit for each of 256 ids.
             return true;
         };
         let new = *told & bit == 0;
@@ -200,9 +203,11 @@ impl NotSimulated {
 }
 
 impl Log {
+    // A choice: room for the events of many requests, and a bound for callers that never poll.
     const CAPACITY: usize = 256;
 
     pub(crate) fn push(&mut self, event: Event) {
+        // The newest events explain the present state, so the oldest go first.
         if self.events.len() >= Self::CAPACITY {
             self.events.pop_front();
             self.lost = self.lost.saturating_add(1);
@@ -211,7 +216,7 @@ impl Log {
         self.pushed += 1;
     }
 
-    /// Counts a command that this simulation does not act on, and tells it if its row is new.
+    /// Counts a command that is not simulated, and logs it if its row is new.
     pub(crate) fn not_simulated(&mut self, row: &'static Row) {
         if self.not_simulated.count(row.id) {
             self.push(Event::NotSimulated { row });
@@ -230,7 +235,7 @@ impl Log {
         self.lost
     }
 
-    /// The events that wait, oldest first, each with its number since power-up.
+    /// Pending events, oldest first, each with its number since power-up.
     pub(crate) fn waiting(&self) -> impl Iterator<Item = (u64, Event)> {
         let first = self.pushed - self.events.len() as u64;
         (first..).zip(self.events.iter().copied())

@@ -1,11 +1,14 @@
-//! A virtual Dobot Magician controller: bytes in, bytes out, time passes when you say so.
+//! A virtual Dobot Magician controller: bytes in, bytes out, and time that the caller advances.
 //!
-//! [`Controller`] is the whole arm behind its connectors. It answers byte for byte as the real one does, keeps its
-//! queue, its alarms and its motion, and has neither a clock nor any input or output of its own. What it knows at
-//! power-up, and every choice where nothing is documented, stands in a [`Profile`]; what lies outside the arm is a
-//! [`World`].
+//! [`Controller`] is the whole arm behind its connectors. It answers byte for byte as the real one
+//! does, and keeps its queue, its alarms and its motion. It has no clock, no thread and no I/O: the
+//! caller hands it bytes and instants. [`Runner`] puts it on a wall clock with a baud rate.
 //!
-//! What is cited as an erratum (E37) is in `docs/ERRATA.md` of the repository, a model section in `docs/MODEL.md`.
+//! A [`Profile`] holds the firmware: all values at power-up, and every choice where nothing is
+//! documented. A [`World`] holds everything outside of the arm: table, objects, belt, script.
+//! [`fidelity`] reports which assumptions an arm's answers have relied on.
+//!
+//! Errata (E37) are in `docs/ERRATA.md` of the repository, model sections in `docs/MODEL.md`.
 //!
 //! ```
 //! use magician_sim::{Controller, LinkId, Profile};
@@ -13,7 +16,7 @@
 //! let mut arm = Controller::new(Profile::default());
 //! let usb = LinkId(0);
 //!
-//! // Put the rail out of use: the exchange that a real arm was seen to make.
+//! // Disable the rail: an exchange captured from a real arm.
 //! let replies = arm.exchange(usb, &[0xAA, 0xAA, 0x04, 0x03, 0x01, 0x01, 0x00, 0xFB]);
 //! assert_eq!(replies[0].bytes(), [0xAA, 0xAA, 0x02, 0x03, 0x01, 0xFC]);
 //! ```
@@ -56,10 +59,10 @@ pub use scenario::{Scenario, ScenarioError};
 pub use state::{ControllerState, QueueState};
 pub use world::{ExternalEvent, World};
 
-/// Microseconds of the arm's clock since something began: what trajectories are sampled by.
+/// Microseconds of the arm's clock since the start of a motion: the time axis of trajectories.
 pub(crate) type Micros = u64;
 
-/// Compiles the README's program with the tests.
+/// Compiles the program in the README as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

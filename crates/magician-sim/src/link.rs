@@ -1,22 +1,22 @@
-//! The peers of the controller, a decoder and the replies that wait each, and the cable between.
+//! Peers of the controller, each with a decoder and pending replies, and the state of the cable.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use magician_protocol::{Deframer, Frame, FrameBuf, MAX_FRAME};
 
-/// Names a peer: a pseudo-terminal, the sender of datagrams, a connection.
+/// Identifies a peer: a pseudo-terminal, a sender of datagrams, or a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub u32);
 
-/// The cable between the arm and its host, for the code that carries the bytes.
+/// The cable between arm and host, as seen by the code that carries the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineState {
-    /// Whether it is plugged in.
+    /// True if it is plugged in.
     pub plugged: bool,
-    /// How often it has been pulled.
+    /// Number of times that it was pulled.
     pub pulls: u64,
-    /// How much longer than usual answers take.
+    /// Additional delay of answers.
     pub delay: Duration,
 }
 
@@ -30,24 +30,26 @@ impl Default for LineState {
     }
 }
 
-/// One peer.
+/// Decoder and pending replies of one peer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Link {
     pub(crate) deframer: Deframer,
     pub(crate) outbox: Outbox,
 }
 
-/// Replies of one peer that wait to be taken, oldest first, as bytes.
+/// Pending replies of one peer, oldest first, as bytes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outbox {
     bytes: VecDeque<u8>,
 }
 
 impl Outbox {
-    /// Most bytes that wait: the answers to 5000 bytes of the costliest request, GetPose.
+    /// Most pending bytes: the answers to 5000 bytes of the costliest request, GetPose. That is
+    /// more than the 4096 bytes that a serial driver buffers, so no host on a serial line can
+    /// overrun it.
     const CAPACITY: usize = 32 * 1024;
 
-    /// Whether the longest reply still fits.
+    /// True if the longest reply still fits.
     pub(crate) fn has_room(&self) -> bool {
         self.bytes.len() + MAX_FRAME <= Self::CAPACITY
     }
@@ -57,8 +59,10 @@ impl Outbox {
     }
 
     pub(crate) fn pop(&mut self) -> Option<FrameBuf> {
+        // Len counts id, Ctrl and parameters; header, Len and checksum add 4 bytes (E01).
         let length = usize::from(*self.bytes.get(2)?) + 4;
         let mut whole = [0; MAX_FRAME];
+        // A reply may wrap around the end of the ring buffer.
         let (front, back) = self.bytes.as_slices();
         let (head, tail) = whole
             .get_mut(..length)?
@@ -70,11 +74,11 @@ impl Outbox {
     }
 }
 
-/// The peers that have been heard.
+/// Known peers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Links {
     links: Vec<Known>,
-    /// Counts what was heard; a peer's count says how long ago it spoke.
+    /// Counter of received chunks; the value stored with a peer is that of its last chunk.
     clock: u64,
 }
 
@@ -86,11 +90,11 @@ struct Known {
 }
 
 impl Links {
-    /// Most peers at a time. One more pushes out the one that has been silent longest: senders of
-    /// datagrams come and go without a word.
+    /// Most peers at a time. A further peer evicts the one that has been silent longest, because
+    /// senders of datagrams never say goodbye.
     const CAPACITY: usize = 64;
 
-    /// The peer of this name, as the one heard last.
+    /// Returns the peer, admitted if necessary, and marks it as heard last.
     pub(crate) fn heard(&mut self, id: LinkId) -> &mut Link {
         self.clock += 1;
         let at = match self.position(id) {
@@ -109,6 +113,7 @@ impl Links {
 
     pub(crate) fn close(&mut self, id: LinkId) {
         if let Some(at) = self.position(id) {
+            // The order is irrelevant: links are found by their id.
             self.links.swap_remove(at);
         }
     }
@@ -121,7 +126,7 @@ impl Links {
         self.links.iter().position(|known| known.id == id)
     }
 
-    /// Makes room for a new peer; its position.
+    /// Admits a new peer and returns its position.
     fn admit(&mut self, id: LinkId) -> usize {
         if self.links.len() >= Self::CAPACITY {
             let silent = (self.links.iter().enumerate()).min_by_key(|(_, known)| known.heard);

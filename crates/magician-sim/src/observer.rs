@@ -1,4 +1,4 @@
-//! Observers of an arm as its time passes; they change nothing.
+//! Observers that watch an arm while its time passes, and change nothing.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -6,45 +6,45 @@ use magician_protocol::FrameBuf;
 
 use crate::{ArmInstant, Controller, LinkId};
 
-/// An observer of an arm as its time passes.
+/// Watches an arm while its time passes.
 ///
-/// Time may pass in leaps: a second of motion is one call. An observer names the instants that it wants to see, and
-/// the arm stops there on its way, which changes nothing about what it does. It also sees the arm after every event,
-/// at the instant of the event.
+/// Time may pass in leaps: a second of motion is one call. An observer asks for the instants that
+/// it wants to see, and the arm stops there on its way, which does not change its behaviour. The
+/// observer also sees the arm after every event, at the instant of the event.
 pub trait Observer {
-    /// The next instant of the arm's clock that is to be seen, later than the one that was seen last. `None`: nothing
-    /// is.
+    /// Next instant of the arm's clock to observe, later than the last one. `None` if there is
+    /// none.
     fn next_sample(&self) -> Option<ArmInstant> {
         None
     }
 
-    /// The arm has come to an instant that was asked for, or something has happened there.
+    /// Called at each requested instant, and after each event.
     fn observe(&mut self, arm: &Controller) {
         let _ = arm;
     }
 
-    /// Bytes of a peer have reached the arm, cut anywhere, at an instant of the arm's clock.
+    /// Called with the bytes of a peer as they reach the arm. The cuts between calls are arbitrary.
     fn request_bytes(&mut self, now: ArmInstant, link: LinkId, bytes: &[u8]) {
         let _ = (now, link, bytes);
     }
 
-    /// A peer's line has been silent for so long that a frame which had begun will not be completed.
+    /// Called when a peer has been silent for the inter-byte timeout: a partial frame is abandoned.
     fn silence(&mut self, now: ArmInstant, link: LinkId) {
         let _ = (now, link);
     }
 
-    /// The arm has answered a peer.
+    /// Called when the arm has answered a peer.
     fn reply(&mut self, now: ArmInstant, link: LinkId, frame: &FrameBuf) {
         let _ = (now, link, frame);
     }
 
-    /// A peer is gone.
+    /// Called when a peer is gone.
     fn closed(&mut self, link: LinkId) {
         let _ = link;
     }
 }
 
-/// The observer, if there is one.
+/// Forwards to the observer, if there is one.
 impl<O: Observer> Observer for Option<O> {
     fn next_sample(&self) -> Option<ArmInstant> {
         self.as_ref()?.next_sample()
@@ -98,7 +98,7 @@ impl<O: Observer + ?Sized> Observer for Box<O> {
     }
 }
 
-/// An observer that is shared with other code.
+/// Forwards to an observer shared with other code.
 impl<O: Observer> Observer for Arc<Mutex<O>> {
     fn next_sample(&self) -> Option<ArmInstant> {
         lock(self).next_sample()
@@ -125,12 +125,12 @@ impl<O: Observer> Observer for Arc<Mutex<O>> {
     }
 }
 
-/// Its state at a panic can still be read.
+/// Locks an observer. Its state after a panic can still be read.
 fn lock<O>(observer: &Mutex<O>) -> MutexGuard<'_, O> {
     observer.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Instants that an observer may be shown before others get a turn.
+/// Number of instants that an observer may see before other peers get a turn.
 pub(crate) struct SampleBudget(u32);
 
 impl SampleBudget {
@@ -138,7 +138,7 @@ impl SampleBudget {
         Self(samples)
     }
 
-    /// Whether there is one more.
+    /// Consumes one instant; false if none is left.
     fn spend(&mut self) -> bool {
         let left = self.0 > 0;
         self.0 = self.0.saturating_sub(1);
@@ -146,8 +146,9 @@ impl SampleBudget {
     }
 }
 
-/// Lets the arm's time pass up to `to` by way of every instant that the observer is to see. Whether it got there, or
-/// budget ran out on the way.
+/// Advances the arm to `to`, stopping at every instant that the observer asks for.
+///
+/// Returns false if the budget ran out before.
 pub(crate) fn advance<O: Observer>(
     arm: &mut Controller,
     observer: &mut O,
@@ -156,6 +157,7 @@ pub(crate) fn advance<O: Observer>(
 ) -> bool {
     while let Some(look) = observer.next_sample() {
         let event = arm.poll_timeout().unwrap_or(ArmInstant::MAX);
+        // Never backwards: the requested instant may have passed, and an event may be overdue.
         let at = look.min(event).max(arm.now());
         if at > to {
             break;

@@ -1,4 +1,10 @@
-//! How long bytes take on a serial line, and how the arm's clock follows the wall clock.
+//! Timing: bytes on a serial line, and the arm's clock against the wall clock.
+//!
+//! A line is modelled by its baud rate alone; [`Wire`] computes when each byte has passed, without
+//! rounding drift. The arm's clock is a straight line of the wall clock ([`ArmClock`]), scaled by a
+//! [`Speed`]. At full speed ([`Speed::Max`]) it is not: then the clock jumps from event to event
+//! while the arm is busy, and runs at wall speed while it is idle, so that scripts and belts wait
+//! for the host.
 
 use std::fmt;
 use std::num::NonZeroU32;
@@ -11,28 +17,32 @@ use crate::{ArmInstant, Controller, HostInstant, Micros, Observer};
 /// Bits on the line for one byte at 8N1: start, eight data bits, stop (document 1.1).
 const BITS_PER_BYTE: u64 = 10;
 const MICROS_PER_SECOND: u64 = 1_000_000;
-/// Events, or instants shown to an observer, that one jump runs through before the caller gets a word in.
+/// Most events, or observed instants, of one jump. A choice: it bounds how long the caller has to
+/// wait while keeping its overhead negligible.
 const JUMP_EVENTS: u32 = 100_000;
-/// Wall time between two wake-ups for nothing but an observer.
+/// Shortest wall time between two wake-ups for the observer alone. A choice: 100 wake-ups a second
+/// are smooth enough for a display and cheap.
 const LOOK_APART: Duration = Duration::from_millis(10);
-/// What takes longer has no end to jump to: 100 days, twice the longest WAIT. Speeds next to zero make motions that
-/// outlast the clock.
+/// Span from which on an event has no end to jump to: 100 days, twice the longest WAIT (2^32 ms).
+/// At speeds close to zero a motion outlasts any clock; jumping to its end would leave the clock at
+/// its maximum.
 const ENDLESS: Duration = Duration::from_secs(100 * 24 * 3600);
 
-/// How fast the arm's clock runs against the wall clock.
+/// Speed of the arm's clock relative to the wall clock.
 ///
-/// Only the arm's clock is scaled. Baud pacing, turnaround and the inter-byte timeout are the
-/// line's and stay in wall time.
+/// Only the arm's clock is scaled. Baud rate, turnaround and the inter-byte timeout belong to the
+/// line and stay in wall time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
-    /// Motion, WAIT and homing take no wall time: after every request the arm's clock jumps from
-    /// event to event until the arm is no longer [busy](Controller::busy), so a queued command has
-    /// finished before the next request is read. While the arm has nothing to do its clock runs at
-    /// wall speed, and so do a jog, a belt, what a scenario does, and a motion of more than 100 days: they wait for the
-    /// host.
+    /// Motion, WAIT and homing take no wall time.
+    ///
+    /// After every request the arm's clock jumps from event to event until the arm is no longer
+    /// [busy](Controller::busy), so a queued command has finished before the next request is read.
+    /// While the arm is idle its clock runs at wall speed. So do a jog, a belt, a script, and a
+    /// motion of more than 100 days: these wait for the host.
     Max,
-    /// Arm seconds per wall second. Zero stops the arm's clock; what is not a number or is
-    /// negative counts as zero.
+    /// Arm seconds per wall second. Zero stops the arm's clock; NaN and negative values count as
+    /// zero.
     Times(f64),
 }
 
@@ -52,7 +62,7 @@ impl fmt::Display for Speed {
     }
 }
 
-/// A word that is neither `max` nor a positive number.
+/// Error: a text is neither `max` nor a positive number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpeedError;
 
@@ -75,25 +85,26 @@ impl FromStr for Speed {
             return Ok(Self::Max);
         }
         let times: f64 = text.parse().map_err(|_| SpeedError)?;
+        // 0 is a valid clock (see `Times`), but as a user's speed it would be an arm that hangs.
         let usable = times.is_finite() && times > 0.0;
         usable.then_some(Self::Times(times)).ok_or(SpeedError)
     }
 }
 
-/// The line between the host and the arm, in wall time.
+/// Timing of the line between host and arm, in wall time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineTiming {
-    /// Bits per second, 8N1, each direction on its own; `None` (or 0): bytes take no time.
+    /// Bits per second, 8N1, for each direction; `None` or 0: bytes take no time.
     pub baud: Option<u32>,
-    /// From the last byte of a request to the first byte of its reply.
+    /// Time from the last byte of a request to the first byte of its reply.
     pub turnaround: Duration,
 }
 
-/// One direction of a line: when the bytes put on it have passed, without rounding drift.
+/// One direction of a line: the times at which bytes have passed, without rounding drift.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wire {
     baud: Option<NonZeroU32>,
-    /// The line is busy until `busy` + `part` / baud microseconds.
+    /// The line is busy until `busy` plus `part` / baud microseconds.
     busy: HostInstant,
     part: u64,
 }
@@ -107,12 +118,13 @@ impl Wire {
         }
     }
 
-    /// Puts `count` bytes on the line at `from` or when it falls free; returns the microsecond by
-    /// which the last has passed.
+    /// Puts `count` bytes on the line at `from`, or as soon as it is free. Returns the microsecond
+    /// by which the last byte has passed.
     pub(crate) fn carry(&mut self, from: HostInstant, count: usize) -> HostInstant {
         let Some(baud) = self.baud else {
             return from;
         };
+        // The line was idle in between, so no fraction of a microsecond carries over.
         if from > self.busy {
             (self.busy, self.part) = (from, 0);
         }
@@ -120,11 +132,12 @@ impl Wire {
         let micros_times_baud = BITS_PER_BYTE * MICROS_PER_SECOND * count as u64 + self.part;
         self.busy = self.busy.after_micros(micros_times_baud / baud);
         self.part = micros_times_baud % baud;
+        // A started microsecond counts, so no byte is ever early.
         self.busy.after_micros(u64::from(self.part > 0))
     }
 }
 
-/// The arm's clock as a function of the wall clock: a straight line through one known instant.
+/// The arm's clock as a linear function of the wall clock, through one known instant.
 #[derive(Clone, Copy, Debug)]
 pub struct ArmClock {
     speed: Speed,
@@ -133,7 +146,7 @@ pub struct ArmClock {
 }
 
 impl ArmClock {
-    /// A clock that shows `arm` when the wall clock, which begins there, shows 0. A speed below 0 stands.
+    /// Creates a clock that shows `arm` at wall time 0. Speeds below 0 count as 0.
     #[must_use]
     pub fn new(speed: Speed, arm: ArmInstant) -> Self {
         let speed = match speed {
@@ -151,7 +164,8 @@ impl ArmClock {
         self.speed
     }
 
-    /// The same clock at another speed from the instant on at which it shows `arm` and the wall clock `wall`.
+    /// Returns the clock at another speed, from the instant where it shows `arm` and the wall clock
+    /// `wall`.
     pub(crate) fn at_speed(self, speed: Speed, arm: ArmInstant, wall: HostInstant) -> Self {
         Self {
             wall,
@@ -159,8 +173,10 @@ impl ArmClock {
         }
     }
 
-    /// Lets the arm's time pass until the wall clock shows `wall`. If that shows the observer more than can be shown in
-    /// one go, the arm's clock stays behind and goes on from there.
+    /// Advances the arm to the wall time `wall`.
+    ///
+    /// If the observer wants more instants than fit into one call, the arm's clock falls behind and
+    /// continues from there.
     pub fn pass<O: Observer>(
         &mut self,
         controller: &mut Controller,
@@ -174,7 +190,7 @@ impl ArmClock {
             }
             return;
         }
-        // Event by event: what ends an unbounded motion is where the jumps begin again.
+        // Event by event, because the end of an unbounded motion may start work that jumps.
         for _ in 0..JUMP_EVENTS {
             let end = self.arm_at(wall);
             match controller.poll_timeout() {
@@ -192,7 +208,7 @@ impl ArmClock {
         self.jump(controller, observer, wall);
     }
 
-    /// At full speed, runs through all that the arm is busy with in no wall time.
+    /// At full speed, runs through everything that keeps the arm busy, in no wall time.
     pub fn jump<O: Observer>(
         &mut self,
         controller: &mut Controller,
@@ -213,29 +229,34 @@ impl ArmClock {
                 None => break,
             }
         }
+        // Re-anchor the clock after a jump: from here on it runs at wall speed again.
         if controller.now() != self.arm_at(wall) {
             (self.wall, self.arm) = (wall, controller.now());
         }
     }
 
-    /// The next event, if it is the end of something that has one.
+    /// Next event, if the arm is busy with something that has an end.
     pub(crate) fn jump_to(controller: &Controller) -> Option<ArmInstant> {
         let event = controller.poll_timeout()?;
+        // The bound is on the next event alone: many short events may take longer in total.
         let endless = event - controller.now() > ENDLESS;
         (!endless && controller.busy()).then_some(event)
     }
 
-    /// When the controller's next event is due by the wall clock, which shows `wall`.
+    /// Wall time of the controller's next event; `wall` is the present.
     pub(crate) fn next(&self, controller: &Controller, wall: HostInstant) -> Option<HostInstant> {
         let event = controller.poll_timeout()?;
+        // At full speed the event takes no wall time: it is due at once.
         if self.speed == Speed::Max && Self::jump_to(controller).is_some() {
             return Some(wall);
         }
         self.wall_at(event)
     }
 
-    /// When an instant of the arm's clock is to be shown to an observer: when it has come by the wall clock, which shows
-    /// `wall`, but not for each of many in a short time.
+    /// Wall time at which to show an instant of the arm's clock to an observer; `wall` is the
+    /// present.
+    ///
+    /// Instants that follow each other quickly share a wake-up.
     pub(crate) fn next_sample(&self, look: ArmInstant, wall: HostInstant) -> Option<HostInstant> {
         Some(self.wall_at(look)?.max(wall + LOOK_APART))
     }
@@ -243,13 +264,15 @@ impl ArmClock {
     fn arm_at(&self, wall: HostInstant) -> ArmInstant {
         let passed = wall.micros_since(self.wall);
         let passed = match self.speed {
+            // A speed of 1 avoids the detour over `f64`, which has no exact microseconds beyond
+            // 2^53.
             Speed::Times(times) if times != 1.0 => (passed as f64 * times) as Micros,
             _ => passed,
         };
         self.arm.after_micros(passed)
     }
 
-    /// The first wall microsecond at which the arm's clock shows `arm` or more.
+    /// First wall microsecond at which the arm's clock shows `arm` or more.
     fn wall_at(&self, arm: ArmInstant) -> Option<HostInstant> {
         let left = arm.micros_since(self.arm);
         let Speed::Times(times) = self.speed else {
@@ -258,9 +281,10 @@ impl ArmClock {
         if times == 0.0 {
             return None;
         }
-        // The division may round either way by a hair; step back, then forward to the first.
+        // The division may round either way: step back two microseconds, then search forward.
         let guess = (left as f64 / times).ceil() as Micros;
         let mut wall = self.wall.after_micros(guess.saturating_sub(2));
+        // Two steps back and two for rounding; a longer search would only hide an error.
         for _ in 0..4 {
             if self.arm_at(wall) >= arm {
                 break;

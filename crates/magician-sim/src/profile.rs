@@ -1,6 +1,8 @@
-//! The firmware profile: what the controller knows at power-up and how it decides where nothing is documented.
+//! The firmware profile: all values at power-up, and every decision where nothing is documented.
 //!
-//! Firmware 3.6.14 is built in. A file is a patch over it: it gives the values that differ.
+//! Firmware 3.6.14 is built in. A profile file is a patch: it gives only the values that differ.
+//! The planning numbers become an [`ArmModel`](magician_motion::ArmModel), which the host's checks
+//! use too; `pattern.txt` rates each value by its source.
 
 use magician_motion::{Ceilings, Homing, Paths, Rail};
 use serde::{Deserialize, Serialize};
@@ -20,92 +22,94 @@ pub use sections::{
     QueueRules, Stopping, Tools, Wifi, WifiDefaults,
 };
 
-/// Longest name that the arm keeps, bytes (model section 15).
+/// Longest name, bytes (model section 15).
 pub(crate) const MAX_NAME: usize = 64;
-/// Longest serial number that the arm keeps, bytes (model section 15).
+/// Longest serial number, bytes (model section 15).
 pub(crate) const MAX_SERIAL: usize = 23;
-/// Longest program that a flash may hold, whatever its profile says.
+/// Longest stored program, in commands, whatever the profile says. A choice: it bounds the memory
+/// of an arm to a few megabytes, and leaves a stored program far longer than any known one.
 pub(crate) const MAX_LINES: usize = 65_536;
-/// EIO addresses run from 1 to this (model section 13).
+/// Number of EIO addresses; they run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
 
-/// Where an EIO address is among the pins, `None` when there is no such pin.
+/// Index of an EIO address in the list of pins; `None` if there is no such pin.
 pub(crate) fn pin_index(address: u8) -> Option<usize> {
     usize::from(address).checked_sub(1).filter(|at| *at < PINS)
 }
 
-/// Why a firmware profile cannot be used.
+/// Reason why a firmware profile is invalid.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProfileError {
-    /// It is not TOML, or has a value that is not known.
+    /// Not valid TOML, or an unknown key.
     #[error("line {line}, column {column}: {message}")]
     Syntax {
-        /// The line, from 1.
+        /// Line, from 1.
         line: usize,
-        /// The column in characters, from 1.
+        /// Column in characters, from 1.
         column: usize,
-        /// What is wrong there.
+        /// Description of the error.
         message: String,
     },
-    /// A value makes no sense.
+    /// A value is out of range.
     #[error("{name} is {value}, it must be {rule}")]
     Value {
-        /// Which value, as in the file: `queue.depth`.
+        /// Key in the file: `queue.depth`.
         name: &'static str,
-        /// What it is.
+        /// Value found.
         value: String,
-        /// What it must be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
 }
 
-/// Everything that makes one firmware differ from another, and every choice that a scenario may want to change.
+/// The differences between firmwares, and every choice that a scenario may want to change.
 ///
-/// [`Profile::default`] is firmware 3.6.14; [`Profile::from_toml`] reads what differs from it. [`Profile::pattern`] is a
-/// whole file, with the source of each value.
+/// [`Profile::default`] is firmware 3.6.14; [`Profile::from_toml`] reads the values that differ.
+/// [`Profile::pattern`] is a complete file with the source of each value.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Profile {
-    /// The identity that the arm reports.
+    /// Identity of the arm.
     pub identity: Identity,
-    /// How it wakes.
+    /// State at power-up.
     pub power_up: PowerUp,
-    /// The command queue.
+    /// Command queue.
     pub queue: QueueRules,
-    /// The joint limits.
+    /// Joint limits.
     pub limits: LimitSets,
-    /// The fastest that a motion is planned.
+    /// Ceilings of speeds and accelerations.
     pub ceilings: Ceilings,
     /// Homing.
     pub home: Homing,
-    /// How motions are computed.
+    /// Law of motion.
     pub motion: MotionRules,
     /// Continuous paths.
     pub path: Paths,
-    /// Stopping.
+    /// Stops.
     pub stop: Stopping,
-    /// The sliding rail.
+    /// Sliding rail.
     pub rail: Rail,
     /// Hand teaching.
     pub teach: HandTeaching,
-    /// Programs in the flash.
+    /// Programs stored in the flash.
     pub offline: Offline,
-    /// The Wi-Fi module.
+    /// Wi-Fi module.
     pub wifi: Wifi,
     /// Suction cup and gripper.
     pub tools: Tools,
-    /// The connectors' pins.
+    /// Pins of the connectors.
     pub io: Pins,
-    /// What to do where only a choice exists.
+    /// Handling of assumptions without a source.
     pub fidelity: FidelityRules,
-    /// What a host reads before it has set anything.
+    /// Settings that a host reads before it has set any.
     pub defaults: Defaults,
 }
 
 impl Profile {
-    /// Firmware 3.6.14 in continuous time, where a jog stops before another axis is jogged: simpler than recordings show
-    /// real arms to be, for what closed forms of time are compared with.
+    /// Firmware 3.6.14 in continuous time, where a jog comes to rest before another axis is jogged.
+    ///
+    /// Simpler than the real arms in recordings; for comparison with closed forms of time.
     #[must_use]
     pub fn continuous() -> Self {
         Self {
@@ -118,7 +122,7 @@ impl Profile {
         }
     }
 
-    /// Names of the built-in profiles, each with what it is.
+    /// Names of the built-in profiles, each with a description.
     pub const NAMED: [(&str, &str); 4] = [
         (
             "3.6.14",
@@ -138,7 +142,7 @@ impl Profile {
         ),
     ];
 
-    /// A built-in profile; `None` for a name that none of them has.
+    /// Returns a built-in profile; `None` if the name is unknown.
     ///
     /// ```
     /// use magician_sim::Profile;
@@ -160,11 +164,12 @@ impl Profile {
             "3.7.0" => version([3, 7, 0]),
             "4.0.3" => version([4, 0, 3]),
             "continuous" => Self::continuous(),
+            // Names come from users: an unknown one is an error for the caller to report.
             _ => return None,
         })
     }
 
-    /// Reads a profile: firmware 3.6.14 but for the values that the text gives.
+    /// Parses a profile: firmware 3.6.14 except for the values in the text.
     ///
     /// ```
     /// use magician_sim::Profile;
@@ -176,7 +181,7 @@ impl Profile {
     /// ```
     ///
     /// # Errors
-    /// [`ProfileError`] for text that is no profile, names that are not known, or values that make no sense.
+    /// [`ProfileError`] for invalid TOML, unknown keys, and values out of range.
     pub fn from_toml(text: &str) -> Result<Self, ProfileError> {
         let syntax = |error: toml::de::Error| {
             let (line, column, message) = crate::document::locate(text, &error);

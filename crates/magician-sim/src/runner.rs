@@ -1,3 +1,10 @@
+//! A controller on a wall clock, with paced serial lines to its peers.
+//!
+//! The controller knows only its own clock. A [`Runner`] adds the wall's: it delays bytes by the
+//! baud rate and replies by the turnaround, measures the inter-byte timeout, and advances the arm's
+//! clock by its [`Speed`]. Input is handed over in pieces that end where a frame can end, so that
+//! each request is handled at the instant at which its last byte has passed the line.
+
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -11,28 +18,29 @@ mod link;
 use link::Link;
 
 const INTER_BYTE_TIMEOUT: Duration = Duration::from_millis(INTER_BYTE_TIMEOUT_MS);
-/// What a serial driver holds for a port before its writer has to wait.
+/// Bytes that a serial driver buffers for a port before its writer has to wait.
 const BACKLOG: usize = 4096;
 
-/// A [`Controller`] on the wall clock: arm speed, baud rate, turnaround and inter-byte timeout.
+/// Runs a [`Controller`] on the wall clock: arm speed, baud rate, turnaround and inter-byte
+/// timeout.
 ///
-/// There is no clock and no I/O inside. The wall clock shows 0 when the runner is made, is
-/// given with every call, and never runs back. The same calls give the same answers bit for bit,
-/// and extra [`handle_timeout`](Self::handle_timeout) calls change nothing.
+/// A runner has no clock and no I/O. The wall clock shows 0 when the runner is created, is passed
+/// to every call, and never runs back. The same calls give the same answers bit for bit, and extra
+/// calls of [`handle_timeout`](Self::handle_timeout) change nothing.
 ///
-/// * [`receive`](Self::receive): a peer put bytes on its line now.
-/// * [`poll_timeout`](Self::poll_timeout), [`handle_timeout`](Self::handle_timeout): when to call
-///   again, and the call.
-/// * [`poll_transmit`](Self::poll_transmit): the replies that have passed the line by now; ask
-///   after every other call.
-/// * [`room`](Self::room): how many bytes a peer may still put on its line before a serial driver
-///   would make it wait.
-/// * Faults, at the instant given last: [`unplug`](Self::unplug), [`plug`](Self::plug),
+/// * [`receive`](Self::receive): a peer has put bytes on its line.
+/// * [`poll_timeout`](Self::poll_timeout), [`handle_timeout`](Self::handle_timeout): the next
+///   instant, and the call to make then.
+/// * [`poll_transmit`](Self::poll_transmit): replies that have passed the line; poll after every
+///   other call.
+/// * [`room`](Self::room): number of bytes that a peer may still put on its line before a serial
+///   driver would make it wait.
+/// * Faults, at the latest instant: [`unplug`](Self::unplug), [`plug`](Self::plug),
 ///   [`set_delay`](Self::set_delay).
 ///
-/// An [`Observer`] may look on ([`observe`](Self::observe)). It changes nothing, unless more than 100,000 instants are to
-/// be shown to it in one leap of the arm's clock (half an hour at 50 a second): then requests that have come are read
-/// before the leap goes on, and a clock that is not at full speed stays behind.
+/// An [`Observer`] ([`observe`](Self::observe)) changes nothing, unless it wants more than 100,000
+/// instants in one leap of the arm's clock (half an hour at 50 a second). Then pending requests are
+/// read before the leap continues, and a clock that is not at full speed falls behind.
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
@@ -60,7 +68,7 @@ pub struct Runner {
     line: LineTiming,
     wall: HostInstant,
     links: BTreeMap<LinkId, Link>,
-    /// Pulls of the cable that the links know of.
+    /// Number of cable pulls that the links have seen.
     pulls: u64,
 }
 
@@ -79,13 +87,13 @@ impl Runner {
         }
     }
 
-    /// Sets the only observer from now on. To use the observer elsewhere too, keep an `Arc<Mutex<_>>` of it.
+    /// Replaces the observer. To keep access to it, pass a clone of an `Arc<Mutex<_>>`.
     pub fn observe(&mut self, mut observer: impl Observer + Send + 'static) {
         observer.observe(&self.controller);
         self.observer = Some(Box::new(observer));
     }
 
-    /// Whether there is an observer.
+    /// True if there is an observer.
     #[must_use]
     pub fn is_observed(&self) -> bool {
         self.observer.is_some()
@@ -96,19 +104,20 @@ impl Runner {
         self.observer = None;
     }
 
-    /// How fast the arm's clock runs.
+    /// Speed of the arm's clock.
     #[must_use]
     pub fn speed(&self) -> Speed {
         self.clock.speed()
     }
 
-    /// From now on the arm's clock runs so fast. What an arm at full speed is busy with is done with the next call.
+    /// Changes the speed of the arm's clock. At full speed, pending work is done by the next call.
     pub fn set_speed(&mut self, now: HostInstant, speed: Speed) {
         self.handle_timeout(now);
         self.clock = self.clock.at_speed(speed, self.controller.now(), self.wall);
     }
 
-    /// Whether the arm is [busy](Controller::busy) with what has an end within 100 days, or bytes are on their way on any line.
+    /// True if the arm is [busy](Controller::busy) with something that ends within 100 days, or
+    /// bytes are in flight on any line.
     #[must_use]
     pub fn busy(&self) -> bool {
         ArmClock::jump_to(&self.controller).is_some()
@@ -116,30 +125,34 @@ impl Runner {
             || self.next_arrival().is_some()
     }
 
-    /// The controller, as it stood at the last instant given.
+    /// The controller at the latest instant.
     #[must_use]
     pub fn controller(&self) -> &Controller {
         &self.controller
     }
 
-    /// The controller, to take its events or to change its world.
+    /// Mutable access to the controller, to take its events or to change its world.
     pub fn controller_mut(&mut self) -> &mut Controller {
         &mut self.controller
     }
 
-    /// Puts another controller in the place of this one, a snapshot of it taken before: the arm's clock goes on from what that
-    /// shows. What is on its way on any line is lost, and what the snapshot knows of its peers is forgotten.
+    /// Replaces the controller, usually by an earlier snapshot. The arm's clock continues from that
+    /// of the snapshot.
+    ///
+    /// Bytes in flight on any line are lost, and so are the links of the snapshot.
     pub fn replace(&mut self, controller: Controller) {
         while let Some((link, _)) = self.links.pop_first() {
             self.observer.closed(link);
         }
         self.clock = (self.clock).at_speed(self.clock.speed(), controller.now(), self.wall);
+        // The snapshot has its own count; a difference would look like a pull.
         self.pulls = controller.line().pulls;
         self.controller = controller.without_peers();
     }
 
-    /// A peer put bytes on its line. All are taken, whatever [`room`](Self::room) says. The link
-    /// begins with its first bytes. Without the cable they are lost.
+    /// Puts bytes of a peer on its line. All are taken, whatever [`room`](Self::room) says.
+    ///
+    /// A link is created by its first bytes. With the cable pulled the bytes are lost.
     pub fn receive(&mut self, now: HostInstant, link: LinkId, bytes: &[u8]) {
         self.handle_timeout(now);
         if !self.plugged() {
@@ -149,70 +162,79 @@ impl Runner {
         let line = self.line;
         self.links
             .entry(link)
+            // Datagram peers announce themselves by their first bytes.
             .or_insert_with(|| Link::new(line))
             .put(now, bytes);
         self.handle_timeout(now);
     }
 
-    /// The peer left. What it has put on its line still arrives and is obeyed, as on a serial
-    /// port that is closed; replies to it, and a frame that it began, are dropped.
+    /// Closes a link. Bytes already on the line still arrive and are obeyed, as on a serial port
+    /// that is closed; replies and a partial frame are dropped.
     pub fn close(&mut self, link: LinkId) {
         let Some(state) = self.links.get_mut(&link) else {
             self.observer.closed(link);
             return;
         };
+        // A closed serial port still delivers what was written, so only the replies are dropped.
         state.replies.hang_up();
+        // With bytes still in flight the link lives on until the last has arrived.
         if state.pieces.is_empty() {
             self.forget(link);
         }
     }
 
-    /// The cable is pulled at the arm's end, now: what is on its way in either direction is lost on
-    /// every link, half-received frames and replies not taken among it, and so is what comes until
-    /// it is [plugged](Self::plug) in again. The arm goes on with what it has.
+    /// Pulls the cable at the arm's end.
+    ///
+    /// Everything in flight in either direction is lost on every link, including partial frames and
+    /// pending replies, and so are all bytes until the cable is [plugged](Self::plug) in again. The
+    /// arm continues with what it has.
     pub fn unplug(&mut self) {
         self.controller
             .inject(ExternalEvent::Cable { plugged: false });
         self.follow_cable();
     }
 
-    /// The cable is back, now. Every link begins anew with its next bytes.
+    /// Plugs the cable in again. Every link starts anew with its next bytes.
     pub fn plug(&mut self) {
         self.controller
             .inject(ExternalEvent::Cable { plugged: true });
     }
 
-    /// Whether the cable is in.
+    /// True if the cable is plugged in.
     #[must_use]
     pub fn plugged(&self) -> bool {
         self.controller.line().plugged
     }
 
-    /// How many times the cable has been pulled. It shows a pull even to a caller that only looks after the cable was
-    /// plugged in again.
+    /// Number of times that the cable was pulled. It reveals a pull even to a caller that looks
+    /// only after the cable was plugged in again.
     #[must_use]
     pub fn pulls(&self) -> u64 {
         self.controller.line().pulls
     }
 
-    /// From now on the arm takes so much longer to answer, beyond the line's
-    /// turnaround; none is the arm as it was. Answers that are under way are not held up, and none
-    /// overtakes another.
+    /// Sets an additional delay of answers, on top of the line's turnaround; zero removes it.
+    ///
+    /// Replies in flight are not delayed further, and no reply overtakes another.
     pub fn set_delay(&mut self, delay: Duration) {
         self.controller.inject(ExternalEvent::Delay(delay));
     }
 
-    /// Bytes that the peer may put on its line before it should wait: a serial driver holds 4096
-    /// for it, less what is still under way in either direction.
+    /// Number of bytes that the peer may put on its line before it should wait.
+    ///
+    /// A serial driver buffers 4096 bytes; the bytes in flight in either direction count against
+    /// them.
     #[must_use]
     pub fn room(&self, link: LinkId) -> usize {
         let under_way = self.links.get(&link).map_or(0, Link::under_way);
         BACKLOG.saturating_sub(under_way)
     }
 
-    /// The wall clock shows `now`: what is due happens.
+    /// Advances the wall clock to `now` and does everything that is due.
     pub fn handle_timeout(&mut self, now: HostInstant) {
+        // A caller's clock may step back; ours never does.
         let now = now.max(self.wall);
+        // In order of arrival over all links: a request must see the effects of every earlier one.
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
             self.pass(at);
             self.follow_cable();
@@ -233,7 +255,7 @@ impl Runner {
         clock.pass(controller, observer, wall);
     }
 
-    /// Bytes on their way when the cable was pulled are lost, however it was pulled.
+    /// Drops the links after a pull of the cable, whoever pulled it: the world may do it, too.
     fn follow_cable(&mut self) {
         if self.pulls != self.pulls() {
             self.pulls = self.pulls();
@@ -244,23 +266,25 @@ impl Runner {
         }
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) or [`poll_transmit`](Self::poll_transmit)
-    /// has something to do next; `None`: not before bytes are received. It may be in the past.
+    /// Next instant at which [`handle_timeout`](Self::handle_timeout) or
+    /// [`poll_transmit`](Self::poll_transmit) has something to do. `None`: not before bytes are
+    /// received. It may be in the past.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let output = self.links.values().filter_map(|link| link.replies.due());
         self.next_step().into_iter().chain(output).min()
     }
 
-    /// As [`poll_timeout`](Self::poll_timeout), but for replies that have come: a peer that does not take his is nothing to
-    /// wait for.
+    /// Like [`poll_timeout`](Self::poll_timeout), but ignores replies that have arrived.
+    ///
+    /// A peer that does not read its replies is not worth waiting for.
     #[must_use]
     pub fn poll_change(&self) -> Option<HostInstant> {
         let changes = [self.next_step(), self.next_arrival()];
         changes.into_iter().flatten().min()
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) has something to do next.
+    /// Next instant at which [`handle_timeout`](Self::handle_timeout) has something to do.
     fn next_step(&self) -> Option<HostInstant> {
         let input = self.next_input().map(|(at, _)| at);
         let event = self.clock.next(&self.controller, self.wall);
@@ -269,7 +293,7 @@ impl Runner {
         [input, event, look].into_iter().flatten().min()
     }
 
-    /// When the next of the replies that are still on their way has come.
+    /// Arrival of the next reply in flight.
     fn next_arrival(&self) -> Option<HostInstant> {
         let links = self.links.values();
         links
@@ -277,18 +301,19 @@ impl Runner {
             .min()
     }
 
-    /// The next reply whose last byte has passed the link's line, whole.
+    /// Returns the next reply whose last byte has passed the line.
     pub fn poll_transmit(&mut self, now: HostInstant, link: LinkId) -> Option<FrameBuf> {
         self.links.get_mut(&link)?.replies.pop(now)
     }
 
-    /// When the last byte of the next reply to a link has passed its line.
+    /// Arrival of the last byte of the next reply on a link.
     #[must_use]
     pub fn next_reply(&self, link: LinkId) -> Option<HostInstant> {
         self.links.get(&link)?.replies.due()
     }
 
-    /// The first arrival or silence on any link. Links of the same instant go by their number.
+    /// Next arrival or silence on any link. Links with the same instant are ordered by their
+    /// number.
     fn next_input(&self) -> Option<(HostInstant, LinkId)> {
         let due = |(id, link): (&LinkId, &Link)| Some((link.input_due()?, *id));
         self.links.iter().filter_map(due).min()
@@ -311,6 +336,8 @@ impl Runner {
         };
         match link.pieces.pop_front() {
             Some(piece) => {
+                // A piece may hold several frames, if an earlier one became complete only by a
+                // timeout or by a rejected candidate: handle them one at a time.
                 let mut input = &link.bytes.make_contiguous()[..piece.count];
                 loop {
                     let (before, now) = (input, controller.now());
@@ -321,11 +348,14 @@ impl Runner {
                     if !handled {
                         break;
                     }
+                    // At full speed the queued command finishes before the next request is read.
                     clock.jump(controller, observer, at);
                 }
                 link.bytes.drain(..piece.count);
+                // Any byte restarts the inter-byte timeout (E04: 50 ms).
                 link.silent = Some(at + INTER_BYTE_TIMEOUT);
             }
+            // No bytes are due, so the silence is.
             None => {
                 observer.silence(controller.now(), id);
                 controller.expire(id);
@@ -335,6 +365,7 @@ impl Runner {
                 link.fall_silent();
             }
         }
+        // Closed, and the last byte has arrived.
         if link.replies.hung_up && link.pieces.is_empty() {
             self.forget(id);
         }

@@ -1,4 +1,4 @@
-//! A look at everything, for tests, demonstrations and pictures.
+//! A snapshot of the arm's state for tests, demonstrations and pictures.
 
 use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::AlarmSet;
@@ -6,52 +6,54 @@ use magician_protocol::AlarmSet;
 use crate::device::Device;
 use crate::{ArmInstant, LineState, Output};
 
-/// The arm at an instant.
+/// State of the arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ControllerState {
     /// The arm's clock.
     pub now: ArmInstant,
-    /// The commanded tool pose, for the tool bias that is set.
+    /// Commanded pose of the tool, for the tool bias in force.
     pub pose: Pose,
-    /// The tool bias that is set.
+    /// Tool bias in force.
     pub tool: ToolBias,
-    /// The commanded joints.
+    /// Commanded joints.
     pub joints: JointAngles,
-    /// Where the joints really stand: elsewhere than commanded after lost steps, and the base before homing.
+    /// True joints. They differ from the commanded ones after lost steps, and for the base before
+    /// homing.
     pub true_joints: JointAngles,
-    /// Whether anything moves, homing included.
+    /// True if anything moves, homing included.
     pub moving: bool,
-    /// Whether the arm has been homed since power-up.
+    /// True if the arm has been homed since power-up.
     pub homed: bool,
-    /// The alarms that stand.
+    /// Standing alarms.
     pub alarms: AlarmSet,
-    /// The command queue that hosts fill.
+    /// Command queue filled by hosts.
     pub queue: QueueState,
-    /// EIO address of the input that the command at work waits for: a TRIG, of the hosts or of the program.
+    /// EIO address of the input that a running TRIG waits for, in the queue or in the stored
+    /// program.
     pub awaits_input: Option<u8>,
-    /// Whether the program in the flash runs.
+    /// True if the stored program runs.
     pub program: bool,
-    /// Whether the unlock key is held: the motors are released and a hand may move the arm.
+    /// True while the unlock key is held: the motors are released and the arm can be moved by hand.
     pub unlocked: bool,
-    /// The suction cup: sucking or not.
+    /// Suction cup: sucking or not.
     pub suction: Output,
-    /// The gripper: closed or open.
+    /// Gripper: closed or open.
     pub gripper: Output,
-    /// Whether suction cup or gripper hold something.
+    /// True if suction cup or gripper hold an object.
     pub holding: bool,
-    /// Whether the laser burns.
+    /// True if the laser burns.
     pub laser: bool,
     /// Power of the laser, 0 to 100 percent; 0 is off.
     pub laser_power: f64,
-    /// Where the carriage on the rail is commanded to be, mm; `None` unless the controller was told of a rail.
+    /// Commanded position of the rail's carriage, mm; `None` unless the rail is enabled.
     pub rail: Option<f64>,
-    /// The cable to the host.
+    /// State of the cable to the host.
     pub line: LineState,
-    /// Commands since power-up that were answered but not acted on, or only in part; an
-    /// [`Event::NotSimulated`](crate::Event::NotSimulated) tells the first of each row.
+    /// Number of commands since power-up that were answered but not simulated, or only in part. An
+    /// [`Event::NotSimulated`](crate::Event::NotSimulated) reports the first of each row.
     pub not_simulated: u64,
-    /// Events that were dropped unread.
+    /// Number of events dropped unread.
     pub events_lost: u64,
 }
 
@@ -59,21 +61,21 @@ pub struct ControllerState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct QueueState {
-    /// Places in all.
+    /// Number of places.
     pub capacity: usize,
-    /// Commands that wait.
+    /// Number of waiting commands.
     pub waiting: usize,
-    /// Index of the command at work.
+    /// Index of the running command; `None` if none runs.
     pub running: Option<u64>,
-    /// Its id.
+    /// Id of the running command.
     pub running_id: Option<u8>,
-    /// Index of the command that finished last, 0 before the first.
+    /// Index of the command that finished last; 0 before the first.
     pub current_index: u64,
-    /// Whether it takes commands: between start and stop.
+    /// True between start and stop.
     pub started: bool,
-    /// Whether an alarm holds it until the alarms are cleared.
+    /// True if an alarm holds the queue until it is cleared.
     pub held: bool,
-    /// Commands that came when it was full.
+    /// Number of commands refused because the queue was full.
     pub overflows: u64,
 }
 
@@ -120,6 +122,7 @@ impl ControllerState {
             rail: store
                 .settings
                 .motion
+                // A disabled rail has a position, too, but GetPoseL is all that reports it.
                 .has_rail()
                 .then(|| motion.rail_at(*now)),
             line: device.line,

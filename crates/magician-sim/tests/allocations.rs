@@ -1,4 +1,4 @@
-//! A controller whose buffers have grown to what is in use allocates nothing.
+//! A controller in steady state allocates nothing.
 #![allow(
     unsafe_code,
     reason = "counting allocations takes an allocator, and an allocator is unsafe"
@@ -23,7 +23,7 @@ thread_local! {
 struct Counting;
 
 fn count() {
-    // While a thread ends there is no counter any more.
+    // While a thread ends its counter is already gone.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
 }
 
@@ -54,7 +54,7 @@ fn queued<T: Writable>(value: &T) -> FrameBuf {
     FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).unwrap()
 }
 
-/// A joint move to the home joints, and to a place on the rail.
+/// A joint move to the home joints, and to a position on the rail.
 fn on_rail(l: f32) -> Vec<u8> {
     let mut params = vec![4];
     params.extend(
@@ -69,7 +69,8 @@ fn read<T: Readable<Query = NoArgs>>() -> FrameBuf {
     FrameBuf::get(&NoArgs, T::ROW).unwrap()
 }
 
-/// Moves of every kind, a refused one, waits, outputs, a drawing's segments, damaged bytes, more than the queue holds.
+/// Moves of every kind, a refused one, waits, outputs, path segments, damaged bytes, and more
+/// commands than the queue holds.
 fn round(arm: &mut Controller, frames: &[FrameBuf], polls: &[FrameBuf]) {
     for frame in frames {
         arm.receive(USB, frame.bytes());
@@ -102,7 +103,7 @@ fn a_steady_state_allocates_nothing() {
         queued(&home()),
         queued(&suck(true)),
         queued::<WaitCmd>(&wait(20)),
-        // On the rail and back, an output, a trigger that is met, a motor that counts.
+        // On the rail and back, an output, a trigger that is met, a motor that counts pulses.
         FrameBuf::new(3, Ctrl::SET, &[1, 0]).unwrap(),
         FrameBuf::new(86, Ctrl::QUEUED, &on_rail(100.0)).unwrap(),
         FrameBuf::new(86, Ctrl::QUEUED, &on_rail(0.0)).unwrap(),
@@ -122,7 +123,8 @@ fn a_steady_state_allocates_nothing() {
     frames.push(FrameBuf::new(20, Ctrl::SET, &[]).unwrap());
     let polls = [read::<Pose>(), read::<QueuedCmdCurrentIndex>()];
     let mut arm = running_arm().arm;
-    // Where one round leaves the arm the next begins: after a few its buffers are as long as they get.
+    // Each round starts where the previous one ended; after a few, its buffers have their final
+    // size.
     for _ in 0..4 {
         round(&mut arm, &frames, &polls);
     }

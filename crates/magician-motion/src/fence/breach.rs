@@ -1,4 +1,4 @@
-//! What of a fence is broken, and what is wrong with one.
+//! Breaches of a fence, and errors in its definition.
 
 use core::fmt;
 
@@ -6,20 +6,20 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FencePart {
-    /// The lowest z.
+    /// Lowest z of the tip.
     Floor,
     /// A side of the box that the tip stays in.
     Box {
         /// 0 for x, 1 for y, 2 for z.
         axis: usize,
-        /// The side at its higher end.
+        /// True for the side with the higher coordinate.
         upper: bool,
     },
-    /// A box that the tip stays out of, counted from 0.
+    /// A box that the tip stays out of; index from 0.
     KeepOut(usize),
-    /// The highest speed of the tip.
+    /// Highest speed of the tip.
     TopSpeed,
-    /// The strongest that the laser may burn.
+    /// Highest power of the laser.
     Laser,
 }
 
@@ -41,7 +41,7 @@ impl FencePart {
         Self::Box { axis, upper }
     }
 
-    /// Its name in configuration and JSON: `floor`, `box`, `keep_out`, `top_speed`, `strongest_laser`.
+    /// Name in configuration and JSON: `floor`, `box`, `keep_out`, `top_speed`, `strongest_laser`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -53,7 +53,7 @@ impl FencePart {
         }
     }
 
-    /// The unit of its values.
+    /// Unit of the values of this part.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -64,17 +64,18 @@ impl FencePart {
     }
 }
 
-/// A part of a fence that a motion or a command would break.
+/// Breach of one part of a fence by a motion or a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Breach {
-    /// Which part.
+    /// Part that is broken.
     pub part: FencePart,
-    /// The coordinate, the speed or the power that it would be; for a keep-out how deep the tip would be in it, mm.
+    /// Coordinate, speed or power that would result; for a keep-out the depth of the tip inside it,
+    /// mm.
     pub value: f64,
-    /// What is allowed; 0 for a keep-out.
+    /// Value of the bound; 0 for a keep-out.
     pub limit: f64,
-    /// Where the tip would be, mm.
+    /// Position of the tip, mm; `None` for speed and laser.
     pub at: Option<[f64; 3]>,
 }
 
@@ -126,22 +127,22 @@ impl fmt::Display for Breach {
 
 impl core::error::Error for Breach {}
 
-/// Why there is no such fence.
+/// Error in the definition of a fence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FenceError {
-    /// NaN or infinity.
+    /// A number is NaN or infinite.
     NotFinite(FencePart),
     /// The first corner of a box is not below the second one on this axis.
     Inverted {
-        /// Which box.
+        /// The box in question.
         part: FencePart,
         /// 0 for x, 1 for y, 2 for z.
         axis: usize,
     },
-    /// A number out of its range.
+    /// A number is out of its range.
     OutOfRange(FencePart, f64),
-    /// More keep-outs than one may have.
+    /// More keep-outs than a fence can hold.
     TooMany,
 }
 

@@ -1,4 +1,9 @@
-//! Where the tool's tip may be, how fast it may go, and how strong the laser may burn: bounds that a person gives an arm.
+//! The fence: the user's bounds for the tool tip, its speed and the power of the laser.
+//!
+//! A fence has a floor, a box to stay in, boxes to keep out of, a top speed and a laser limit; each
+//! is optional. It differs from the joint limits in two ways: the user sets it for one arm, and a
+//! motion that would break it is refused as a whole instead of cut. `way.rs` checks the path of a
+//! motion.
 
 mod breach;
 mod way;
@@ -9,24 +14,25 @@ use core::fmt;
 
 use crate::Pose;
 
-/// A tip so near to a bound is on it, mm: what 32 bits and the search along a curve cost.
+/// Distance from a bound within which the tip counts as inside, mm. It covers the rounding of
+/// binary32 coordinates and the accuracy of the search along curves.
 pub(crate) const TOLERANCE: f64 = 0.01;
-/// Most keep-outs of a fence.
+/// Most keep-outs of a fence. A choice: enough for a table, and a fence stays a small `Copy` value.
 const MOST_KEEP_OUTS: usize = 8;
 
-/// A box with its sides along the arm's axes, mm.
+/// A box with sides parallel to the arm's axes, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cuboid {
-    /// Its lowest corner.
+    /// Lowest corner.
     pub min: [f64; 3],
-    /// Its highest corner.
+    /// Highest corner.
     pub max: [f64; 3],
 }
 
-/// Bounds for the tip of an arm's tool, in the arm's coordinates. What is not given is not bounded.
+/// Bounds for the tool tip, in the arm's coordinates. Each bound is optional.
 ///
-/// A motion may not lead the tip across a bound on any part of its way. A tip that is beyond one already may come back, and
-/// go no further out.
+/// A motion must not take the tip across a bound on any part of its path. A tip that is beyond a
+/// bound already may come back, but not go further out.
 ///
 /// ```
 /// use magician_motion::{Cuboid, Fence, FencePart, Pose};
@@ -68,15 +74,15 @@ impl Cuboid {
     }
 }
 
-/// Making one.
+/// Construction.
 impl Fence {
-    /// How many keep-outs one may have.
+    /// Most keep-outs of a fence.
     pub(crate) const MOST_KEEP_OUTS: usize = MOST_KEEP_OUTS;
 
-    /// The lowest z of the tip, mm.
+    /// Sets the lowest z of the tip, mm.
     ///
     /// # Errors
-    /// [`FenceError::NotFinite`].
+    /// [`FenceError::NotFinite`] if the number is NaN or infinite.
     pub fn with_floor(mut self, z: f64) -> Result<Self, FenceError> {
         if !z.is_finite() {
             return Err(FenceError::NotFinite(FencePart::Floor));
@@ -85,20 +91,21 @@ impl Fence {
         Ok(self)
     }
 
-    /// The box that the tip stays in.
+    /// Sets the box that the tip stays in.
     ///
     /// # Errors
-    /// [`FenceError::NotFinite`]; [`FenceError::Inverted`] for a first corner that is not below the second one.
+    /// [`FenceError::NotFinite`] for NaN or infinity; [`FenceError::Inverted`] if the first corner
+    /// is not below the second.
     pub fn with_box(mut self, within: Cuboid) -> Result<Self, FenceError> {
         within.check(FencePart::BOX)?;
         self.within = Some(within);
         Ok(self)
     }
 
-    /// One more box that the tip stays out of.
+    /// Adds a box that the tip stays out of.
     ///
     /// # Errors
-    /// As [`with_box`](Self::with_box); [`FenceError::TooMany`].
+    /// As for [`with_box`](Self::with_box); [`FenceError::TooMany`] if there is no room.
     pub fn with_keep_out(mut self, keep_out: Cuboid) -> Result<Self, FenceError> {
         keep_out.check(FencePart::KeepOut(self.count))?;
         let slot = self.keep_outs.get_mut(self.count);
@@ -107,10 +114,11 @@ impl Fence {
         Ok(self)
     }
 
-    /// The highest speed of the tip, mm/s.
+    /// Sets the highest speed of the tip, mm/s.
     ///
     /// # Errors
-    /// [`FenceError::NotFinite`]; [`FenceError::OutOfRange`] for a speed that is not above 0.
+    /// [`FenceError::NotFinite`] for NaN or infinity; [`FenceError::OutOfRange`] for a speed that
+    /// is not above 0.
     pub fn with_top_speed(mut self, speed: f64) -> Result<Self, FenceError> {
         if !speed.is_finite() {
             return Err(FenceError::NotFinite(FencePart::TopSpeed));
@@ -122,10 +130,11 @@ impl Fence {
         Ok(self)
     }
 
-    /// The strongest that the laser may burn, percent.
+    /// Sets the highest power of the laser, percent.
     ///
     /// # Errors
-    /// [`FenceError::NotFinite`]; [`FenceError::OutOfRange`] for what is not 0 to 100.
+    /// [`FenceError::NotFinite`] for NaN or infinity; [`FenceError::OutOfRange`] for a power
+    /// outside 0 to 100.
     pub fn with_strongest_laser(mut self, percent: f64) -> Result<Self, FenceError> {
         if !percent.is_finite() {
             return Err(FenceError::NotFinite(FencePart::Laser));
@@ -138,45 +147,45 @@ impl Fence {
     }
 }
 
-/// Looking at one.
+/// Queries and checks.
 impl Fence {
-    /// The lowest z of the tip, mm.
+    /// Lowest z of the tip, mm; `None` if not bounded.
     #[must_use]
     pub fn floor(&self) -> Option<f64> {
         self.floor
     }
 
-    /// The box that the tip stays in.
+    /// Box that the tip stays in; `None` if not bounded.
     #[must_use]
     pub fn within(&self) -> Option<Cuboid> {
         self.within
     }
 
-    /// The boxes that the tip stays out of.
+    /// Boxes that the tip stays out of.
     #[must_use]
     pub fn keep_outs(&self) -> &[Cuboid] {
         self.keep_outs.get(..self.count).unwrap_or_default()
     }
 
-    /// The highest speed of the tip, mm/s.
+    /// Highest speed of the tip, mm/s; `None` if not bounded.
     #[must_use]
     pub fn top_speed(&self) -> Option<f64> {
         self.top_speed
     }
 
-    /// The strongest that the laser may burn, percent.
+    /// Highest power of the laser, percent; `None` if not bounded.
     #[must_use]
     pub fn strongest_laser(&self) -> Option<f64> {
         self.strongest_laser
     }
 
-    /// Whether it bounds nothing.
+    /// True if the fence bounds nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Its bounds of where the tip may be alone.
+    /// Returns this fence with its bounds in space only.
     #[must_use]
     pub fn in_space(self) -> Self {
         Self {
@@ -186,19 +195,19 @@ impl Fence {
         }
     }
 
-    /// Whether it bounds where the tip may be.
+    /// True if the fence bounds the position of the tip.
     #[must_use]
     pub fn bounds_space(&self) -> bool {
         self.floor.is_some() || self.within.is_some() || self.count > 0
     }
 
-    /// Whether it bounds motions: where the tip may be, or how fast it may go.
+    /// True if the fence bounds motions: position or speed of the tip.
     #[must_use]
     pub fn bounds_motion(&self) -> bool {
         self.bounds_space() || self.top_speed.is_some()
     }
 
-    /// What a tip at this place breaks, the worst of it.
+    /// Returns the deepest breach of a tip at this position; `None` if it is within all bounds.
     #[must_use]
     pub fn breach(&self, at: &Pose) -> Option<Breach> {
         let tip = [at.x, at.y, at.z];
@@ -209,11 +218,11 @@ impl Fence {
             .map(|(_, part)| self.told(part, tip))
     }
 
-    /// Whether a tip that goes from one place to another in no time, as when the tool is said to be another one, gets
-    /// across a bound, or further out of one.
+    /// Checks a jump of the tip from one position to another in no time, as when the tool bias
+    /// changes. It must not cross a bound, nor lead further out of one.
     ///
     /// # Errors
-    /// What is crossed.
+    /// The bound that is crossed.
     pub fn check_leap(&self, from: &Pose, to: &Pose) -> Result<(), Breach> {
         let [from, to] = [from, to].map(|at| [at.x, at.y, at.z]);
         for part in self.parts() {
@@ -225,13 +234,13 @@ impl Fence {
         Ok(())
     }
 
-    /// Whether the tip may go at this speed, mm/s.
+    /// Checks a speed of the tip, mm/s.
     ///
     /// # Errors
-    /// [`FencePart::TopSpeed`].
+    /// A breach of [`FencePart::TopSpeed`].
     pub fn check_speed(&self, speed: f64) -> Result<(), Breach> {
         match self.top_speed {
-            // A speed that was set in 32 bits is that speed.
+            // The tolerance covers a speed that was rounded to binary32.
             Some(limit) if speed.is_nan() || speed > limit * (1.0 + 1e-6) => Err(Breach {
                 part: FencePart::TopSpeed,
                 value: speed,
@@ -242,10 +251,10 @@ impl Fence {
         }
     }
 
-    /// Whether the laser may burn at this power, percent.
+    /// Checks a power of the laser, percent.
     ///
     /// # Errors
-    /// [`FencePart::Laser`].
+    /// A breach of [`FencePart::Laser`].
     pub fn check_laser(&self, percent: f64) -> Result<(), Breach> {
         match self.strongest_laser {
             Some(limit) if percent.is_nan() || percent > limit * (1.0 + 1e-6) => Err(Breach {
@@ -258,7 +267,7 @@ impl Fence {
         }
     }
 
-    /// The parts that bound where the tip may be.
+    /// The parts that bound the position of the tip.
     fn parts(&self) -> impl Iterator<Item = FencePart> {
         let floor = self.floor.map(|_| FencePart::Floor);
         let sides = self.within.is_some().then_some(FencePart::SIDES);
@@ -269,7 +278,7 @@ impl Fence {
             .chain(keep_outs)
     }
 
-    /// By how much a place is beyond a part, mm; below 0 where it is not.
+    /// Distance of a position beyond a part, mm; negative if it is within the bound.
     fn depth(&self, part: FencePart, tip: [f64; 3]) -> f64 {
         match part {
             FencePart::Floor => self.floor.map_or(f64::NEG_INFINITY, |floor| floor - tip[2]),
@@ -317,7 +326,7 @@ impl Fence {
     }
 }
 
-/// In a line: `floor z -60.0 mm, 2 keep-outs, at most 100.0 mm/s`.
+/// One line: `floor z -60.0 mm, 2 keep-outs, at most 100.0 mm/s`.
 impl fmt::Display for Fence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut comma = "";

@@ -5,7 +5,7 @@ use crate::{
     Trajectory, Transfer,
 };
 
-/// Numbers from a seed.
+/// Random numbers from a seed.
 struct Dice(u64);
 
 impl Dice {
@@ -79,7 +79,7 @@ fn planner(tool: ToolBias) -> Planner {
     }
 }
 
-/// The deepest place of a way beyond each part, looked at in very many places.
+/// Greatest depth of a path beyond each part, by dense sampling.
 fn looked_at(fence: &Fence, motion: &Trajectory) -> Vec<(f64, f64, f64)> {
     let depths = |at_us: u64| {
         let pose = motion.curve(at_us).pose;
@@ -105,7 +105,8 @@ fn looked_at(fence: &Fence, motion: &Trajectory) -> Vec<(f64, f64, f64)> {
         .collect()
 }
 
-/// A motion that passes is never beyond a bound at any sample; a refused one is, or nearly is.
+/// A path that passes is within all bounds at every sample; a refused one is beyond a bound, or
+/// nearly so.
 #[test]
 fn a_way_passes_if_no_place_of_it_is_beyond() {
     let mut dice = Dice(0x5eed);
@@ -165,7 +166,7 @@ fn a_line_on_the_floor_is_on_the_right_side_of_it() {
     let breach = fence.check_way(&line(-40.0, -71.2)).unwrap_err();
     assert_eq!((breach.part, breach.limit), (FencePart::Floor, -60.0));
     assert!((breach.value + 71.2).abs() < 1e-9, "{breach}");
-    // Back in, and never further out.
+    // Back in, but never further out.
     assert_eq!(fence.check_way(&line(-70.0, -50.0)), Ok(()));
     assert_eq!(fence.check_way(&line(-70.0, -70.0)), Ok(()));
     assert!(fence.check_way(&line(-70.0, -70.1)).is_err());

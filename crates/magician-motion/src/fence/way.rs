@@ -1,8 +1,9 @@
-//! Whether the way of a tip crosses a fence, and how fast it goes there.
+//! Check of a whole motion against a fence: its path and its speed.
 //!
-//! Between two moments the tip is nowhere further from the straight line between its two places than an eighth of its
-//! highest acceleration times the square of the time between them. A stretch whose line is that far from a bound is clear;
-//! any other one is halved, until its line tells nearly all. Straight ways are their own lines.
+//! Between two times the tip deviates from the straight line between its two positions by at most
+//! an eighth of its highest acceleration times the time squared. A stretch is clear if its line is
+//! further than that from a bound. Any other stretch is halved, until the line is accurate enough
+//! to decide. Straight paths are their own lines.
 
 use super::{Breach, Fence, FencePart, TOLERANCE};
 use crate::angle::DEGREES_PER_RADIAN;
@@ -11,23 +12,23 @@ use crate::joint_segment::JointSegment;
 use crate::move_segment::MoveSegment;
 use crate::{Geometry, Trajectory};
 
-/// A line that is so near to its curve tells all, mm.
+/// Deviation from its line at which a stretch is decided, mm. Half of the tolerance at a bound.
 const EXACT: f64 = 0.005;
-/// A crossing is found to this, us.
+/// Longest stretch for which a crossing is reported, us: the accuracy of its time.
 const INSTANT: u64 = 500;
-/// No stretch is halved below this, us: a curve that is not told by then counts as crossing.
+/// Shortest stretch that is halved, us. A curve still undecided counts as a crossing.
 const SHORTEST: u64 = 8;
-/// What the rounding of one motion may add to a tip that is beyond a bound already, mm.
+/// Rounding allowance per motion for a tip that is already beyond a bound, mm.
 const ROUNDING: f64 = 1e-6;
-/// Speeds along a way of joints are looked at in so many places at least and at most.
+/// Fewest and most samples of the speed of a joint motion. The upper limit bounds the work.
 const LEAST_SAMPLES: u64 = 64;
 const MOST_SAMPLES: u64 = 2000;
-/// And so far apart, us.
+/// Distance between samples, us, within those numbers.
 const APART: u64 = 4_000;
-/// What lies between two of these is less than that share faster.
+/// Factor for a speed between two samples. A choice: 0.2 % at 4 ms spacing.
 const BETWEEN: f64 = 1.002;
 
-/// How deep the tip may be on its way that begins at this depth.
+/// Deepest depth allowed on a path that begins at depth `start`, mm.
 fn limit(start: f64) -> f64 {
     if start > TOLERANCE {
         start + EXACT
@@ -36,7 +37,8 @@ fn limit(start: f64) -> f64 {
     }
 }
 
-/// How deep it may be at the end: no number of motions leads further out.
+/// Deepest depth allowed at the end, mm. It is so small that no number of motions leads further
+/// out.
 pub(super) fn end_limit(start: f64) -> f64 {
     if start > TOLERANCE {
         start + ROUNDING
@@ -45,7 +47,7 @@ pub(super) fn end_limit(start: f64) -> f64 {
     }
 }
 
-/// A stretch of a way: two moments, and the tip at both.
+/// A stretch of a path: two times, and the tip at both.
 #[derive(Clone, Copy)]
 struct Stretch {
     from_us: u64,
@@ -55,10 +57,10 @@ struct Stretch {
 }
 
 impl Fence {
-    /// Whether the tip of this motion crosses a bound on its way, or gets further out of one that it is beyond.
+    /// Checks that the tip of a motion neither crosses a bound nor gets further out of one.
     ///
     /// # Errors
-    /// What is crossed first, and how far the tip would get beyond it.
+    /// The bound crossed first, and the greatest distance of the tip beyond it.
     pub fn check_way(&self, motion: &Trajectory) -> Result<(), Breach> {
         match self.first_crossing(motion) {
             None => Ok(()),
@@ -66,7 +68,8 @@ impl Fence {
         }
     }
 
-    /// When the tip of this motion crosses a bound, microseconds from its start and not later than it does, and which.
+    /// Returns the time of the first crossing, microseconds from the start and never too late, and
+    /// its part.
     #[must_use]
     pub fn first_crossing(&self, motion: &Trajectory) -> Option<(u64, FencePart)> {
         let found = self.parts().filter_map(|part| {
@@ -79,6 +82,7 @@ impl Fence {
     fn crossing_of(&self, part: FencePart, motion: &Trajectory) -> Option<u64> {
         let start = self.depth(part, tip(motion, 0));
         let end = self.depth(part, tip(motion, motion.duration_us()));
+        // A path that is NaN anywhere cannot be checked, so it counts as a crossing at once.
         if !start.is_finite() || !end.is_finite() {
             return Some(0);
         }
@@ -106,7 +110,7 @@ impl Fence {
         on_the_way.or_else(|| (end > end_limit(start)).then(|| motion.duration_us()))
     }
 
-    /// The first moment of a stretch at which the tip may be deeper than `limit`.
+    /// Returns the first time in a stretch at which the tip may be deeper than `limit`.
     fn search(
         &self,
         part: FencePart,
@@ -151,10 +155,10 @@ impl Fence {
             .or_else(|| self.search(part, limit, bend, second, motion))
     }
 
-    /// Whether a straight line has a place that is deeper beyond a part than this.
+    /// True if a point of a straight line may lie deeper than `depth` beyond a part.
     fn reaches(&self, part: FencePart, from: [f64; 3], to: [f64; 3], depth: f64) -> bool {
         let FencePart::KeepOut(nth) = part else {
-            // The depth beyond a plane is highest at an end. What is not a number is not clear.
+            // Beyond a plane the depth is greatest at an end. NaN counts as not clear.
             let clear = self.depth(part, from) <= depth && self.depth(part, to) <= depth;
             return !clear;
         };
@@ -182,8 +186,9 @@ impl Fence {
         enter < leave
     }
 
-    /// How far beyond a part a way gets that crosses it: what people want to hear.
+    /// Returns the breach at the deepest point of a crossing motion, for the message.
     fn deepest(&self, motion: &Trajectory, at_us: u64, part: FencePart) -> Breach {
+        // The message needs one decimal, so 64 samples of the rest of the motion suffice.
         let (duration, most) = (motion.duration_us(), 64);
         let left = duration.saturating_sub(at_us);
         let places = (0..=most).map(|nth| tip(motion, at_us + left / most * nth));
@@ -195,16 +200,18 @@ impl Fence {
         self.told(part, deepest.unwrap_or_default())
     }
 
-    /// Whether the tip of this motion goes faster than it may.
+    /// Checks the speed of the tip along a motion.
     ///
     /// # Errors
-    /// [`FencePart::TopSpeed`] with the highest speed on the way.
+    /// A breach of [`FencePart::TopSpeed`] with the highest speed on the path.
     pub fn check_speed_of(&self, motion: &Trajectory) -> Result<(), Breach> {
         let Some(top) = self.top_speed else {
             return Ok(());
         };
         let fastest = motion.timed_segments().map(|(segment, from_us, to_us)| {
             let at_most = highest_speed(segment, motion.geometry());
+            // The bound for joint motions adds up all joints at their fastest and is often far too
+            // high, so sample before refusing. For all other paths it is exact.
             match segment {
                 MoveSegment::Joints(_) if at_most > top => sampled_speed(motion, from_us, to_us),
                 _ => at_most,
@@ -219,7 +226,7 @@ fn tip(motion: &Trajectory, at_us: u64) -> [f64; 3] {
     [pose.x, pose.y, pose.z]
 }
 
-/// The lengths of the arms with which J1, J2 and J3 move the tip, at most.
+/// Lever arms of the tip about J1, J2 and J3, at most, mm.
 fn arms(geometry: &Geometry) -> [f64; 3] {
     let Geometry {
         rear_arm,
@@ -231,7 +238,7 @@ fn arms(geometry: &Geometry) -> [f64; 3] {
     [base, *rear_arm, *forearm]
 }
 
-/// The highest speeds (rad/s) and accelerations (rad/s2) of J1 to J3.
+/// Highest speeds (rad/s) and accelerations (rad/s2) of J1 to J3.
 fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
     let [first, second, third, _] = &segment.axes;
     [first, second, third].map(|axis| {
@@ -243,7 +250,8 @@ fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
     })
 }
 
-/// The highest acceleration of the tip that bends its way or makes the middle of it come late, mm/s2; 0 for a straight one.
+/// Highest acceleration of the tip that makes it leave the line or run late, mm/s2; 0 for a
+/// straight path.
 fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     match segment {
         MoveSegment::Line(_) | MoveSegment::Segment(_) => 0.0,
@@ -261,7 +269,7 @@ fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     }
 }
 
-/// No part of a segment is faster, mm/s; exact but for joints.
+/// Upper bound of the speed of a segment, mm/s; exact except for joint motions.
 fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     match segment {
         MoveSegment::Line(segment) => segment.along.highest_speed(),

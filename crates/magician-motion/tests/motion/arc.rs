@@ -1,4 +1,4 @@
-//! Arcs and circles: shape, times, laws, ends and refusals.
+//! Arcs and circles: shape, times, velocity profiles, ends and errors.
 
 use super::support::*;
 use magician_motion::{
@@ -7,7 +7,7 @@ use magician_motion::{
 };
 use proptest::prelude::*;
 
-/// The set for arcs at power-up (model section 6): 200 throughout, unscaled.
+/// Arc settings at power-up (model section 6): 200 each, ratios of 100.
 const ARC_SET: Speeds = Speeds {
     linear_velocity: 200.0,
     linear_acceleration: 200.0,
@@ -22,7 +22,7 @@ fn at(planner: &Planner, pose: &Pose) -> ArmState {
     ArmState::at_pose(&planner.geometry, pose, &planner.limits).expect("within")
 }
 
-/// The least time of the law of model section 7.
+/// Shortest time by the formula of model section 7.
 fn law(s: f64, v: f64, a: f64) -> f64 {
     if s > v * v / a {
         s / v + v / a
@@ -31,7 +31,7 @@ fn law(s: f64, v: f64, a: f64) -> f64 {
     }
 }
 
-/// A circle in any plane, written down independently of the planner.
+/// A circle in any plane, implemented independently of the planner.
 #[derive(Clone, Copy, Debug)]
 struct Ring {
     centre: [f64; 3],
@@ -42,7 +42,7 @@ struct Ring {
 }
 
 impl Ring {
-    /// Tilted out of the level by `tilt` degrees towards `heading`.
+    /// A ring tilted by `tilt` degrees towards `heading`.
     fn new(centre: [f64; 3], tilt: f64, heading: f64, radius: f64) -> Self {
         let (st, ct) = tilt.to_radians().sin_cos();
         let (sh, ch) = heading.to_radians().sin_cos();
@@ -63,7 +63,7 @@ impl Ring {
         Pose::new(x, y, z, r)
     }
 
-    /// Angle on the ring, -180 to 180 degrees, distance from the axis and height over the plane.
+    /// Angle on the ring, -180 to 180 degrees, distance from its axis, and height above its plane.
     fn seen(&self, pose: &Pose) -> (f64, f64, f64) {
         let offset = [
             pose.x - self.centre[0],
@@ -101,9 +101,9 @@ fn the_times_follow_from_the_length_of_the_arc() {
     };
     let length = |sweep: f64| 30.0 * sweep.to_radians();
     assert!((time(&planner, 90.0, 180.0, 10.0) - law(length(180.0), 200.0, 200.0)).abs() < 1.1e-6);
-    // The same three points the other way round take the rest of the circle.
+    // The same three points in the other sense cover the rest of the circle.
     assert!((time(&planner, 270.0, 90.0, 10.0) - law(length(270.0), 200.0, 200.0)).abs() < 1.1e-6);
-    // An arc that cruises, by its own set and ratios.
+    // An arc that cruises, with its own settings and ratios.
     let slow = Planner {
         speeds: Speeds {
             linear_velocity: 40.0,
@@ -114,7 +114,7 @@ fn the_times_follow_from_the_length_of_the_arc() {
         ..planner
     };
     assert!((time(&slow, 200.0, 359.0, 10.0) - law(length(359.0), 20.0, 80.0)).abs() < 1.1e-6);
-    // Where r takes longer, it sets the time.
+    // If r takes longer, it determines the time.
     assert!((time(&planner, 45.0, 90.0, 130.0) - law(120.0, 200.0, 200.0)).abs() < 1.1e-6);
 }
 
@@ -123,7 +123,8 @@ fn r_goes_alongside_by_its_own_law_from_end_to_end() {
     let planner = arc_planner();
     let ring = level_ring(40.0);
     let from = at(&planner, &ring.pose(-90.0, -20.0));
-    // 188.5 mm at 200 mm/s: a triangle; 60 degrees are stretched to it, and r passes 10 where the arc passes its half.
+    // 188.5 mm at 200 mm/s is a triangle. 60 degrees are stretched to it, and r passes 10 at half
+    // of the arc.
     let to = ring.pose(180.0, 40.0);
     let plan = planner
         .arc(&from, &ring.pose(0.0, 170.0), &to)
@@ -143,7 +144,7 @@ fn circles_turn_so_often_and_come_back_exactly() {
     let planner = arc_planner();
     let ring = level_ring(25.0);
     let from = at(&planner, &ring.pose(30.0, 15.0));
-    // Clockwise, and with rotations that do not matter.
+    // Clockwise, with rotations that are ignored.
     let (via, to) = (ring.pose(-60.0, f64::NAN), ring.pose(-150.0, 500.0));
     for count in [1, 2, 7] {
         let plan = planner.circle(&from, &via, &to, count).expect("planned");
@@ -153,7 +154,8 @@ fn circles_turn_so_often_and_come_back_exactly() {
         let expected = law(length, 200.0, 200.0);
         assert!((motion.duration_us() as f64 / 1e6 - expected).abs() < 1.1e-6);
         assert_eq!(*motion.end(), from);
-        // After each share of the turns it is there again, and in between opposite; r stays.
+        // After each share of the turns it is at the start again, and opposite in between; r is
+        // constant.
         for turn in 0..count {
             let share = |part: f64| {
                 let progress = (f64::from(turn) + part) / f64::from(count);
@@ -168,11 +170,11 @@ fn circles_turn_so_often_and_come_back_exactly() {
             }
         }
     }
-    // None is no motion, whatever the points.
+    // A count of 0 is no motion, whatever the points.
     let none = planner.circle(&from, &from.pose, &via, 0).expect("nothing");
     assert_eq!((none.trajectory.duration_us(), none.crossing), (0, None));
     assert_eq!(none.trajectory.sample(0), from);
-    // As many as can be said still are round.
+    // The largest count still gives a circle.
     let many = planner.circle(&from, &via, &to, u32::MAX).expect("planned");
     let state = many.trajectory.sample(many.trajectory.duration_us() / 3);
     assert!((ring.seen(&state.pose).1 - 25.0).abs() < 1e-9);
@@ -210,7 +212,7 @@ fn points_that_make_no_circle_are_refused() {
     ] {
         assert_eq!(both(&via, &to), MotionError::Collinear);
     }
-    // In the precision of the protocol straight is straight, too.
+    // Points that are straight to the precision of binary32 count as straight.
     let on_line = |share: f64| {
         Pose::from(
             [200.0 + 31.7 * share, 57.3 * share, 20.0 - 13.9 * share, 0.0]
@@ -218,7 +220,7 @@ fn points_that_make_no_circle_are_refused() {
         )
     };
     assert_eq!(both(&on_line(0.37), &on_line(1.0)), MotionError::Collinear);
-    // A bend of ten times as much is an arc, and hardly leaves the straight line.
+    // A bend ten times as large is an arc, and hardly leaves the line.
     let plan = planner
         .arc(&from, &place(1e-3, 15.0, 0.0), &aside)
         .expect("an arc");
@@ -279,7 +281,7 @@ fn points_where_the_arm_cannot_be_are_refused_before_anything_moves() {
             Err(MotionError::Limit { .. })
         ));
     }
-    // J4 is asked of the target alone: the arc has no rotation of its own where it passes `via`.
+    // J4 is checked at the target only: the arc has no rotation of its own at `via`.
     let turned = |pose: Pose| Pose { r: 200.0, ..pose };
     let other = Pose::new(220.0, 30.0, 20.0, 0.0);
     assert!(matches!(
@@ -309,7 +311,7 @@ fn points_where_the_arm_cannot_be_are_refused_before_anything_moves() {
     ));
 }
 
-/// A ring in the midst of the workspace, in any plane.
+/// A ring in the middle of the workspace, in any plane.
 fn ring() -> impl Strategy<Value = Ring> {
     (
         -180.0..180.0f64,
@@ -366,10 +368,10 @@ proptest! {
         prop_assert_eq!(as_f32(&motion.end().pose), as_f32(&to));
         prop_assert!((motion.end().pose.distance_to(&motion.sample(motion.duration_us() - 1).pose)) < 1e-3);
         if as_sent {
-            // The circle through a rounded target is another one.
+            // Rounding the target changes the circle.
             return Ok(());
         }
-        // 1 kHz, and where that is a great many, fewer.
+        // A sample per millisecond, but at most 2000.
         let samples = (motion.duration_us() / 1000).clamp(10, 2000);
         for step in 1..samples {
             let t = (u128::from(motion.duration_us()) * u128::from(step) / u128::from(samples)) as u64;
@@ -377,18 +379,18 @@ proptest! {
             let (angle, radius, height) = ring.seen(&state.pose);
             prop_assert!((radius - ring.radius).abs() < 1e-9, "{radius} for {}", ring.radius);
             prop_assert!(height.abs() < 1e-9, "{height}");
-            // As far round as the law says, in the sense that the three points have.
+            // As far round as the profile says, in the sense of the three points.
             let ahead = sense * (angle - start) - sweep * motion.progress(t);
             let ahead = (ahead + 180.0).rem_euclid(360.0) - 180.0;
             prop_assert!(ahead.abs() < 1e-6 * (1.0 + 1.0 / ring.radius), "{ahead} of {sweep}");
-            // Joints and pose are one.
+            // Joints and pose are consistent.
             let again = planner.geometry.forward(&state.joints);
             prop_assert!(again.distance_to(&state.pose) < 1e-8);
             prop_assert!((again.r - state.pose.r).abs() < 1e-9);
         }
     }
 
-    /// The circle is computed from the three points themselves, so that nothing but rounding errors is left.
+    /// The circle is computed from the three points themselves, so only rounding errors remain.
     #[test]
     fn arcs_are_round_to_the_rounding_error(
         ring in ring(), planner in free_planner(), start in -180.0..180.0f64, sweep in 20.0..340.0f64, via in 0.2..0.8f64,
@@ -429,14 +431,14 @@ proptest! {
         let (rv, ra) = (speeds.rotation_velocity.min(480.0) * vr, speeds.rotation_acceleration.min(300.0) * ar);
         let dt = 1e-4;
         let whole = ring.radius * sweep.to_radians();
-        // A stretch of the motion, and both its ends.
+        // A step within the motion, and both of its ends.
         let last = motion.duration_us() / 100;
         let middle = (last as f64 * from_share) as u64;
         for first in [0, middle, last.saturating_sub(300)] {
             for step in first..(first + 300).min(last.saturating_sub(2)) {
                 let way = |step: u64| (motion.progress(step * 100) * whole, motion.sample(step * 100).pose);
                 let ((s0, p0), (s1, p1), (s2, p2)) = (way(step), way(step + 1), way(step + 2));
-                // Rounding errors of places, divided by the square of the interval.
+                // Rounding errors of positions, divided by the square of the interval.
                 let noise = 1e-12 * (1.0 + whole) / (dt * dt) * 1e-2;
                 prop_assert!(p0.distance_to(&p1) <= v * dt * (1.0 + 1e-6) + 1e-10);
                 prop_assert!((s1 - s0).abs() <= v * dt * (1.0 + 1e-6) + 1e-10);
@@ -467,7 +469,7 @@ proptest! {
         let fastest = now.iter().fold(1.0f64, |most, velocity| most.max(velocity.abs()));
         for joint in 0..4 {
             let slope = (after[joint] - before[joint]) / (2.0 * step as f64 * 1e-6);
-            // The acceleration may jump in between.
+            // The acceleration may jump within the interval.
             prop_assert!((slope - now[joint]).abs() < 0.02 * fastest + 0.5, "{joint}: {slope} {}", now[joint]);
         }
         let braked = planner.brake(&motion, t, 2.0).trajectory;
@@ -478,13 +480,13 @@ proptest! {
                 prop_assert!((at_first - now).abs() < 1e-9 * fastest);
             }
         }
-        // The share done, and when it is, are inverse to each other.
+        // `progress` and `time_at_progress` are inverse to each other.
         let done = motion.progress(t);
         let again = motion.time_at_progress(done).expect("reached");
         prop_assert!(again.abs_diff(t) <= 1, "{again} {t}");
     }
 
-    /// Nothing that can be said makes the planner fail or take long.
+    /// No input makes the planner fail or take long.
     #[test]
     fn any_numbers_are_answered(
         from in prop_oneof![reachable(), any::<[f64; 4]>().prop_map(JointAngles::from)],

@@ -1,4 +1,4 @@
-//! Where arcs meet limits and the end of reach: the enclosures' answer against dense sampling.
+//! Crossings of arcs with limits and the edge of reach: the enclosures against dense sampling.
 
 use super::support::*;
 use magician_motion::{
@@ -6,7 +6,7 @@ use magician_motion::{
 };
 use proptest::prelude::*;
 
-/// Whether the points make a proper arc: those that do not are refused, which is tested elsewhere.
+/// True if the points make no proper arc; such points are tested elsewhere.
 fn is_refused(planner: &Planner, from: &ArmState, via: &Pose, to: &Pose) -> bool {
     matches!(
         planner.arc(from, via, to),
@@ -14,7 +14,7 @@ fn is_refused(planner: &Planner, from: &ArmState, via: &Pose, to: &Pose) -> bool
     )
 }
 
-/// Three places near each other, so that the arc is small and often stays within limits.
+/// Three poses close to each other, so that the arc is small and often within limits.
 fn neighbours() -> impl Strategy<Value = [JointAngles; 3]> {
     let near = || (-0.15..0.15f64, -0.15..0.15f64, -0.15..0.15f64, -0.5..0.5f64);
     (reachable(), near(), near())
@@ -37,7 +37,8 @@ fn neighbours() -> impl Strategy<Value = [JointAngles; 3]> {
 }
 
 proptest! {
-    // What proves nothing is drawn again, not counted: two thousand cases are two thousand that were held against samples.
+    // Cases that prove nothing are drawn again: two thousand cases are really compared with
+    // samples.
     #![proptest_config(ProptestConfig { max_global_rejects: 20_000, ..cases(2_000) })]
 
     #[test]
@@ -70,7 +71,7 @@ proptest! {
         let j4 = Range::new(low - 10.0 * share, high + 10.0 * share);
         let planner = Planner { limits: Limits { j4, ..WITHOUT_LIMITS }, ..planner };
         prop_assume!(!is_refused(&planner, &from, &via.pose, &to.pose));
-        // The azimuth's cut behind the base is beyond any limit of J1 that an arm has.
+        // The cut of `atan2` behind the base is beyond any limit of J1.
         let free = Planner { limits: WITHOUT_LIMITS, ..planner };
         let path = free.arc(&from, &via.pose, &to.pose).expect("planned").trajectory;
         prop_assume!((0..=1000).all(|part| path.sample(path.duration_us() * part / 1000).pose.x > 1.0));
@@ -96,7 +97,7 @@ proptest! {
             for bound in tight.violations(&joints) {
                 let side = if bound.is_upper() { 1.0 } else { -1.0 };
                 let further = side * (bound.value(&joints) - bound.value(&from.joints));
-                // A crossing is told to the microsecond.
+                // The time of a crossing is exact to a microsecond.
                 prop_assert!(outside.contains(&bound) && further < 1e-3
                     || side * (bound.value(&joints) - tight.at(bound)) < 1e-3, "{bound:?} {joints:?}");
             }
@@ -123,8 +124,8 @@ fn samples_are_found_to_cross_often_enough_to_prove_something() {
     assert!(outcomes.iter().all(|count| *count > 50), "{outcomes:?}");
 }
 
-/// An arc round the base at the very edge of a bound: within, though nothing tells it from being at the bound; a
-/// ten-millionth of a degree tighter it is not.
+/// An arc around the base exactly at a bound counts as inside, although rounding hides on which
+/// side of the bound it is. A ten-millionth of a degree tighter, it is not.
 #[test]
 fn arcs_round_the_base_that_hug_a_bound() {
     let planner = continuous();
@@ -132,7 +133,7 @@ fn arcs_round_the_base_that_hug_a_bound() {
     let [from, via, to] = places;
     let plan = planner.arc(&from, &via.pose, &to.pose).expect("planned");
     assert_eq!(plan.crossing, None);
-    // The same arc with its middle lifted by a hair rises in J2 as well.
+    // The same arc with its middle slightly lifted also rises in J2.
     let lifted = Pose {
         z: via.pose.z - 1e-4,
         ..via.pose
@@ -159,8 +160,8 @@ fn arcs_round_the_base_that_hug_a_bound() {
 #[test]
 fn an_arc_ends_exactly_where_it_meets_a_bound() {
     let planner = continuous();
-    // A level circle of 30 mm round a centre at 130 degrees, from its near side over the outer to the far one: all
-    // three points are within, and at 135 degrees the base is at its limit.
+    // A level circle of 30 mm around a centre at 130 degrees, from its near side over the outer to
+    // the far one. All three points are within, and at 135 degrees the base is at its limit.
     let (distance, radius, z) = (200.0, 30.0, -8.0);
     let (sin, cos) = 130.0f64.to_radians().sin_cos();
     let on_circle = |outwards: f64, aside: f64| {
@@ -180,7 +181,7 @@ fn an_arc_ends_exactly_where_it_meets_a_bound() {
         panic!("{crossing:?}")
     };
     assert_eq!((bound, limit), (Bound::J1Max, 135.0));
-    // The ray at 5 degrees from the centre meets the circle first on the far side.
+    // The ray at 5 degrees from the centre first meets the circle on its far side.
     let (sin, cos) = 5.0f64.to_radians().sin_cos();
     let along = distance * cos + (radius * radius - (distance * sin).powi(2)).sqrt();
     let (outwards, aside) = (along * cos - distance, along * sin);

@@ -1,4 +1,4 @@
-//! The emergency stop from a motion under way.
+//! The forced stop of a running motion.
 
 use super::support::*;
 use magician_motion::{
@@ -25,13 +25,13 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
     assert!((braked.end().joints.j1 - 45.0).abs() < 1e-9);
     assert!((braked.joint_velocities(250_000)[0] - 100.0).abs() < 1e-9);
     assert_eq!(plan.crossing, None);
-    // At rest, before and after, there is nothing to brake.
+    // At rest, before and after the motion, there is nothing to brake.
     for t in [0, motion.duration_us(), u64::MAX] {
         let still = planner.brake(&motion, t, 2.0).trajectory;
         assert_eq!(still.duration_us(), 0);
         assert_eq!(still.sample(0), motion.sample(t));
     }
-    // The factor scales the law; without one the arm stops dead.
+    // The factor scales the deceleration; an invalid one stops the arm at once.
     for (factor, us) in [
         (1.0, 1_000_000),
         (8.0, 125_000),
@@ -42,7 +42,7 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         let plan = planner.brake(&motion, motion.duration_us() / 2, factor);
         assert_eq!(plan.trajectory.duration_us(), us, "{factor}");
     }
-    // Without an acceleration it does, too.
+    // An invalid acceleration stops it at once, too.
     let none = Planner {
         speeds: Speeds {
             joint_acceleration: [0.0; 4],
@@ -57,14 +57,15 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
     );
 }
 
-/// Lines that touch the circle on which a sideways tool turns: just there a joint's speed is infinite or no number.
+/// Lines that touch the circle on which a sideways tool turns: there a joint velocity is infinite
+/// or NaN.
 #[test]
 fn where_no_joint_speed_is_a_number_the_arm_stops_dead() {
     for tenths in 1..=600 {
         let before = f64::from(tenths) * 0.1;
         let planner = Planner {
             geometry: Geometry::magician(ToolBias::new(-100.0, 20.0, 0.0)),
-            // It gets to the circle after a second.
+            // It reaches the circle after a second.
             speeds: Speeds {
                 linear_velocity: 300.0,
                 linear_acceleration: 2.0 * before,
@@ -115,13 +116,13 @@ proptest! {
             let now = braked.joint_velocities(braked.duration_us() * step / 50);
             for joint in 0..3 {
                 let seconds = braked.duration_us() as f64 * step as f64 / 50.0 / 1e6;
-                // Never reversed, never faster, never harder than the law.
+                // Never reversed, never faster, never harder than the limit.
                 prop_assert!(now[joint] * before[joint] >= 0.0);
                 prop_assert!(now[joint].abs() <= before[joint].abs());
                 prop_assert!((before[joint] - now[joint]).abs() <= limit(joint) * seconds * (1.0 + 1e-6) + 1e-9);
             }
         }
-        // Where it runs into a limit it stops there.
+        // At a limit it stops.
         for bound in Bound::ALL {
             let side = if bound.is_upper() { 1.0 } else { -1.0 };
             let end = braked.end().joints;

@@ -1,4 +1,4 @@
-//! Continuous path: segments planned as they arrive, against the law of model section 8.
+//! Continuous paths: segments planned as they arrive, compared with model section 8.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ fn settings() -> impl Strategy<Value = CpSpeeds> {
     )
 }
 
-/// A way through the middle of the workspace: steps of so many mm, by some mostly straight on.
+/// A path through the middle of the workspace, in steps of some mm, mostly straight on.
 fn points() -> impl Strategy<Value = Vec<[f64; 3]>> {
     let step = (
         prop_oneof![0.01..0.3f64, 0.3..5.0f64, 5.0..30.0f64],
@@ -37,7 +37,7 @@ fn points() -> impl Strategy<Value = Vec<[f64; 3]>> {
                 y + length * heading.sin(),
                 z + length * climb,
             ];
-            // Where it would leave the middle of the workspace it turns round.
+            // Before it leaves the middle of the workspace it turns back.
             let inside =
                 (200.0..250.0).contains(&next[0]) && next[1].abs() < 50.0 && next[2].abs() < 40.0;
             at = if inside { next } else { half_way_back(at) };
@@ -48,7 +48,7 @@ fn points() -> impl Strategy<Value = Vec<[f64; 3]>> {
 }
 
 const START: [f64; 3] = [225.0, 0.0, 0.0];
-/// Half way back to the middle, nearly.
+/// A point nearly half way back to the middle.
 fn half_way_back([x, y, z]: [f64; 3]) -> [f64; 3] {
     [0.5 * (x + 225.3), 0.5 * y + 0.2, 0.5 * z]
 }
@@ -62,7 +62,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     CpSegment::between(a, b).length()
 }
 
-/// How far a point is from the straight segment between two others.
+/// Distance of a point from the segment between two others.
 fn distance_from_line(point: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let whole = distance(from, to);
     let share: f64 = (0..3)
@@ -72,21 +72,21 @@ fn distance_from_line(point: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     distance(point, foot)
 }
 
-/// The arm's side: what runs, and what waits behind it.
+/// The arm's side: the running segment and those waiting behind it.
 struct Run {
     planner: Planner,
     look_ahead: LookAhead,
     acceleration: f64,
-    /// Whether it may be made to brake harder than that.
+    /// True if it may have to brake harder than the limit.
     forced: bool,
     state: ArmState,
     speed: f64,
     running: Option<Running>,
     queue: VecDeque<(CpSegment, [f64; 3])>,
     newest: [f64; 3],
-    /// The speed at every end of a segment, and how long the segment took, microseconds.
+    /// Speed at the end of each segment, and its duration in microseconds.
     ends: Vec<(f64, u64)>,
-    /// The highest speed met.
+    /// Highest speed seen.
     fastest: f64,
 }
 
@@ -95,7 +95,7 @@ struct Running {
     from: [f64; 3],
     to: [f64; 3],
     motion: Trajectory,
-    /// How much of the motion is done, and how much was by motions before it.
+    /// Elapsed part of the motion, and that of the motions before it.
     at_us: u64,
     before_us: u64,
 }
@@ -163,7 +163,7 @@ impl Run {
         Ok(())
     }
 
-    /// Goes on by so much, or until there is nothing left to do.
+    /// Advances by this much, or until nothing is left to do.
     fn advance(&mut self, mut by_us: u64) -> Result<(), TestCaseError> {
         loop {
             if self.running.is_none() && !self.start_next()? {
@@ -215,7 +215,7 @@ impl Run {
         Ok(true)
     }
 
-    /// Looks at the motion on its way to a time.
+    /// Checks the motion up to a time.
     fn look(&mut self, running: &Running, until: u64) -> Result<(), TestCaseError> {
         const LOOKS: u64 = 12;
         let motion = &running.motion;
@@ -255,7 +255,7 @@ impl Run {
     }
 }
 
-/// The law of the corners, by the angle itself.
+/// Speed limit of a corner, from the angle itself.
 fn corner_limit(settings: &CpSpeeds, a: &[[f64; 3]; 3]) -> f64 {
     let [from, at, to] = *a;
     let step = |a: [f64; 3], b: [f64; 3]| [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
@@ -283,7 +283,7 @@ proptest! {
         let mut run = Run::new(tool, &settings);
         for (index, point) in points.iter().enumerate() {
             run.receive(*point)?;
-            // So many are collected before it starts.
+            // Collects this many before it starts.
             if index + 1 >= ahead {
                 run.advance(pauses[index])?;
             }
@@ -348,7 +348,8 @@ proptest! {
             prop_assert_eq!(place(plan.trajectory.end()), to);
             let left = distance(place(plan.trajectory.start()), to);
             prop_assert!((plan.trajectory.progress(plan.trajectory.duration_us()) - 1.0).abs() < 1e-12 || left < 1e-9);
-            // What it can gain or lose on the rest, it does, and ends as asked whenever it must be slower.
+            // It gains or loses what the rest allows, and ends as requested whenever it must be
+            // slower.
             let gained = (before.path_speed(running.at_us).powi(2) + 2.0 * rates.acceleration * left).sqrt();
             prop_assert!((plan.trajectory.exit_speed() - exit.min(rates.velocity).min(gained)).abs() < 1e-6);
             for share in 0..=8u64 {
@@ -357,7 +358,7 @@ proptest! {
                 prop_assert!(distance_from_line(place(&now), place(&start), to) < 1e-9);
                 let done = plan.trajectory.progress(t);
                 let at = plan.trajectory.time_at_progress(done).expect("reached");
-                // At a crawl many moments have the same share.
+                // At a crawl many instants have the same share.
                 let there = plan.trajectory.progress(at);
                 prop_assert!((there - done).abs() < 1e-5, "{done} {there}");
             }
@@ -392,7 +393,8 @@ proptest! {
 proptest! {
     #![proptest_config(cases(1_500))]
 
-    /// The folded arm's boundary is hollow: a chord of it leaves the limits between two ends that are within.
+    /// The boundary of the folded arm is hollow: a chord of it leaves the limits although both ends
+    /// are within.
     #[test]
     fn a_short_excursion_is_not_overlooked(j2 in 3.0..19.0f64, beyond in 1e-4..0.02f64, length in 1.0..20.0f64) {
         let planner = continuous();
@@ -408,7 +410,7 @@ proptest! {
         prop_assert!((stopped.j2 - stopped.j3 + 70.0).abs() < 1e-9);
     }
 
-    /// The short way to tell that a segment stays within the limits, and the exact one, against dense sampling.
+    /// The quick test for a segment within the limits and the exact one, against dense sampling.
     #[test]
     fn ends_where_it_leaves_the_limits(
         from in reachable(), tool in prop_oneof![Just(ToolBias::NONE), bias()], step in ([-1.0..1.0f64, -1.0..1.0, -1.0..1.0]),
@@ -437,7 +439,7 @@ proptest! {
         if let Some(crossing) = plan.crossing {
             prop_assert_eq!(motion.exit_speed(), 0.0);
             prop_assert_eq!(motion.path_speed(motion.duration_us()), 0.0);
-            // Just after, the line without limits is outside.
+            // Just after it, the line without limits is outside.
             let free = Planner { limits: WITHOUT_LIMITS, ..planner };
             let whole = free.segment(&from, to, 100.0 * part, 100.0, rates).expect("in reach").trajectory;
             let outside = (1..=400u64).map(|us| whole.sample(crossing.at_us + us * us / 4)).any(|now| planner.limits.check(&now.joints).is_err());
@@ -446,7 +448,7 @@ proptest! {
     }
 }
 
-/// On a bound to the precision of a microsecond.
+/// True if the state is on a bound to the precision of a microsecond.
 fn near(planner: &Planner, state: &ArmState) -> bool {
     match planner.limits.check(&state.joints) {
         Err(MotionError::Limit { value, limit, .. }) => (value - limit).abs() < 1e-6,
@@ -471,7 +473,7 @@ fn a_straight_line_in_pieces_takes_the_time_of_the_whole() {
         acceleration: settings.plan_acceleration,
     };
     let expected = rates.least_time(60.0) * 1e6;
-    // Every piece ends on a whole microsecond.
+    // Every segment ends on a whole microsecond.
     assert!(
         (taken as f64 - expected) <= f64::from(pieces) && taken as f64 >= expected - 1.0,
         "{taken} {expected}"
@@ -485,7 +487,7 @@ fn a_straight_line_in_pieces_takes_the_time_of_the_whole() {
 
 #[test]
 fn a_fed_queue_is_never_slower_than_its_look_ahead_allows() {
-    // Four segments of 2 mm in sight at most: 8 mm to brake in, sqrt(2 * 100 * 8) = 40 mm/s.
+    // At most four segments of 2 mm are known: 8 mm to brake, sqrt(2 * 100 * 8) = 40 mm/s.
     let mut run = Run::new(ToolBias::NONE, &ArmModel::MAGICIAN.cp_speeds());
     let mut next = 0;
     let mut feed = |run: &mut Run| {
@@ -539,7 +541,7 @@ fn the_end_of_a_segment_is_checked() {
             Err(MotionError::Speed { .. })
         ));
     }
-    // Too short to count: there at once, exactly.
+    // Too short to count: done at once, exactly.
     let near = go([x, y + 5e-5, z], 30.0, 30.0)
         .expect("in reach")
         .trajectory;
@@ -547,11 +549,11 @@ fn the_end_of_a_segment_is_checked() {
         (near.duration_us(), place(near.end())),
         (0, [x, y + 5e-5, z])
     );
-    // Too short to stop in at the acceleration set: stops all the same.
+    // Too short to stop at the acceleration set; it still stops.
     let hard = go([x, y + 1.0, z], 50.0, 0.0).expect("in reach").trajectory;
     assert_eq!((hard.duration_us(), hard.exit_speed()), (40_000, 0.0));
     assert_eq!(place(hard.end()), [x, y + 1.0, z]);
-    // Only a segment under way has a rest.
+    // Only a running segment has a rest.
     let rest = planner.segment_rest(&hard, 40_000, 0.0, rates);
     assert_eq!(rest, Ok(None));
     let jump = joint_move(magician_motion::Target::Joints(JointAngles::new(

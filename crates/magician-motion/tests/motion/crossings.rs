@@ -1,4 +1,5 @@
-//! Where motions meet limits and the end of reach: the analytic answer against dense sampling.
+//! Crossings of motions with limits and the edge of reach: the analytic answer against dense
+//! sampling.
 
 use super::support::*;
 use magician_motion::{
@@ -19,7 +20,7 @@ proptest! {
 
     #[test]
     fn on_lines_that_graze(from in reachable(), to in reachable(), planner in planner(), closer in 0.5..1.0f64) {
-        // Limits drawn in to what the ends need, and a little more: many lines then touch them.
+        // Limits just wider than the ends need, so that many lines touch them.
         let planner = Planner {
             limits: drawn_in(&planner.limits, &[from, to], closer),
             ..planner
@@ -56,7 +57,7 @@ proptest! {
         };
         let from = ArmState::at_joints(&planner.geometry, &from);
         let to = planner.geometry.forward(&to);
-        // The azimuth's cut behind the base is beyond any limit of J1 that an arm has.
+        // The cut of `atan2` behind the base is beyond any limit of J1.
         if from.pose.x <= 0.0 || to.x <= 0.0 {
             return Ok(());
         }
@@ -72,7 +73,7 @@ proptest! {
 
     #[test]
     fn from_outside_inwards_only(from in reachable(), to in reachable(), planner in planner(), shrink in 0.3..1.0f64) {
-        // The start may be outside these limits; the target is inside.
+        // The start may be outside of these limits; the target is inside.
         let tight = Limits {
             j1: magician_motion::Range::new(-135.0 * shrink, 135.0 * shrink),
             j2: magician_motion::Range::new(-5.0, 90.0 * shrink),
@@ -86,14 +87,14 @@ proptest! {
         let request = line(Target::Pose(planner.geometry.forward(&to)));
         let plan = planner.plan(&start, &request).expect("planned");
         let outside: Vec<Bound> = tight.violations(&from).collect();
-        // On the way that is made no bound is violated by more than at the start.
+        // On the planned path no bound is violated by more than at the start.
         let motion = plan.trajectory;
         for step in 0..=500u64 {
             let joints = motion.sample(motion.duration_us() * step / 500).joints;
             for bound in tight.violations(&joints) {
                 let side = if bound.is_upper() { 1.0 } else { -1.0 };
                 let further = side * (bound.value(&joints) - bound.value(&from));
-                // A crossing is told to the microsecond.
+                // The time of a crossing is exact to a microsecond.
                 prop_assert!(outside.contains(&bound) && further < 1e-3 || side * (bound.value(&joints) - tight.at(bound)) < 1e-3,
                     "{bound:?} {joints:?} from {from:?}");
             }
@@ -140,8 +141,8 @@ fn a_line_past_the_base_leaves_the_workspace() {
         .plan(&from, &line(Target::Pose(to)))
         .expect("planned");
     let crossing = plan.crossing.expect("too near the base");
-    // The wrist comes too near: J2 - J3 = -70 at a distance d with
-    // d^2 = 135^2 + 147^2 - 2 * 135 * 147 * sin(70), which the line meets in closed form.
+    // The wrist comes too close: J2 - J3 = -70 at a distance d with d^2 = 135^2 + 147^2 - 2 * 135 *
+    // 147 * sin(70), which the line reaches in closed form.
     let MotionError::Limit { bound, .. } = crossing.cause else {
         panic!("{crossing:?}")
     };
@@ -219,7 +220,7 @@ fn joint_motions_run_to_the_limit_exactly() {
         let stopped = plan.trajectory.sample(u64::MAX).joints;
         assert!((expected.value(&stopped) - limit).abs() < 1e-9);
         assert!(planner.limits.check(&stopped).is_ok());
-        // Once there, further out is refused at once, and back in is not.
+        // From there, further out is refused at once and back in is not.
         let there = *plan.trajectory.end();
         let again = planner.plan(&there, &request).expect("not refused");
         assert_eq!(again.crossing.map(|crossing| crossing.at_us), Some(0));
@@ -259,8 +260,9 @@ fn from_beyond_a_limit_the_way_is_back_in() {
     );
 }
 
-/// The base begins beyond its bound, comes back within on a circle, and would leave again at the far end of the turn: what
-/// was let out for the start is in force again from where it was kept.
+/// The base starts beyond its bound, comes back within on a circle, and would leave again at the
+/// far end of the turn. The bound that was widened for the start applies again as soon as it was
+/// kept.
 #[test]
 fn a_motion_that_has_come_back_within_a_bound_stops_where_it_would_leave_it_again() {
     let limits = Limits {
@@ -271,8 +273,8 @@ fn a_motion_that_has_come_back_within_a_bound_stops_where_it_would_leave_it_agai
         limits,
         ..continuous()
     };
-    // Round a centre at 43 degrees; seen from the base the circle reaches from 31 to 55 degrees. It is entered where it
-    // has just begun to lead inwards.
+    // Around a centre at 43 degrees; seen from the base the circle spans 31 to 55 degrees. It
+    // starts where it has just begun to lead inwards.
     let (distance, centre) = (200.0, 43.0_f64.to_radians());
     let radius = distance * 12.0_f64.to_radians().sin();
     let at = |angle: f64| {
@@ -308,8 +310,8 @@ fn a_motion_that_has_come_back_within_a_bound_stops_where_it_would_leave_it_agai
     assert!((end - 50.0).abs() < 1e-3, "{end}");
 }
 
-/// A pose whose wrist lies a hair behind the base axis belongs to other joints, a degree away; a path in space cannot begin
-/// there.
+/// A pose whose wrist is slightly behind the base axis belongs to other joints, a degree away. A
+/// path in space cannot start there.
 #[test]
 fn joints_a_degree_from_those_of_their_pose_begin_no_line() {
     let joints = JointAngles::HOME;

@@ -1,4 +1,4 @@
-//! Jogging: to the limits, to a stop, and back.
+//! Jogs: to the limits, to a stop, and back.
 
 use super::support::*;
 use magician_motion::{
@@ -38,7 +38,7 @@ fn sign(jog: Jog) -> f64 {
     if jog.positive { 1.0 } else { -1.0 }
 }
 
-/// The value that a jog changes.
+/// Value that a jog changes.
 fn value(axis: JogAxis, state: &ArmState) -> f64 {
     match axis {
         JogAxis::J1 => state.joints.j1,
@@ -52,7 +52,7 @@ fn value(axis: JogAxis, state: &ArmState) -> f64 {
     }
 }
 
-/// That nothing moves but what the jog moves.
+/// Checks that only the jogged axis moves.
 fn keeps_the_rest(axis: JogAxis, from: &ArmState, now: &ArmState) -> Result<(), TestCaseError> {
     if is_straight(axis) {
         let (before, after) = (from.pose.to_array(), now.pose.to_array());
@@ -105,7 +105,7 @@ fn a_joint_runs_from_home_to_its_limit_in_the_time_of_the_law() {
             .expect("planned")
     };
     let plan = jog(JogAxis::J1, true);
-    // 0.3 s and 2.25 degrees to 15 deg/s, then straight on.
+    // 0.3 s and 2.25 degrees to reach 15 deg/s, then constant speed.
     let expected = 0.3 + (135.0 - 2.25) / 15.0;
     assert_eq!(plan.trajectory.duration_us(), (expected * 1e6) as u64);
     assert_eq!(plan.trajectory.end().joints.j1, 135.0);
@@ -166,7 +166,7 @@ fn rates_that_are_none_are_refused() {
         velocity_ratio: 50.0,
         ..ArmModel::MAGICIAN.power_up.speeds()
     };
-    // The ceiling counts before the ratio.
+    // The ceiling applies before the ratio.
     let rates = settings
         .jog(JogAxis::X, &ArmModel::MAGICIAN.ceilings)
         .expect("speeds");
@@ -227,7 +227,7 @@ fn at_and_beyond_a_limit_only_inwards() {
         let back = go(false);
         assert_eq!(back.trajectory.end().joints.j1, -135.0);
     }
-    // Too far out for the tool as well: downwards is back in.
+    // Beyond reach for the tool as well: downwards leads back in.
     let high = state(&planner, [0.0, -8.0, 0.0, 0.0]);
     let lower = Jog {
         axis: JogAxis::X,
@@ -264,7 +264,8 @@ proptest! {
     ) {
         let planner = Planner { geometry: Geometry::magician(tool), ..continuous() };
         let from = ArmState::at_joints(&planner.geometry, &from);
-        // Where the tool's bias is larger than the wrist's way out, a pose has other joints than these.
+        // If the bias is larger than the distance of the wrist, the pose has other joints than
+        // these.
         let again = planner.geometry.inverse(&from.pose);
         if is_straight(jog.axis) && again.is_ok_and(|joints| (joints.j1 - from.joints.j1).abs() > 1e-6) {
             return Ok(());
@@ -281,7 +282,7 @@ proptest! {
                 let exact = if is_straight(jog.axis) { 1e-9 } else { 1e-12 };
                 prop_assert!((angle - limit).abs() < exact || motion.duration_us() == 0, "{bound:?} at {angle}");
             }
-            // A sideways tool may get to the base axis before any joint gets to its limit.
+            // A sideways tool may reach the base axis before any joint reaches its limit.
             _ => prop_assert!(tool.y != 0.0 || tool.x > 60.0, "{crossing:?}"),
         }
         let mut before = sign(jog) * value(jog.axis, &from);
@@ -300,7 +301,7 @@ proptest! {
                 prop_assert!((velocity - expected).abs() < 1e-6, "{velocity} {expected}");
             }
         }
-        // There it stands: no further out, but back.
+        // At the limit a jog further out takes no time.
         let further = planner.jog(&end, jog, rates, 0.0).expect("planned");
         prop_assert_eq!((further.trajectory.duration_us(), *further.trajectory.end()), (0, end));
         prop_assert!(further.crossing.is_some());
@@ -349,7 +350,7 @@ proptest! {
         let at_us = (motion.duration_us() as f64 * share) as u64;
         let entry = motion.velocity_along(jog.axis, at_us);
         let start = motion.sample(at_us);
-        // On in the same direction at another speed, or back.
+        // The second jog goes on in the same direction at another speed, or back.
         let next = Jog { positive: jog.positive == same, ..jog };
         let plan = planner.jog(&start, next, back, entry).expect("planned");
         let second = plan.trajectory;
@@ -375,12 +376,13 @@ proptest! {
             let gone = value(jog.axis, &now) - place;
             let fastest = entry.abs().max(back.velocity);
             prop_assert!(gone.abs() <= fastest * step + 1e-6);
-            // The trapezoidal rule over a steady acceleration, or one with a change in it.
+            // Trapezoidal rule for a constant acceleration, or one with a single change.
             let error = (gone - 0.5 * (velocity + faster) * step).abs();
             prop_assert!(error <= 0.25 * back.acceleration * (step + 1e-6) * (step + 1e-6) + 1e-6, "{error}");
             (velocity, place, before) = (faster, value(jog.axis, &now), t);
         }
-        // It ends at full speed in the new direction, unless a limit or a lack of room ends it before.
+        // It ends at full speed in the new direction, unless a limit or lack of room ends it
+        // before.
         let last = second.velocity_along(jog.axis, second.duration_us() - 1);
         let room = (value(jog.axis, second.end()) - value(jog.axis, &start)).abs();
         if room > (entry * entry + back.velocity * back.velocity) / back.acceleration {

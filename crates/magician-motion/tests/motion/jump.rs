@@ -1,4 +1,4 @@
-//! Jumps: how high, by which corners, and where they end.
+//! Jumps: heights, corners and ends.
 
 use super::support::*;
 use magician_motion::{
@@ -26,7 +26,7 @@ fn at(planner: &Planner, x: f64, y: f64, z: f64, r: f64) -> ArmState {
         .expect("reachable")
 }
 
-/// The states in which the motion rests: where all joints stand still.
+/// Poses in which the motion rests: where all joints stand still.
 fn stops(motion: &Trajectory) -> Vec<Pose> {
     let mut stops = Vec::new();
     let mut slowest = (f64::INFINITY, 0);
@@ -93,7 +93,7 @@ fn the_corners_follow_the_heights() {
         );
         let stops = stops(&planner.plan(&from, &request).expect("planned").trajectory);
         let z = |stop: Option<&Pose>| (stop.expect("a stop").z * 1e3).round() / 1e3;
-        // A leg of no length is no stop of its own: count corners from the outside.
+        // A leg of no length is no stop of its own: count corners from both ends.
         let lift = if stops.len() > 1 { z(stops.get(1)) } else { z0 };
         let descent = if stops.len() == 4 {
             z(stops.get(2))
@@ -154,7 +154,7 @@ fn targets_and_corners_are_checked_before_moving() {
         plan(400.0, 0.0, ArmModel::MAGICIAN.power_up.jump()),
         Err(MotionError::Unreachable(Unreachable::TooFar { .. }))
     ));
-    // The target is within reach, the corner above it is not.
+    // The target is in reach, the corner above it is not.
     assert!(matches!(
         plan(310.0, 60.0, JumpHeights::even(60.0, 300.0)),
         Err(MotionError::Limit { .. } | MotionError::Unreachable(_))
@@ -210,8 +210,8 @@ proptest! {
         stays_below(&planner, from, to, heights, Transfer::Line)?;
     }
 
-    /// Joints swing the tool up between the corners, by 19 mm at most where anyone looked: with 20 mm between the
-    /// ends and the ceiling the corners can always give way.
+    /// Joints swing the tool up between the corners, by at most 19 mm in all searches. With 20 mm
+    /// between the ends and the ceiling the corners can always be lowered enough.
     #[test]
     fn a_joint_transfer_is_never_above_the_ceiling(
         from in reachable(), to in reachable(), planner in planner(),
@@ -227,8 +227,8 @@ proptest! {
     }
 }
 
-/// One end is just below the ceiling and the base bars the line between the corners: the other corner gives way alone,
-/// far enough.
+/// One end is just below the ceiling and the base blocks the line between the corners: only the
+/// other corner is lowered, far enough.
 #[test]
 fn one_corner_gives_way_for_both() {
     let planner = suction();
@@ -288,7 +288,7 @@ fn stays_below(
         let t = (motion.duration_us() as f64 / 2_000.0 * step as f64) as u64;
         let state = motion.sample(t);
         let z = planner.geometry.forward(&state.joints).z;
-        // The summit is known to a nanometre or so.
+        // The summit is known to about a nanometre.
         prop_assert!(z <= ceiling + 1e-5, "{z} above {ceiling}");
     }
     if plan.crossing.is_none() {
@@ -315,7 +315,7 @@ fn corners_give_way_only_where_the_ceiling_would_be_broken() {
         (corner - 90.0).abs() < 1e-3 && free > 92.0,
         "{corner} {free}"
     );
-    // Under a ceiling they nearly reach it, from lower corners.
+    // Below a ceiling they nearly reach it, from lower corners.
     let (corner, capped) = top(90.0, Transfer::Joint);
     assert!(
         corner < 88.0 && capped <= 90.0 && capped > 89.0,

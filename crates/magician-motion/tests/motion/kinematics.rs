@@ -1,4 +1,4 @@
-//! Forward and inverse kinematics against poses reported by real arms, and against each other.
+//! Forward and inverse kinematics, compared with poses reported by real arms and with each other.
 
 use super::support::cases;
 use magician_motion::{
@@ -55,7 +55,8 @@ fn poses_of_real_arms_are_met() {
             .inverse_within(&pose, &ArmModel::MAGICIAN.limits)
             .expect(&row.id);
         let full_precision = row.printed_resolution < 1e-4;
-        // hm01's joints are the documented home, not a printout; its pose is good to the same 0.03 mm.
+        // The joints of hm01 are the documented home, not a printout; its pose is accurate to the
+        // same 0.03 mm.
         let (mm, deg) = if full_precision {
             (2e-5, 2e-5)
         } else {
@@ -71,7 +72,7 @@ fn poses_of_real_arms_are_met() {
     }
 }
 
-/// Joint angles anywhere within the controller's limits, corners and edges included.
+/// Joint angles within the controller's limits, corners and edges included.
 fn reachable() -> impl Strategy<Value = JointAngles> {
     let edge = |min: f64, max: f64| prop_oneof![1 => Just(min), 1 => Just(max), 6 => min..=max];
     (

@@ -1,4 +1,4 @@
-//! The 20 ms law: what recordings of real arms show, and what follows in closed form.
+//! The 20 ms law: recordings of real arms, and its closed forms.
 
 use super::support::*;
 use magician_motion::{
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 const PERIOD_US: u64 = 20_000;
 const PERIOD: f64 = 0.02;
 
-/// What a controller adds up period by period: speed first, then place.
+/// Positions of a controller that adds up period by period: speed first, then position.
 fn added_up(speeds: impl IntoIterator<Item = f64>) -> Vec<f64> {
     let mut place = 0.0;
     let places = speeds.into_iter().map(|speed| {
@@ -20,7 +20,7 @@ fn added_up(speeds: impl IntoIterator<Item = f64>) -> Vec<f64> {
     [0.0].into_iter().chain(places).collect()
 }
 
-/// The speeds of a jog that goes for a target from a speed, in turn.
+/// Speeds of a jog that ramps to a target, period by period.
 fn jogged(mut speed: f64, target: f64, acceleration: f64) -> impl Iterator<Item = f64> {
     std::iter::repeat_with(move || {
         let most = acceleration * PERIOD;
@@ -40,7 +40,8 @@ fn limits() -> impl Strategy<Value = KinematicLimits> {
     })
 }
 
-/// A MOVJ of a ROS 2 driver's log: 0.07200 and 0.43201 degrees after 3 and 8 periods at 30 deg/s2.
+/// A MOVJ in the log of a ROS 2 driver: 0.07200 and 0.43201 degrees after 3 and 8 periods at 30
+/// deg/s2.
 #[test]
 fn a_joint_move_of_a_real_arm() {
     let limits = KinematicLimits {
@@ -55,8 +56,8 @@ fn a_joint_move_of_a_real_arm() {
 proptest! {
     #![proptest_config(cases(1_000))]
 
-    /// The vendor's controller takes the speed that the trapezoid has at the end of each period, and the last one goes to the
-    /// target.
+    /// The vendor's controller uses the speed of the trapezoid at the end of each period; the last
+    /// period goes to the target.
     #[test]
     fn from_rest_to_rest_adds_up_the_speeds_of_the_trapezoid(length in 0.001..500.0f64, limits in limits()) {
         let trapezoid = VelocityProfile::trapezoid(length, &limits);
@@ -68,7 +69,7 @@ proptest! {
             prop_assert!((at(&profile, step) - place).abs() < 1e-9 * (1.0 + length), "{step}: {} {place}", at(&profile, step));
         }
         prop_assert_eq!(at(&profile, count), length);
-        // The curve between the places never goes back, and time_at is its inverse.
+        // The curve between the positions never goes back, and `time_at` is its inverse.
         for nth in 0..100 {
             let t = profile.duration() * f64::from(nth) / 100.0;
             let place = profile.position(t);
@@ -89,7 +90,7 @@ proptest! {
         prop_assert!(profile.duration() <= (places.len() as f64) * PERIOD + 1e-9);
     }
 
-    /// Whatever speed there is already, of either sign.
+    /// From any initial speed, of either sign.
     #[test]
     fn a_jog_goes_for_its_speed_by_the_acceleration(
         entry in -300.0..300.0f64, velocity in 1.0..300.0f64, acceleration in 5.0..400.0f64, backwards in any::<bool>(),
@@ -133,7 +134,8 @@ proptest! {
         prop_assert_eq!(braked.duration_us() % PERIOD_US, 0);
     }
 
-    /// A segment of a path takes the nearest number of whole periods, keeps its bounds as far as that lets it, and ends exactly.
+    /// A segment takes the nearest whole number of periods, keeps its limits as far as that allows,
+    /// and ends exactly.
     #[test]
     fn a_segment_takes_the_nearest_whole_number_of_periods(
         length in 0.01..50.0f64, entry in 0.0..100.0f64, exit in 0.0..100.0f64, limits in limits(),
@@ -142,13 +144,13 @@ proptest! {
         let profile = MotionLaw::MAGICIAN.segment(length, entry, exit, &limits);
         let count = profile.duration() / PERIOD;
         prop_assert!((count - count.round()).abs() < 1e-9 && count.round() >= 1.0);
-        // What binary32 makes of the ends of a segment, 0.00006 mm, decides a tie and nothing else.
+        // The rounding of its ends to binary32, 0.00006 mm, decides a tie and nothing else.
         let half = 0.5 * PERIOD + 6e-5 / limits.velocity + 1e-9;
         let off = profile.duration() - exact.duration();
         prop_assert!(off.abs() <= half || count.round() == 1.0 && off > 0.0, "{off}");
         prop_assert_eq!((profile.position(0.0), profile.position(profile.duration())), (0.0, length));
         prop_assert_eq!(profile.exit(), exact.exit());
-        // In a share of the time a cruise is faster by that share, and makes up for what ramps between the same speeds lose.
+        // In a share of the time a cruise is faster by that share, and makes up for the ramps.
         let share = (profile.duration() / exact.duration()).min(1.0);
         let highest = limits.velocity.max(entry).max(exact.exit()) * (1.0 + 1e-9);
         let highest = highest * (2.0 - share) / share;
@@ -172,11 +174,11 @@ fn segments_at_one_speed_take_the_nearest_number_of_periods() {
         (1.0, 30.0, 2),
         (0.8, 30.0, 1),
         (1.4, 30.0, 2),
-        // A tie, whatever binary32 makes of both ends.
+        // A tie, however binary32 rounds both ends.
         (3.0, 100.0, 2),
         (3.0 - 5e-5, 100.0, 2),
         (3.0 + 5e-5, 100.0, 2),
-        // None takes less than one.
+        // At least one period.
         (0.1, 30.0, 1),
     ] {
         let profile = MotionLaw::MAGICIAN.segment(length, velocity, velocity, &limits(velocity));
@@ -186,7 +188,7 @@ fn segments_at_one_speed_take_the_nearest_number_of_periods() {
             "{length} mm at {velocity} mm/s: {} s",
             profile.duration()
         );
-        // One speed all along.
+        // Constant speed.
         let middle = profile.position(0.5 * lasting);
         assert!((middle - 0.5 * length).abs() < 1e-9, "{length}: {middle}");
     }
@@ -206,9 +208,9 @@ fn a_line_of_a_real_arm_takes_one_period_more_at_most() {
         kind: MoveKind::Line,
     };
     let motion = planner.plan(&from, &request).unwrap().trajectory;
-    // 2 s in continuous time, a whole number of periods.
+    // 2 s in continuous time, which is a whole number of periods.
     assert_eq!(motion.duration_us(), 2_000_000);
-    // 0.04 mm a step of a step: 100 mm/s2.
+    // 0.04 mm per period and period: 100 mm/s2.
     let gone = |step| pose_of(&motion, step).y - from.pose.y;
     for (step, mm) in [(1, 0.04), (2, 0.12), (5, 0.6), (10, 2.2)] {
         assert!((gone(step) - mm).abs() < 1e-9, "{step}: {}", gone(step));

@@ -1,4 +1,4 @@
-//! How fast a continuous path may be at its corners, by hand (model section 8).
+//! Speeds of continuous paths at corners, computed by hand (model section 8).
 
 use magician_motion::{
     ArmModel, CpSegment, CpSpeeds, LookAhead, MotionError, MotionLaw, SpeedQuantity,
@@ -28,13 +28,13 @@ fn corners_count_by_the_closed_form() {
     let (square, back) = (turned(90.0), turned(180.0));
     let speed = look_ahead.exit_speed(&along, [&square]);
     assert!((look_ahead.exit_speed(&along, [&back]) - speed).abs() < 1e-12);
-    // Straight on only the end of the queue counts: 50 mm at 100 mm/s2.
+    // Straight on, only the end of the queue matters: 50 mm at 100 mm/s2.
     let on = turned(0.0);
     assert_eq!(look_ahead.exit_speed(&along, [&on]), 100.0);
     let short = CpSegment::between([50.0, 0.0, 0.0], [50.5, 0.0, 0.0]);
     assert!((look_ahead.exit_speed(&along, [&short]) - 10.0).abs() < 1e-12);
     assert_eq!(look_ahead.exit_speed(&along, []), 0.0);
-    // One too short to count is no corner and no way.
+    // A segment too short to count is neither a corner nor a distance.
     let speck = CpSegment::between([50.0, 0.0, 0.0], [50.0, 5e-5, 0.0]);
     assert!(speck.is_empty());
     assert_eq!(look_ahead.exit_speed(&along, [&speck, &on]), 100.0);
@@ -65,12 +65,12 @@ fn in_real_time_a_segment_takes_a_period() {
         .map(|n| piece(f64::from(n), f64::from(n + 1)))
         .collect();
     assert_eq!(look_ahead.rates(&path[0]).velocity, 20.0);
-    // Long segments are cut by the speed of the path.
+    // The speed of the path limits long segments.
     assert_eq!(look_ahead.rates(&piece(0.0, 100.0)).velocity, 300.0);
     let mut room = vec![0.0; 40];
     let times: Vec<u64> = look_ahead.times(&path, &mut room).collect();
     assert!(times[5..35].iter().all(|us| *us == 50_000), "{times:?}");
-    // No corner limit.
+    // No limit at corners.
     let aside = CpSegment::between([1.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
     assert_eq!(look_ahead.exit_speed(&path[0], [&aside]), 20.0);
     // Whole periods, but with corners.
@@ -126,7 +126,7 @@ fn settings_that_are_none_are_refused() {
         value: 0.0,
     };
     assert_eq!(error.to_string(), "period is 0 s, it must be above 0 s");
-    // The ceilings of the arm.
+    // Ceilings of the arm.
     let fast = LookAhead::new(
         &CpSpeeds {
             plan_acceleration: 1e9,

@@ -1,4 +1,5 @@
-//! Geometry, paths and velocity profiles, one program: `cargo test --test motion jump::` does those of a file.
+//! Integration tests of geometry, paths and velocity profiles in one program.
+//! `cargo test --test motion jump::` runs those of one file.
 
 mod support;
 

@@ -1,4 +1,4 @@
-//! Motions that take no less than a given time.
+//! Motions with a minimum duration.
 
 use super::support::*;
 use magician_motion::{
@@ -42,7 +42,7 @@ fn a_quick_motion_waits_and_a_slow_one_does_not() {
         assert_eq!(motion.duration_us(), least_us);
         assert_eq!(motion.end(), plain.trajectory.end());
     }
-    // Half way after half the time, at 2 s / T with the whole of it for the ramps.
+    // Half of the distance after half of the time, at 2 s / T if all of it is ramps.
     let motion = lasting(4_000_000).trajectory;
     assert!((motion.progress(2_000_000) - 0.5).abs() < 1e-12);
     assert!((motion.progress(1_000_000) - 0.125).abs() < 1e-12);
@@ -52,7 +52,8 @@ fn a_quick_motion_waits_and_a_slow_one_does_not() {
 fn the_law_of_the_model_stretches_a_motion_that_cruises() {
     let planner = continuous();
     let from = state(&planner, [-100.0, 45.0, 45.0, 0.0]);
-    // 180 degrees at 100 deg/s and 100 deg/s2: 2.8 s; in 3 s it cruises still, with ramps of 1.2 s.
+    // 180 degrees at 100 deg/s and 100 deg/s2 take 2.8 s. In 3 s it still cruises, with ramps of
+    // 1.2 s.
     let turn = joint_move(Target::JointIncrement([180.0, 0.0, 0.0, 0.0].into()));
     let motion = planner
         .plan_with_min_duration(&from, &turn, 3_000_000)
@@ -70,7 +71,7 @@ fn the_law_of_the_model_stretches_a_motion_that_cruises() {
             "{t}"
         );
     }
-    // In 4 s it does not.
+    // In 4 s it does not cruise.
     let motion = planner
         .plan_with_min_duration(&from, &turn, 4_000_000)
         .expect("planned")
@@ -115,7 +116,7 @@ proptest! {
         prop_assert_eq!(motion.end(), plain.end());
         prop_assert_eq!(motion.sample(0), plain.sample(0));
         let factor = least_us as f64 / plain.duration_us() as f64;
-        // Leg by leg the shares done differ by no more than a law that cruises does from one that does not.
+        // Leg by leg, the shares done differ by no more than those of a trapezoid and a triangle.
         for step in 0..=100u64 {
             let t = plain.duration_us() * step / 100;
             let later = (t as f64 * factor) as u64;
@@ -123,12 +124,12 @@ proptest! {
             prop_assert!((plain.progress(t) - motion.progress(later)).abs() < 0.126 + 2.0 * period);
         }
         match kind {
-            // The path stays.
+            // The path is unchanged.
             MoveKind::Line if planner.law.is_continuous() => for share in [0.1, 0.35, 0.5, 0.8] {
                 let place = |motion: &Trajectory| motion.sample(motion.time_at_progress(share).expect("reached")).pose;
                 prop_assert!(place(&plain).distance_to(&place(&motion)) < 1e-3);
             },
-            // No joint is faster than it was, and the slowest one starts and ends with the others.
+            // No joint is faster than before, and the slowest one starts and ends with the others.
             MoveKind::Joint => {
                 let fastest = |motion: &Trajectory| {
                     (0..400u64).map(|step| motion.joint_velocities(motion.duration_us() * step / 400))
@@ -152,7 +153,7 @@ proptest! {
         let plain = planner.plan(&from, &request).expect("planned");
         let whole = Planner { limits: WITHOUT_LIMITS, ..planner }.plan(&from, &request).expect("planned").trajectory;
         let slow = planner.plan_with_min_duration(&from, &request, whole.duration_us() * 3).expect("planned");
-        // r has another law then, and with it J4: the other joints cross where they did.
+        // r has another profile then, and so has J4; the other joints cross at the same position.
         let Some(crossing) = plain.crossing else {
             return Ok(());
         };

@@ -1,4 +1,4 @@
-//! Point-to-point motions: times, laws, ends and straightness.
+//! Point-to-point motions: times, profiles, ends and straightness.
 
 use super::support::*;
 use magician_motion::{
@@ -41,7 +41,7 @@ fn the_times_of_the_model_are_met() {
         ..full
     };
     assert_eq!(seconds(&more, home, quarter), seconds(&full, home, quarter));
-    // A long enough way cruises: 120 degrees at 20 deg/s and 20 deg/s2 take 6 s and 1 s.
+    // Long enough to cruise: 120 degrees at 20 deg/s and 20 deg/s2 take 6 s plus 1 s.
     let slow = Planner {
         speeds: Speeds {
             joint_velocity: [20.0; 4],
@@ -111,7 +111,7 @@ fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
                 ..
             }
         ));
-        // The line turns neither r nor, by a setting, joint 1.
+        // The line needs neither r nor joint 1, whose settings are invalid.
         assert!(planner.plan(&home, &up).is_ok());
         speeds.velocity_ratio = bad;
         let planner = Planner {
@@ -204,7 +204,7 @@ fn a_motion_shorter_than_counts_takes_no_time_and_arrives() {
     assert_eq!(*plan.trajectory.end(), beyond);
 }
 
-/// Every target as every kind of motion, but for jumps.
+/// Any target with any kind of motion except jumps.
 fn request() -> impl Strategy<Value = magician_motion::Move> {
     (reachable(), 0..3, bias()).prop_map(|(joints, which, _)| match which {
         0 => joint_move(Target::Joints(joints)),
@@ -225,7 +225,7 @@ fn with_suction(speeds: Speeds) -> Planner {
     }
 }
 
-/// Largest velocity and acceleration of a sampled quantity, from differences; 10 kHz.
+/// Largest velocity and acceleration of a quantity sampled at 10 kHz, from differences.
 fn extremes(samples: &[f64]) -> (f64, f64) {
     let rates: Vec<f64> = samples.windows(2).map(|w| (w[1] - w[0]) / 1e-4).collect();
     let fastest = rates.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
@@ -277,7 +277,8 @@ proptest! {
             .collect();
         let ratio = |percent: f64| percent.min(100.0) / 100.0;
         let (rv, ra) = (ratio(speeds.velocity_ratio), ratio(speeds.acceleration_ratio));
-        // Differences of doubles over 0.1 ms: a part in a million, and the rounding of the difference itself.
+        // Differences of doubles over 0.1 ms: a millionth, plus the rounding of the difference
+        // itself.
         let check = |samples: Vec<f64>, v: f64, a: f64| {
             let (fastest, hardest) = extremes(&samples);
             prop_assert!(fastest <= v * rv * (1.0 + 1e-6) + 1e-8, "{fastest} {}", v * rv);
@@ -325,7 +326,7 @@ proptest! {
         let step = (motion.duration_us() / 5_000).max(1_000);
         for t in (0..motion.duration_us()).step_by(step as usize) {
             let sample = motion.sample(t);
-            // What counts is where the joints put the tool.
+            // The position that the joints give the tool counts.
             let there = planner.geometry.forward(&sample.joints);
             prop_assert!(there.distance_to(&sample.pose) < 1e-6);
             let way = [there.x - a.x, there.y - a.y, there.z - a.z];

@@ -1,4 +1,4 @@
-//! Rest-to-rest times against Ruckig without a jerk limit: an independent implementation.
+//! Rest-to-rest times compared with Ruckig without a jerk limit, an independent implementation.
 
 use super::support::*;
 use magician_motion::{
@@ -7,7 +7,7 @@ use magician_motion::{
 use proptest::prelude::*;
 use rsruckig::prelude::*;
 
-/// Ruckig's time for axes from rest to rest that arrive together, seconds.
+/// Ruckig's time for axes that start and arrive together from rest to rest, seconds.
 fn ruckig<const N: usize>(lengths: [f64; N], velocity: [f64; N], acceleration: [f64; N]) -> f64 {
     let mut otg = Ruckig::<N, ThrowErrorHandler>::new(None, 0.001);
     let mut input = InputParameter::<N>::new(None);

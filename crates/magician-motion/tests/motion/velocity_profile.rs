@@ -1,4 +1,4 @@
-//! The velocity profile between any two speeds.
+//! Velocity profiles between any two speeds.
 
 use super::support::cases;
 use magician_motion::{KinematicLimits, VelocityProfile};
@@ -17,20 +17,20 @@ fn the_closed_forms() {
         velocity: 100.0,
         acceleration: 200.0,
     };
-    // Half a second up over 25 mm, 50 mm held, half a second down.
+    // Half a second of ramp over 25 mm, 50 mm of cruise, half a second of ramp.
     let whole = VelocityProfile::between(100.0, 0.0, 0.0, &limits);
     assert!((whole.duration() - 1.5).abs() < 1e-12);
     assert_eq!(whole.corners()[..2], [0.5, 1.0]);
-    // Too short for what it is to gain: the square of the speed grows by 2 a s.
+    // Too short to reach the exit speed: the square of the speed grows by 2 a s.
     let short = VelocityProfile::between(1.0, 0.0, 90.0, &limits);
     assert!((short.exit() - 20.0).abs() < 1e-12);
     assert!((short.duration() - 0.1).abs() < 1e-12);
-    // Too short for what it is to lose: at the mean speed over the length.
+    // Too short to brake: mean speed over the length.
     let hard = VelocityProfile::between(1.0, 90.0, 10.0, &limits);
     assert!((hard.duration() - 0.02).abs() < 1e-12);
     assert!((hard.acceleration(0.01) + 4000.0).abs() < 1e-6);
     assert_eq!(hard.exit(), 10.0);
-    // Faster than allowed at first: 50 mm/s too much, lost over 31.25 mm.
+    // Enters too fast by 50 mm/s, which is lost over 31.25 mm.
     let fast = VelocityProfile::between(100.0, 150.0, 100.0, &limits);
     assert!((fast.corners()[0] - 0.25).abs() < 1e-12);
     assert!((fast.duration() - 0.25 - 0.6875).abs() < 1e-12);
@@ -66,7 +66,8 @@ proptest! {
                 let change = (after - before).abs();
                 prop_assert!(change <= limits.acceleration * step * (1.0 + 1e-6) + 1e-9, "{change}");
             }
-            // The profile is linear but for two corners: elsewhere the mean speed is that of the middle.
+            // The velocity is linear except at two corners, so elsewhere the mean speed is that of
+            // the middle.
             let corner = profile.corners().iter().any(|corner| (a..=b).contains(corner));
             let gone = profile.position(b) - profile.position(a);
             let mean = profile.velocity(0.5 * (a + b));

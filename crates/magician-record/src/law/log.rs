@@ -1,4 +1,4 @@
-//! Readings read back from the files that a recording writes.
+//! Readings, parsed from the files that a recording writes.
 
 use magician_protocol::commands;
 use magician_protocol::{Direction, Frame, Layout, Readable};
@@ -7,25 +7,25 @@ use thiserror::Error;
 
 use crate::replay::{Replay, values_of};
 
-/// A pose, and when the host asked for it.
+/// A pose, and the time at which the host asked for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Seconds by the host's clock.
+    /// Seconds on the host's clock.
     pub t: f64,
-    /// x, y, z in mm, r and J1 to J4 in deg.
+    /// x, y, z in mm; r and J1 to J4 in deg.
     pub values: [f64; 8],
 }
 
 /// Readings of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
-    /// In the order of time.
+    /// Samples in order of time.
     pub samples: Vec<Sample>,
     /// True if the last line was cut off and is left out.
     pub cut: bool,
 }
 
-/// Why a file is no log of readings.
+/// Reason why a file is not a log of readings.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum LogError {
@@ -37,15 +37,15 @@ pub enum LogError {
         "it is neither a trace nor readings: it has no line of column names with t, x, y and z, and no JSON objects with them"
     )]
     Foreign,
-    /// A line is damaged.
+    /// A line is invalid.
     #[error("line {line}: {what}")]
     Line {
         /// Number of the line, from 1.
         line: usize,
-        /// The reason why it cannot be used.
+        /// Reason.
         what: String,
     },
-    /// A recording that cannot be read.
+    /// A recording cannot be read.
     #[error("the recording cannot be read: {0}")]
     Recording(String),
 }
@@ -54,7 +54,7 @@ pub enum LogError {
 const NAMES: [&str; 9] = ["t", "x", "y", "z", "r", "j1", "j2", "j3", "j4"];
 
 impl Samples {
-    /// Reads a table (CSV), JSON lines, or a recording (MCAP) without frames.
+    /// Parses a table (CSV), JSON lines, or a recording (MCAP) without frames.
     ///
     /// ```
     /// use magician_record::law::Samples;
@@ -65,7 +65,7 @@ impl Samples {
     /// ```
     ///
     /// # Errors
-    /// A [`LogError`].
+    /// [`LogError`] if the file is of another kind, damaged, or has no readings.
     pub fn read(bytes: &[u8]) -> Result<Self, LogError> {
         if crate::mcap::is_recording(bytes) {
             return Self::recording(bytes);
@@ -83,7 +83,7 @@ impl Samples {
         log.checked()
     }
 
-    /// The poses that a session read, by the times at which it asked for them.
+    /// Extracts the poses of a session, with the times of their requests.
     #[must_use]
     pub fn of_session(session: &Replay<'_>) -> Self {
         let row = <commands::Pose as Readable>::ROW;
@@ -125,12 +125,13 @@ impl Samples {
         let mut log = Self::default();
         let is_whole = text.ends_with('\n');
         let mut lines = lines.peekable();
-        // The units of the columns.
+        // A line with the units of the columns.
         lines.next_if(|(_, line)| {
             let mut cells = line.split(',').map(str::trim);
             cells.all(|cell| ["", "s", "mm", "deg"].contains(&cell))
         });
         while let Some((line, text)) = lines.next() {
+            // A last line without a newline may be cut in the middle of a number.
             if lines.peek().is_none() && !is_whole {
                 log.cut = true;
                 break;
@@ -235,11 +236,12 @@ impl Samples {
             position: f64,
         }
         let unreadable = |error: mcap::McapError| LogError::Recording(error.to_string());
+        // A killed recorder leaves no end magic.
         let options = mcap::read::Options::IgnoreEndMagic.into();
         let messages = mcap::MessageStream::new_with_options(bytes, options).map_err(unreadable)?;
         let mut log = Self::default();
         let mut begin = None;
-        // What follows damage is not found.
+        // Records have no markers to synchronise on, so everything behind damaged bytes is lost.
         for (number, message) in (1..).zip(messages.map_while(Result::ok)) {
             let wrong = |error: serde_json::Error| LogError::Line {
                 line: number,
@@ -267,6 +269,7 @@ impl Samples {
                         }
                     }
                 }
+                // Other topics hold no pose.
                 _ => {}
             }
         }
@@ -297,8 +300,7 @@ impl Samples {
     }
 }
 
-/// A number as a table has it. NaN and infinities are numbers here: what is wrong with them is said
-/// elsewhere.
+/// Parses a number of a table. NaN and infinity are accepted here and refused by the caller.
 fn number_in(cell: &str) -> Option<f64> {
     cell.parse().ok()
 }

@@ -1,43 +1,47 @@
-//! Motions told from readings alone: from rest to rest along a line, with one ramp up and one down.
+//! Motions recognised in readings alone: from rest to rest along a line, with one ramp up and one
+//! down.
 //!
-//! Readings do not tell what the arm was told. A jog of one axis, a straight or a joint move from
-//! point to point all have the same profile, of three numbers: its begin, its speed and its
-//! acceleration. They are searched for so that the readings are nearest to the profile.
+//! Readings contain no commands. A jog of one axis, a straight move and a joint move all have the
+//! same profile with three parameters: start, speed and acceleration. They are fitted so that the
+//! readings are as close to the profile as possible.
 //!
-//! Times are the host's, and jitter. A reading is held against the profile at its time and
-//! [`JITTER`] before and after: only what is left at the best of them is residue. In periods that
-//! is the pose of the period beside, for readings within the jitter of its end; in continuous time
-//! it is what was passed meanwhile.
+//! Times are the host's, and jitter. A reading is compared with the profile at its time and
+//! [`JITTER`] before and after; the deviation at the best of them is the residue. In periods that
+//! is the pose of the neighbouring period, for readings within the jitter of its boundary; in
+//! continuous time it is anything passed meanwhile.
+//!
+//! The search has two steps: a coarse grid of guesses around the times of start and end, then
+//! pattern search from the best few. Periods make many local minima, so one start would not do.
 
 use magician_motion::{KinematicLimits, MotionLaw};
 
 use super::log::Sample;
 use crate::replay::JITTER;
 
-/// Values that differ by no more are the same place, mm or deg: the noise of readings, and less
-/// than a power-up jog goes in its first period.
+/// Difference up to which two values are the same place, mm or deg: above the noise of readings,
+/// and below the first period of a power-up jog.
 const STILL: f64 = 0.02;
-/// So long a place is kept at rest, s: two periods.
+/// Time at which a place counts as rest, s: two periods.
 pub(super) const REST: f64 = 0.04;
-/// A way is straight in a space if no reading is farther from it, mm or deg.
+/// Largest distance of a reading from a straight line, mm or deg.
 const BEND: f64 = 0.03;
-/// A shorter way tells nothing, mm or deg.
+/// Shortest motion that reveals anything, mm or deg.
 const SHORTEST: f64 = 0.5;
-/// Fewer readings on the way leave the three numbers free.
+/// Fewest readings of a motion. Fewer do not determine three parameters.
 const FEWEST: usize = 6;
-/// Readings at rest beside a motion that are held against its profile.
+/// Number of readings at rest, before and after a motion, that are compared with its profile.
 const BESIDE: usize = 3;
-/// Most motions that are searched; the search of each costs some ten milliseconds.
+/// Most motions that are fitted. Each fit takes some ten milliseconds.
 const MOST: usize = 20;
 
-/// Along what a motion is straight.
+/// Space in which a motion is straight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Along {
-    /// One axis of space, by its number from 0 for x.
+    /// One axis of space, by index: 0 for x.
     Axis(usize),
     /// A line in space.
     Line,
-    /// The joints together; the number of the one that goes farthest, from 0.
+    /// The joints together; index of the one that turns furthest.
     Joint(usize),
 }
 
@@ -45,42 +49,42 @@ pub(super) enum Along {
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
     pub(super) along: Along,
-    /// The way, mm or deg.
+    /// Length, mm or deg.
     length: f64,
-    /// Time and place of its readings.
+    /// Time and position of its readings.
     places: Vec<(f64, f64)>,
-    /// Between the last reading at rest and the first on the way, and the same at the end.
+    /// Times of the last reading at rest and the first on the way; the same at the end.
     ends: [(f64, f64); 2],
 }
 
-/// What readings show.
+/// Motions found in readings.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Motions {
     pub(super) told: Vec<Motion>,
-    /// Motions with too few readings.
+    /// Number of motions with too few readings.
     pub(super) sparse: usize,
-    /// Motions that are straight neither in space nor in the joints, or turn round.
+    /// Number of motions that are straight neither in space nor in the joints, or that turn round.
     pub(super) bent: usize,
-    /// Motions that are too short.
+    /// Number of motions that are too short.
     pub(super) short: usize,
-    /// Motions that the log begins or ends in.
+    /// Number of motions cut by the start or the end of the log.
     pub(super) open: usize,
-    /// Motions beyond the most that are searched.
+    /// Number of motions beyond the most that are fitted.
     pub(super) left: usize,
     /// True if no two readings differ.
     pub(super) at_rest: bool,
-    /// Readings on the way.
+    /// Number of readings during motions.
     pub(super) moving: usize,
 }
 
-/// The profile that is nearest to a motion.
+/// The best profile of a motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ramp {
-    /// Speed, mm/s or deg/s; `None` if the motion is too short to reach one.
+    /// Speed, mm/s or deg/s; `None` if the motion is too short to reach it.
     pub(super) speed: Option<f64>,
     /// Acceleration, mm/s2 or deg/s2.
     pub(super) acceleration: f64,
-    /// Farthest that a reading is from the profile, mm or deg.
+    /// Largest distance of a reading from the profile, mm or deg.
     pub(super) worst: f64,
 }
 
@@ -89,7 +93,7 @@ fn near(one: &Sample, other: &Sample) -> bool {
     pairs.into_iter().all(|(a, b)| (a - b).abs() <= STILL)
 }
 
-/// Stretches at rest, as the indices of their first and last readings.
+/// Finds the stretches at rest, as indices of their first and last readings.
 fn rests(samples: &[Sample]) -> Vec<(usize, usize)> {
     let mut rests = Vec::new();
     let mut at = 0;
@@ -106,7 +110,7 @@ fn rests(samples: &[Sample]) -> Vec<(usize, usize)> {
     rests
 }
 
-/// Where the arm stands in a stretch: the median of each value.
+/// Place of a stretch at rest: the median of each value, which ignores outliers.
 fn place(samples: &[Sample]) -> [f64; 8] {
     std::array::from_fn(|nth| {
         let mut values: Vec<f64> = samples.iter().map(|sample| sample.values[nth]).collect();
@@ -149,6 +153,7 @@ impl Motions {
         let straight = straight.filter(|line| line.bend <= BEND && line.length >= SHORTEST);
         let straight = straight.min_by(|a, b| a.bend.total_cmp(&b.bend));
         match straight {
+            // The order of the arms decides which reason is reported for a motion with several.
             _ if farthest < SHORTEST => self.short += 1,
             _ if on_way < FEWEST => self.sparse += 1,
             None => self.bent += 1,
@@ -166,17 +171,17 @@ impl Motions {
     }
 }
 
-/// A way in one of the two spaces.
+/// A motion, projected onto a line in one of the two spaces.
 struct Line {
     along: Along,
     length: f64,
-    /// How far readings are beside it or behind each other.
+    /// Largest deviation: beside the line, or backwards along it.
     bend: f64,
     places: Vec<f64>,
 }
 
 impl Line {
-    /// With the places in order.
+    /// Includes steps backwards in the deviation.
     fn in_order(mut self) -> Self {
         let mut last = 0.0_f64;
         for place in self.places.iter().copied().chain([self.length]) {
@@ -243,12 +248,12 @@ fn in_joints(from: &[f64; 8], to: &[f64; 8], way: &[Sample]) -> Option<Line> {
     )
 }
 
-/// What is searched for.
+/// Parameters of the fit.
 #[derive(Clone, Copy)]
 struct Guess {
-    /// The middle of the motion, s: it does not depend on the other two.
+    /// Middle of the motion, s. It does not depend on the other two.
     middle: f64,
-    /// Natural logarithms, so that steps are shares.
+    /// Natural logarithms, so that steps are relative.
     speed: f64,
     acceleration: f64,
 }
@@ -261,27 +266,28 @@ impl Guess {
     };
 }
 
-/// Shares of the speed that readings show which are tried. Of a triangle they do not show the
-/// highest.
+/// Tried factors on the speed that the readings show. The readings of a triangle do not show its
+/// peak.
 const FASTER: [f64; 14] = [
     0.94, 0.96, 0.97, 0.975, 0.98, 0.985, 0.99, 0.995, 1.0, 1.005, 1.01, 1.03, 1.2, 1.5,
 ];
-/// Ramps are tried in such steps, s: less than a period, so that one of them is near to the right one.
+/// Step between tried ramps, s. It is below a period, so one of them is close to the right one.
 const RAMP_STEP: f64 = 0.006;
-/// And middles.
+/// Step between tried middles, s.
 const MIDDLE_STEP: f64 = 0.003;
 
-/// Numbers from one to another, at most a thousand of them.
+/// Values from one number to another, at most a thousand.
 fn steps(from: f64, to: f64, step: f64) -> impl Iterator<Item = f64> {
     let all = (0..1000).map(move |nth| from + f64::from(nth) * step);
     all.take_while(move |value| *value <= to)
 }
 
-/// Directions of a step: middle, speed and acceleration, each up or down or neither.
+/// Directions of the pattern search: middle, speed and acceleration, each up, down or unchanged.
 const STEPS: [[f64; 3]; 26] = {
     let mut steps = [[0.0; 3]; 26];
     let (mut nth, mut at) = (0, 0);
     while nth < 27 {
+        // The 14th of 27 is no step at all.
         if nth != 13 {
             steps[at] = [
                 (nth / 9) as f64 - 1.0,
@@ -295,16 +301,15 @@ const STEPS: [[f64; 3]; 26] = {
     steps
 };
 
-/// Of the square of the distance at a reading's own time, next to that at the best time within the
-/// jitter.
+/// Weight of the squared distance at a reading's own time, against that at the best time within the
+/// jitter. It breaks ties in the middle of the jitter.
 const OWN_TIME: f64 = 0.01;
 
-/// Guesses that are followed to the nearest profile: steps of periods make many that are near to
-/// none.
+/// Number of guesses that are refined. Periods create many local minima.
 const FOLLOWED: usize = 6;
 
 impl Motion {
-    /// The profile of a law that is nearest.
+    /// Fits the best profile under a law.
     pub(super) fn fit(&self, law: MotionLaw) -> Ramp {
         let mut best: Option<(f64, Guess)> = None;
         for (cost, guess) in self.guesses(law) {
@@ -318,9 +323,10 @@ impl Motion {
         self.rounded(law, guess)
     }
 
-    /// Goes from a guess to the nearest profile, in steps that become finer.
+    /// Refines a guess by pattern search: halves the steps when no direction improves it.
     fn follow(&self, law: MotionLaw, mut cost: f64, mut best: Guess) -> (f64, Guess) {
         let (mut time, mut share) = (0.003, 0.03);
+        // Down to 1 us of time, far below the jitter.
         while time > 1e-6 {
             let mut found = None;
             for [middle, speed, acceleration] in STEPS {
@@ -342,7 +348,7 @@ impl Motion {
         (cost, best)
     }
 
-    /// The speed that is held longest, as far as readings show.
+    /// Highest speed that is held for a while, as the readings show it.
     fn steady_speed(&self, lasting: f64) -> f64 {
         let mean = self.length / lasting;
         let least = 0.3 * lasting;
@@ -353,7 +359,7 @@ impl Motion {
         speeds.fold(mean, f64::max)
     }
 
-    /// The best of many guesses around what the times of begin and end tell.
+    /// Returns the best guesses around the times of start and end.
     fn guesses(&self, law: MotionLaw) -> Vec<(f64, Guess)> {
         let middle = |(a, b): (f64, f64)| 0.5 * (a + b);
         let [begin, end] = self.ends.map(middle);
@@ -365,8 +371,8 @@ impl Motion {
         for faster in FASTER {
             let velocity = fastest * faster;
             let cruise = self.length / velocity;
-            // The ramp is what the way at full speed leaves of the time. Of its ends the slowest parts
-            // are taken for rest, more of them the longer it is.
+            // The ramp takes the time that the distance at full speed leaves. Its slow ends are
+            // taken for rest, and the longer the ramp, the more of them.
             let ramp = (lasting - cruise).max(0.0);
             let least = (ramp - gap - 0.01).max(0.01);
             let unseen = 2.0 * libm::sqrt(2.0 * STILL * ramp.max(0.02) / velocity);
@@ -402,8 +408,7 @@ impl Motion {
         }
     }
 
-    /// The sum of squares that is to be least; any higher number than `most` where it is no less
-    /// than that.
+    /// Sum of squares to minimise. May return any value above `most` once it exceeds that.
     fn cost(&self, law: MotionLaw, guess: Guess, most: f64) -> f64 {
         let mut sum = 0.0;
         self.distances(law, Self::limits(guess), guess.middle, |own, best| {
@@ -413,8 +418,8 @@ impl Motion {
         sum
     }
 
-    /// How far each reading is from a profile, at its own time and at the best one within the
-    /// jitter, until `tell` has enough.
+    /// Calls `tell` with the distance of each reading from a profile, at its own time and at the
+    /// best time within the jitter, until it returns false.
     fn distances(
         &self,
         law: MotionLaw,
@@ -427,7 +432,7 @@ impl Motion {
         let period = f64::from(law.period_us()) / 1e6;
         let place = |t: f64| {
             if period > 0.0 {
-                // A rounding error of the times is no period.
+                // A rounding error in the time must not cost a period.
                 profile.position(libm::floor(t / period + 1e-6) * period)
             } else {
                 profile.position(t)
@@ -449,7 +454,7 @@ impl Motion {
         }
     }
 
-    /// The same with round numbers where readings are no farther from them.
+    /// Replaces the parameters by round numbers, if the readings are no further from those.
     fn rounded(&self, law: MotionLaw, guess: Guess) -> Ramp {
         let worst = |limits, middle| {
             let mut worst = 0.0_f64;
@@ -459,18 +464,18 @@ impl Motion {
             });
             worst
         };
-        // A triangle has no steady speed: any that is higher has the same readings.
+        // A triangle never reaches its speed: any higher speed gives the same readings.
         let reaches = |limits: &KinematicLimits| {
             limits.velocity * limits.velocity < 0.98 * limits.acceleration * self.length
         };
         let own = Self::limits(guess);
         let mut known = (worst(own, guess.middle), own);
-        // What a controller was set to has few digits, and a ratio of it hardly more.
+        // Settings have few digits, and their product with a ratio hardly more.
         let digits = [0.1, 0.2, 1.0, 2.0, 10.0, 100.0];
         let tried = digits.into_iter().flat_map(|digits| {
             let round = |value: f64, digits: f64| (value * digits).round() / digits;
             let acceleration = round(own.acceleration, f64::max(digits, 1.0));
-            // A speed that is hardly reached may as well be a higher one.
+            // A speed that is hardly reached may just as well be a higher one.
             let speeds = [round(own.velocity, digits), 10.0 * own.velocity];
             speeds.map(|velocity| KinematicLimits {
                 velocity,

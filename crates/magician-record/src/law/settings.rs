@@ -1,4 +1,4 @@
-//! Speeds that a session moves with: those of power-up, and what it sets.
+//! Speeds that a session uses: those of power-up, and its own settings.
 
 use magician_model::{MotionSettings, PtpMove};
 use magician_protocol::commands::{CpCommonParams, PtpCoordinateParams, Set};
@@ -8,10 +8,10 @@ use magician_sim::Profile;
 use super::{Kind, Speeds};
 use crate::replay::Replay;
 
-/// Settings of motions in the session, each once, in the order in which they were first sent.
+/// Speeds of the motions in a session, each once, in order of first use.
 ///
-/// A setting counts from its frame on. That is what the arm does: what is queued takes effect in
-/// the order of the queue.
+/// A setting applies from its frame on. That matches the arm, because queued settings take effect
+/// in the order of the queue.
 pub(super) fn speeds(session: &Replay<'_>, profile: &Profile) -> Vec<Speeds> {
     let mut settings = Settings::new(profile);
     let mut all: Vec<Speeds> = Vec::new();
@@ -49,7 +49,7 @@ impl Settings {
         }
     }
 
-    /// Takes a setting over; the speeds of a motion.
+    /// Applies a setting; returns the speeds of a motion.
     fn take(&mut self, set: &Set) -> Vec<Speeds> {
         self.motion.note(set);
         if let Some(ptp) = PtpMove::of(set) {
@@ -91,14 +91,15 @@ impl Settings {
                     ratios,
                 )];
             }
-            // Arcs have the speeds of lines (model section 9).
+            // Arcs use the speeds of lines (model section 9).
             Set::ArcCmd(_) | Set::CircleCmd(_) => return vec![self.line(Kind::Arc)],
+            // Any other command sets nothing that a speed depends on.
             _ => {}
         }
         Vec::new()
     }
 
-    /// The ratio scales the speed of a jog and not its acceleration (model section 6).
+    /// Speeds of a jog. The ratio scales the speed but not the acceleration (model section 6).
     fn jog_of(&self, kind: Kind, speed: f32, acceleration: f32) -> Speeds {
         scaled(
             kind,
@@ -108,7 +109,7 @@ impl Settings {
         )
     }
 
-    /// The speeds of moves along lines.
+    /// Speeds of moves along lines.
     fn line(&self, kind: Kind) -> Speeds {
         let ratios = [
             self.motion.ptp_common.velocity_ratio,
@@ -145,13 +146,14 @@ impl Settings {
             PtpMode::MovjXyz | PtpMode::MovjAngle | PtpMode::MovjAngleInc | PtpMode::MovjXyzInc => {
                 joints()
             }
-            // A jump goes up and down along lines, or by its joints.
+            // A jump lifts and descends along lines, or by joints.
             _ => std::iter::once(line()).chain(joints()).collect(),
         }
     }
 }
 
 fn scaled(kind: Kind, speed: f32, acceleration: f32, [faster, steeper]: [f32; 2]) -> Speeds {
+    // Ratios above 100 count as 100 (model section 6).
     let share = |value: f32, ratio: f32| f64::from(value) * f64::from(ratio.min(100.0)) / 100.0;
     Speeds {
         kind,

@@ -1,4 +1,4 @@
-//! The file itself: topics, their schemas, and messages in chunks.
+//! The MCAP file: topics with their schemas, and messages in chunks.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -11,10 +11,11 @@ use serde::Serialize;
 use super::Micros;
 use super::message::Time;
 
-/// Most bytes of a chunk; it is closed every second all the same.
+/// Most bytes of a chunk. It is closed every second in any case, so this only bounds the memory of
+/// busy seconds.
 const CHUNK: u64 = 256 * 1024;
 
-/// What messages are about.
+/// Topic of a message.
 #[derive(Clone, Copy)]
 pub(super) enum Topic {
     Pose,
@@ -81,12 +82,12 @@ impl Topic {
     }
 }
 
-/// A recording that is being written.
+/// A recording being written.
 pub(super) struct File<W: Write> {
     writer: Writer<NoSeek<W>>,
     epoch: u64,
     channels: [Channel; Topic::ALL.len()],
-    /// One message, its memory used again.
+    /// Buffer of one message, reused.
     text: Vec<u8>,
 }
 
@@ -97,10 +98,10 @@ struct Channel {
 }
 
 impl<W: Write> File<W> {
-    /// Begins a file: header and metadata (whose clock it is, when that showed 0, samples a second) go out, topics with the
-    /// first messages.
+    /// Begins a file. Header and metadata (name of the clock, its epoch, samples per second) are
+    /// written at once, topics with the first messages.
     pub(super) fn begin(out: W, clock: &str, epoch: u64, rate: &str) -> io::Result<Self> {
-        // Chunks go out whole, so that a killed program leaves no half of one in the middle.
+        // Chunks are written in one piece, so a killed program leaves no half chunk in the middle.
         let options = WriteOptions::new()
             .compression(None)
             .disable_seeking(true)
@@ -133,7 +134,7 @@ impl<W: Write> File<W> {
         })
     }
 
-    /// Writes a message of an instant of the clock.
+    /// Writes a message for an instant of the clock.
     pub(super) fn write<M: Serialize>(
         &mut self,
         topic: Topic,
@@ -155,12 +156,12 @@ impl<W: Write> File<W> {
         written.map_err(io_error)
     }
 
-    /// How long the last message is.
+    /// Length of the last message, bytes.
     pub(super) const fn bytes(&self) -> usize {
         self.text.len()
     }
 
-    /// Closes the chunk and hands all that was written on.
+    /// Closes the chunk and flushes the writer.
     pub(super) fn flush(&mut self) -> io::Result<()> {
         self.writer.flush().map_err(io_error)
     }

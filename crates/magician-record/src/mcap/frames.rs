@@ -1,4 +1,4 @@
-//! Frames as messages, in the words of `magician decode --json`.
+//! Frames as messages, in the terms of `magician decode --json`.
 
 use std::io::{self, Write};
 
@@ -12,11 +12,11 @@ use super::Micros;
 use super::file::{File, Topic};
 use super::message::Time;
 
-/// A link: its name, and what has been heard of frames that are not complete, of one direction.
+/// One direction of a link: its name, and its incomplete frames.
 pub(super) struct FrameLine {
     pub(super) name: String,
     deframer: Deframer,
-    /// When bytes came last.
+    /// Time of the latest bytes.
     heard: Micros,
 }
 
@@ -29,7 +29,7 @@ impl FrameLine {
         }
     }
 
-    /// Writes every frame that bytes complete, and what turns out to belong to none.
+    /// Writes every frame that the bytes complete, and bytes outside of frames.
     pub(super) fn heard<W: Write>(
         &mut self,
         file: &mut File<W>,
@@ -56,7 +56,7 @@ impl FrameLine {
         Ok(())
     }
 
-    /// The same with the silence before, which ends what was begun.
+    /// Like [`heard`](Self::heard), but ends a partial frame if the line was silent before.
     pub(super) fn passed<W: Write>(
         &mut self,
         file: &mut File<W>,
@@ -64,6 +64,7 @@ impl FrameLine {
         direction: Direction,
         bytes: &[u8],
     ) -> io::Result<()> {
+        // The same timeout as in the controller (E04).
         if now.saturating_sub(self.heard) >= INTER_BYTE_TIMEOUT_MS * 1000 {
             self.silence(file, now, direction)?;
         }
@@ -71,7 +72,7 @@ impl FrameLine {
         self.heard(file, now, direction, bytes)
     }
 
-    /// What a peer began will not be completed.
+    /// Gives up a partial frame.
     pub(super) fn silence<W: Write>(
         &mut self,
         file: &mut File<W>,
@@ -83,7 +84,7 @@ impl FrameLine {
     }
 }
 
-/// The two directions of a line on which a host looks.
+/// Both directions of a line, as seen by a host.
 pub(super) struct HostLine {
     requests: FrameLine,
     replies: FrameLine,
@@ -115,7 +116,7 @@ impl HostLine {
         line.passed(file, now, direction, bytes)
     }
 
-    /// Nothing more passes.
+    /// Gives up partial frames at the end of the recording.
     pub(super) fn end<W: Write>(&mut self, file: &mut File<W>, now: Micros) -> io::Result<()> {
         self.requests.silence(file, now, Direction::Request)?;
         self.replies.silence(file, now, Direction::Reply)
@@ -162,7 +163,7 @@ pub(super) fn write_frame<W: Write>(
     })
 }
 
-/// A frame, or bytes that are none. What does not apply is absent.
+/// A frame, or bytes outside of frames. Fields that do not apply are absent.
 #[derive(Serialize)]
 struct Message<'a> {
     timestamp: Time,

@@ -1,14 +1,14 @@
-//! The messages that every recording has. Their schemas stand in `schema/`.
+//! Messages of all recordings. Their schemas are in `schema/`.
 
 use magician_motion::{JointAngles, Pose};
 use magician_protocol::{Alarm, AlarmSet};
 use serde::Serialize;
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
-/// The frame in which poses stand: that of the arm's own coordinates.
+/// Frame of reference of poses: that of the arm's coordinates.
 const BASE: &str = "base";
 
-/// An instant as Foxglove's schemas have it.
+/// An instant in the form of Foxglove's schemas.
 #[derive(Clone, Copy, Serialize)]
 pub(super) struct Time {
     sec: u64,
@@ -55,7 +55,7 @@ struct Quaternion {
 impl PoseInFrame {
     pub(super) fn new(timestamp: Time, pose: &Pose) -> Self {
         let [x, y, z, r] = pose.to_array();
-        // Not brought into half a turn: the whole angle, turns and all, is twice the one of (z, w).
+        // Not normalised: the whole angle, with its turns, is twice that of (z, w).
         let half = r.to_radians() / 2.0;
         Self {
             timestamp,
@@ -90,7 +90,8 @@ struct Joint {
 }
 
 impl Joints {
-    /// Of joint angles in degrees and a rail's place in mm, if there is a rail.
+    /// Creates the message from joint angles in degrees, and the rail's position in mm if there is
+    /// a rail.
     pub(super) fn new(timestamp: Time, joints: &JointAngles, rail: Option<f64>) -> Self {
         let angles = joints.to_array().map(f64::to_radians);
         let rail = rail.map(|mm| mm / 1000.0);
@@ -106,7 +107,7 @@ impl Joints {
     }
 }
 
-/// The command queue as a host sees it, which is told less.
+/// The command queue as a host sees it: without running command and state.
 #[derive(Serialize)]
 pub(super) struct QueueFromOutside {
     pub(super) timestamp: Time,
@@ -158,7 +159,7 @@ impl Log {
     pub(super) const INFO: u8 = 2;
     pub(super) const WARNING: u8 = 3;
 
-    /// What a host has noticed.
+    /// Creates the message of an event noticed by a host.
     pub(super) fn noticed(timestamp: Time, warning: bool, message: &str) -> Self {
         let level = if warning { Self::WARNING } else { Self::INFO };
         Self::new(timestamp, level, message.to_owned())

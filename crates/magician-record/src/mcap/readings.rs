@@ -1,4 +1,4 @@
-//! What a host sees of an arm, as a recording.
+//! Readings of a host as a recording.
 
 use std::io::{self, Write};
 
@@ -12,8 +12,9 @@ use super::scene::{EVERY, Ink, Scene, Stance};
 use super::{Micros, SECOND};
 use crate::{Reading, WriteReadings};
 
-/// Writes readings of a host in the topics of a recording, with the same schemas. What was not read is absent; queue and
-/// alarms are written when they change, and every second.
+/// Writes readings of a host to the topics of a recording, with the same schemas.
+///
+/// Values that were not read are absent. Queue and alarms are written on change, and every second.
 ///
 /// ```
 /// use magician_protocol::commands::Pose;
@@ -31,7 +32,7 @@ use crate::{Reading, WriteReadings};
 /// let topics: Vec<_> = mcap::MessageStream::new(&file)?
 ///     .map(|message| message.map(|message| message.channel.topic.clone()))
 ///     .collect::<Result<_, _>>()?;
-/// let frames = ["/tf"; 7]; // of the turret, and of all that it carries
+/// let frames = ["/tf"; 7]; // of the turret, and of everything that it carries
 /// assert_eq!(topics[..2], ["/pose", "/joints"]);
 /// assert_eq!(topics[2..9], frames);
 /// assert_eq!(topics[9..], ["/scene", "/queue", "/alarms", "/pose", "/joints"]);
@@ -40,24 +41,26 @@ use crate::{Reading, WriteReadings};
 pub struct Readings<W: Write> {
     file: File<W>,
     scene: Scene,
-    /// Where a pen draws.
+    /// Paper on which a pen draws.
     paper: Option<Plane>,
-    /// Where the tip has been on the paper since the last corner.
+    /// Positions of the tip on the paper since the last corner.
     pen: Vec<[f64; 3]>,
-    /// When frames are written again, and after how long once more.
+    /// Time at which frames are written next, and their interval.
     transforms: (Micros, Micros),
     lines: Vec<HostLine>,
     last: Option<Reading>,
-    /// When everything is written again.
+    /// Time at which everything is written again.
     again: Micros,
 }
 
 impl<W: Write> Readings<W> {
-    /// Begins a recording of so many readings a second, on a clock that showed 0 at `epoch`, in nanoseconds since 1970.
+    /// Begins a recording at `rate` readings per second, on a clock that showed 0 at `epoch`, in
+    /// nanoseconds since 1970.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn new(out: W, epoch: u64, rate: f64) -> io::Result<Self> {
+        // A rate of 0 would divide by zero; below one reading in ten seconds the value has no use.
         let period = micros(1.0 / rate.max(0.1)).max(1);
         Ok(Self {
             file: File::begin(out, "host", epoch, &rate.to_string())?,
@@ -71,17 +74,19 @@ impl<W: Write> Readings<W> {
         })
     }
 
-    /// A pen is mounted, and this is the paper: what it draws is written as strokes, straight from reading to reading.
+    /// Sets the paper of a mounted pen: its lines are written as strokes, straight from reading to
+    /// reading.
     #[must_use]
     pub fn on_paper(mut self, paper: Plane) -> Self {
         self.paper = Some(paper);
         self
     }
 
-    /// Writes the frames that bytes of a line complete, so many seconds after the beginning, and what turns out to belong to none.
+    /// Writes the frames that bytes of a line complete, `t` seconds after the start, and bytes
+    /// outside of frames.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn passed(
         &mut self,
         t: f64,
@@ -97,10 +102,10 @@ impl<W: Write> Readings<W> {
         self.lines[known].passed(&mut self.file, micros(t), direction, bytes)
     }
 
-    /// Writes summary and index, and gives back what was written to; the file is whole.
+    /// Writes summary and index and returns the writer.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn into_file(mut self) -> io::Result<W> {
         self.draw(None);
         let last = self.last.map_or(0, |last| micros(last.t));
@@ -112,18 +117,18 @@ impl<W: Write> Readings<W> {
     }
 }
 
-/// A surface.
+/// A plane on which a pen draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
-    /// Its height where x and y are 0, mm in the arm's coordinates.
+    /// Height at x = y = 0, mm in the arm's coordinates.
     pub height: f64,
-    /// By how much it rises with each mm of x and y.
+    /// Rise per mm of x and of y.
     pub slope: [f64; 2],
 }
 
 impl Plane {
-    /// So near to it a pen writes, mm: more than an arm that brakes in its joints leaves its line upwards, and less than a pen is
-    /// lifted.
+    /// Height above the plane up to which a pen draws, mm. An arm that brakes joint by
+    /// joint rises less above its line, and a lifted pen is higher.
     const AT_PAPER: f64 = 0.3;
 
     fn has(&self, [x, y, z]: [f64; 3]) -> bool {
@@ -132,12 +137,12 @@ impl Plane {
     }
 }
 
-/// Readings that are no farther from a straight line, mm, are one line ..
+/// Largest distance of readings from a line that joins them, mm ..
 const STRAIGHT: f64 = 0.05;
-/// .. of so many readings at most.
+/// .. and most readings on one line, which bounds the check of each new reading.
 const LONGEST: usize = 64;
 
-/// How far a point is from the line between two others, mm.
+/// Distance of a point from a line segment, mm.
 fn off_chord(point: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let along = [0, 1, 2].map(|axis| to[axis] - from[axis]);
     let there = [0, 1, 2].map(|axis| point[axis] - from[axis]);
@@ -148,7 +153,7 @@ fn off_chord(point: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     libm::sqrt(dot(off, off))
 }
 
-/// The tool with which the tip is there while the joints are so.
+/// Tool bias that follows from a pose and its joints.
 fn tool_of(pose: &Pose, joints: &JointAngles) -> ToolBias {
     let bare = ArmModel::MAGICIAN.geometry(ToolBias::default());
     let wrist = bare.forward(joints);
@@ -157,7 +162,7 @@ fn tool_of(pose: &Pose, joints: &JointAngles) -> ToolBias {
         libm::cos(joints.j1.to_radians()),
     );
     let [x, y] = [pose.x - wrist.x, pose.y - wrist.y];
-    // A tool is told to a tenth; a reading has the digits of 32 bits.
+    // A bias has tenths of a millimetre; a reading has the digits of binary32.
     let tenth = |mm: f64| (mm * 10.0).round() / 10.0;
     ToolBias::new(
         tenth(x * cos + y * sin),
@@ -167,7 +172,7 @@ fn tool_of(pose: &Pose, joints: &JointAngles) -> ToolBias {
 }
 
 impl<W: Write> Readings<W> {
-    /// The pen is on the paper there, or nowhere.
+    /// Continues the pen's line at `tip`, or ends it if `None`.
     fn draw(&mut self, tip: Option<[f64; 3]>) {
         let Some(first) = self.pen.first().copied() else {
             self.pen.extend(tip);
@@ -192,7 +197,7 @@ impl<W: Write> Readings<W> {
         }
     }
 
-    /// Writes where the links are, and what was drawn.
+    /// Writes the frames of the links, and the strokes.
     fn write_scene(
         &mut self,
         now: Micros,
@@ -202,6 +207,7 @@ impl<W: Write> Readings<W> {
     ) -> io::Result<()> {
         let tip = [pose.x, pose.y, pose.z];
         let touches = self.paper.is_some_and(|paper| paper.has(tip));
+        // Strokes are in the frame of the rail, where the arm slides along Y.
         let along = stance.rail.unwrap_or(0.0);
         self.draw(touches.then_some([pose.x, pose.y + along, pose.z]));
         if now >= self.transforms.0 {

@@ -1,4 +1,4 @@
-//! Recordings of a virtual arm, which shows all of its state.
+//! Recordings of a virtual arm, with all of its state.
 
 use std::io::{self, Write};
 
@@ -17,14 +17,15 @@ mod state;
 use lines::Lines;
 use state::{Io, Queue, Status};
 
-/// Time between two samples, on the arm's clock.
+/// Sample interval on the arm's clock, us: the controller's period, so no pose is missed.
 const PERIOD: Micros = 20_000;
 
-/// Records what an arm does.
+/// Records a virtual arm.
 ///
-/// The owner of the arm's clock stops where the recorder takes a sample; a [`Runner`](magician_sim::Runner) and
-/// [`Controller::advance_observed`] do. A recorder that cannot write keeps the first [error](Self::error), wants to see
-/// nothing more, and the arm goes on.
+/// The owner of the arm's clock must stop at the recorder's samples, as a
+/// [`Runner`](magician_sim::Runner) and [`Controller::advance_observed`] do. A recorder that cannot
+/// write keeps the first [error](Self::error) and asks for no further samples; the arm is not
+/// affected.
 ///
 /// ```
 /// use magician_record::mcap::Recorder;
@@ -46,18 +47,18 @@ pub struct Recorder<W: Write> {
     file: File<W>,
     lines: Lines,
     scene: Option<Scene>,
-    /// Strokes that the scene has, and points of the last.
+    /// Number of strokes in the scene, and of points of the last one.
     drawn: (usize, usize),
-    /// The next multiple of [`PERIOD`] that has not been seen.
+    /// Next multiple of [`PERIOD`] to record.
     next: Micros,
-    /// The first event that has not been seen.
+    /// Number of the next event to record.
     next_event: u64,
-    /// What was written last.
+    /// State written last.
     last: Option<Last>,
     error: Option<io::Error>,
 }
 
-/// What is written when it changes.
+/// State that is written on change.
 #[derive(Clone, PartialEq)]
 struct Last {
     queue: QueueState,
@@ -67,11 +68,11 @@ struct Last {
 }
 
 impl<W: Write> Recorder<W> {
-    /// Begins a recording of an arm whose clock showed 0 at `epoch`, in nanoseconds since 1970 (or since whatever the
-    /// reader is to take for the beginning of time).
+    /// Begins a recording of an arm whose clock showed 0 at `epoch`, in nanoseconds since 1970 (or
+    /// since any other origin that the reader will use).
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn new(out: W, epoch: u64) -> io::Result<Self> {
         Ok(Self {
             file: File::begin(out, "arm", epoch, &(SECOND / PERIOD).to_string())?,
@@ -85,21 +86,21 @@ impl<W: Write> Recorder<W> {
         })
     }
 
-    /// The name under which frames of a link are recorded from now on; `link 3` unless given.
+    /// Sets the name of a link in recorded frames; `link 3` by default.
     pub fn name(&mut self, link: LinkId, name: &str) {
         self.lines.name(link, name);
     }
 
-    /// Why nothing is recorded any more, if so.
+    /// Error that ended the recording; `None` while it goes on.
     #[must_use]
     pub fn error(&self) -> Option<&io::Error> {
         self.error.as_ref()
     }
 
-    /// Writes summary and index; the file is whole.
+    /// Writes summary and index and returns the writer.
     ///
     /// # Errors
-    /// What the writer reports, now or when it first could not go on.
+    /// Errors of the writer, now or at the first failed write.
     pub fn finish(self) -> io::Result<W> {
         match self.error {
             Some(error) => Err(error),
@@ -107,7 +108,7 @@ impl<W: Write> Recorder<W> {
         }
     }
 
-    /// Writes unless an earlier attempt has failed.
+    /// Writes unless an earlier write has failed.
     fn attempt(&mut self, write: impl FnOnce(&mut Self) -> io::Result<()>) {
         if self.error.is_none() {
             self.error = write(self).err();
@@ -133,13 +134,14 @@ impl<W: Write> Recorder<W> {
             self.see_scene(arm, &state, full_second)?;
         }
         self.see_changes(arm, &state, full_second)?;
+        // A killed program loses at most a second of the arm's clock.
         if full_second {
             self.file.flush()?;
         }
         Ok(())
     }
 
-    /// Writes where the links are; every second what was drawn, too.
+    /// Writes the frames of the links, and every second the strokes.
     fn see_scene(
         &mut self,
         arm: &Controller,
@@ -165,7 +167,7 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// Writes what is not as it was; all of it if `again`.
+    /// Writes everything that has changed; all of it if `again`.
     fn see_changes(
         &mut self,
         arm: &Controller,
@@ -199,6 +201,7 @@ impl<W: Write> Recorder<W> {
     fn see_events(&mut self, arm: &Controller) -> io::Result<()> {
         let now = arm.now().as_micros();
         for (number, event) in arm.events() {
+            // The arm's log holds 256 events: a gap in the numbers means that some were dropped.
             let missed = number.saturating_sub(self.next_event);
             if missed > 0 {
                 self.file
@@ -215,7 +218,8 @@ impl<W: Write> Recorder<W> {
     }
 }
 
-/// Adds what a drawing has more than so many strokes, and points of the last one; how many it has.
+/// Adds the strokes of a drawing beyond those already added. Returns the new counts of strokes and
+/// of points of the last stroke.
 fn add_strokes(
     scene: &mut Scene,
     drawing: &Drawing,
@@ -224,7 +228,7 @@ fn add_strokes(
 ) -> (usize, usize) {
     let all = drawing.strokes();
     let (strokes, points) = if strokes > all.len() {
-        // The arm was switched on anew.
+        // The arm was restarted with an empty drawing.
         scene.clear();
         (0, 0)
     } else {
@@ -238,7 +242,7 @@ fn add_strokes(
             StrokeKind::Burn => Ink::Laser,
         };
         let place = |[x, y]: [f64; 2]| [x, y, height];
-        // A dot is a line to itself.
+        // A dot is a line of no length.
         if let ([only], 0) = (&*stroke.points, known) {
             scene.draw(ink, place(*only), place(*only));
         }

@@ -1,4 +1,4 @@
-//! The arm in three dimensions: where its links are, what they look like, and what it drew.
+//! The arm in three dimensions: frames and shapes of its links, and its strokes.
 
 use std::io::{self, Write};
 
@@ -14,41 +14,41 @@ use message::{Deletion, Entity, Placed, Rotation, SceneUpdate, Solid, Transform,
 pub(super) use strokes::Ink;
 use strokes::Strokes;
 
-/// Frames that moved are written with each so manieth sample: a viewer goes from one to the next.
+/// Samples between two writes of moved frames. A viewer interpolates.
 pub(super) const EVERY: Micros = 10;
-/// The whole scene is written again after so long, for those who begin to look in the middle ..
+/// Interval at which the whole scene is written again, for viewers that start in the middle ..
 const AGAIN: Micros = 5 * SECOND;
-/// .. or later: it takes no more than so many bytes for each sample, however much was drawn.
+/// .. or longer, so that it takes at most this many bytes per sample, however large the drawing is.
 const SHARE: u64 = 24;
-/// So many corners of strokes are written again; more than that are written once.
+/// Most points of strokes that are written again; larger drawings are written once.
 const MOST: usize = 100_000;
 
-/// The frame of the arm's own coordinates, in which `/pose` is.
+/// Frame of the arm's coordinates, in which `/pose` is.
 const BASE: &str = "base";
-/// The beginning of the rail, which stands still.
+/// Start of the rail, which does not move.
 const RAIL: &str = "rail";
-/// The frame of the last link, whose origin is the tip.
+/// Frame of the last link, with its origin at the tip.
 const TIP: &str = "tip";
 
-/// How the arm stands.
+/// State of the arm, as the scene needs it.
 pub(super) struct Stance {
     pub(super) joints: JointAngles,
     pub(super) tool: ToolBias,
-    /// Where on its rail, mm, if it has one.
+    /// Position on the rail, mm; `None` without a rail.
     pub(super) rail: Option<f64>,
 }
 
-/// What of the scene was written, and what is to be.
+/// The scene: what was written, and what is pending.
 pub(super) struct Scene {
     model: ArmModel,
-    /// Between two samples.
+    /// Sample interval.
     period: Micros,
     tool: ToolBias,
     rail: Option<f64>,
-    /// The carriage on its rail, then the links.
+    /// The carriage on its rail, then the links, as last written.
     placed: [Option<Placed>; 8],
     strokes: Strokes,
-    /// Entities of strokes beside the one of all.
+    /// Number of stroke entities besides `strokes`.
     pieces: u32,
     due: Micros,
 }
@@ -67,19 +67,19 @@ impl Scene {
         }
     }
 
-    /// Adds a line that was drawn, its ends in mm in the frame in which the rail, or an arm without one, stands still.
+    /// Adds a drawn line. Its ends are in mm in the frame of the rail, or of an arm without one.
     pub(super) fn draw(&mut self, ink: Ink, from: [f64; 3], to: [f64; 3]) {
         self.strokes.add(ink, from, to, MOST);
     }
 
-    /// What was drawn is gone.
+    /// Removes all strokes.
     #[cfg(feature = "sim")]
     pub(super) fn clear(&mut self) {
         self.strokes = Strokes::default();
         self.due = 0;
     }
 
-    /// Writes the frames that are not where they were.
+    /// Writes the frames that have moved.
     pub(super) fn follow<W: Write>(
         &mut self,
         file: &mut File<W>,
@@ -88,7 +88,7 @@ impl Scene {
     ) -> io::Result<()> {
         let on_rail = stance.rail.is_some();
         if (self.tool, self.rail.is_some()) != (stance.tool, on_rail) {
-            // The links have other lengths.
+            // The links have other lengths, so their shapes must be written again.
             self.due = 0;
         }
         (self.tool, self.rail) = (stance.tool, stance.rail);
@@ -111,7 +111,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Writes what was drawn since, or all that is to be seen.
+    /// Writes the new strokes, or the whole scene if it is due.
     pub(super) fn show<W: Write>(&mut self, file: &mut File<W>, now: Micros) -> io::Result<()> {
         let frame = if self.rail.is_some() { RAIL } else { BASE };
         let whole = now >= self.due;
@@ -152,7 +152,7 @@ impl Scene {
     }
 }
 
-/// The frame of a link; the first has that of the arm's coordinates, and the last the tip.
+/// Frame of a link; the first link has that of the arm's coordinates, and the last one the tip.
 fn name(link: &Link) -> &'static str {
     match (link.parent, link.name) {
         (None, _) => BASE,
@@ -161,14 +161,15 @@ fn name(link: &Link) -> &'static str {
     }
 }
 
-/// Where the frame of a link is, and in which; none for one that carries all others and stands still.
+/// Position of a link's frame, and its parent frame; `None` for the first link without a rail,
+/// which does not move.
 fn frame_of(link: &Link, first: &Link, stance: &Stance) -> Option<(&'static str, Placed)> {
     let Some(parent) = link.parent else {
         let along = link.axis.map(|axis| axis * stance.rail.unwrap_or(0.0));
         let placed = Placed::at(Xyz::millimetres(along), Rotation::NONE);
         return stance.rail.map(|_| (RAIL, placed));
     };
-    // The first link's frame is that of the arm's coordinates here.
+    // Here the frame of the first link is that of the arm's coordinates.
     let carried = parent == first.name;
     let at = [0, 1, 2].map(|axis| link.at[axis] + if carried { first.at[axis] } else { 0.0 });
     let angle = { link.joint }.map_or(0.0, |joint: LinkJoint| joint.angle(&stance.joints));
@@ -177,7 +178,7 @@ fn frame_of(link: &Link, first: &Link, stance: &Stance) -> Option<(&'static str,
     Some((parent, Placed::at(Xyz::millimetres(at), turned)))
 }
 
-/// What a link looks like in its frame.
+/// Shape of a link in its frame.
 fn solid(link: &Link) -> (Shape, Solid) {
     let [x, y, z] = link.turn;
     let turned = Rotation::about([1.0, 0.0, 0.0], x)
@@ -187,7 +188,7 @@ fn solid(link: &Link) -> (Shape, Solid) {
         Shape::Sphere => [0.0; 3],
         Shape::Box | Shape::Cylinder => turned.turn([0.0, 0.0, link.size[2] / 2.0]),
     };
-    // The frame of the first link is that of the arm's coordinates here.
+    // Here the frame of the first link is that of the arm's coordinates.
     let from = if link.parent.is_none() {
         link.at
     } else {

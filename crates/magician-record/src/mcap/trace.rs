@@ -1,4 +1,4 @@
-//! The frames of a recording as a trace.
+//! Extraction of the frames of a recording as a trace.
 
 use std::collections::BTreeMap;
 
@@ -9,29 +9,29 @@ use thiserror::Error;
 use super::file::Topic;
 use crate::trace::{TraceLink, TraceWriter};
 
-/// How an MCAP file begins.
+/// First bytes of an MCAP file.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
-/// Whether a file begins as a recording (any MCAP file) does.
+/// True if a file begins like a recording (or any MCAP file).
 #[must_use]
 pub fn is_recording(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }
 
-/// Why a recording has no trace in it.
+/// Reason why a recording contains no trace.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FramesError {
-    /// It is no MCAP file, or damaged where not even its beginning can be read.
+    /// Not an MCAP file, or damaged at its very beginning.
     #[error("the recording cannot be read: {0}")]
     Unreadable(String),
-    /// A message of `/frames` is none of ours.
+    /// A message of `/frames` was not written by this crate.
     #[error("message {number} of /frames is not a frame of a line")]
     Message {
-        /// Which, from 1.
+        /// Number of the message, from 1.
         number: usize,
     },
-    /// There is no message of `/frames`.
+    /// The recording has no messages in `/frames`.
     #[error("the recording has no frames: nothing in /frames")]
     Empty,
 }
@@ -51,17 +51,19 @@ struct Message {
     hex: String,
 }
 
-/// The `/frames` of a recording as a [trace](crate::trace): each message a packet, in the order in which they passed. What is
-/// missing at the end of a file whose program was killed is left out.
+/// Converts `/frames` of a recording to a [trace](crate::trace): one packet for each message, in
+/// order of time.
+///
+/// A file without an end, as a killed program leaves it, is converted as far as it goes.
 ///
 /// # Errors
-/// A [`FramesError`].
+/// [`FramesError`] if the file is unreadable, or has no frames of this crate.
 pub fn trace_of(recording: &[u8]) -> Result<Vec<u8>, FramesError> {
     let unreadable = |error: mcap::McapError| FramesError::Unreadable(error.to_string());
     let options = mcap::read::Options::IgnoreEndMagic.into();
     let messages = mcap::MessageStream::new_with_options(recording, options).map_err(unreadable)?;
     let mut frames = Vec::new();
-    // What follows damage is not found.
+    // Records have no markers to synchronise on, so everything behind damaged bytes is lost.
     for message in messages.map_while(Result::ok) {
         if message.channel.topic == Topic::Frames.name() {
             let number = frames.len() + 1;
@@ -73,10 +75,10 @@ pub fn trace_of(recording: &[u8]) -> Result<Vec<u8>, FramesError> {
     if frames.is_empty() {
         return Err(FramesError::Empty);
     }
-    // Written in pieces of a second each, which may lie beside each other.
+    // Chunks of a second each may be stored in any order.
     frames.sort_by_key(|packet| packet.time);
     let mut trace = Vec::new();
-    // It is written to memory.
+    // Writing to memory does not fail.
     write(&mut trace, &frames).map_err(|error| FramesError::Unreadable(error.to_string()))?;
     Ok(trace)
 }

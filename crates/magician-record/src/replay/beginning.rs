@@ -1,4 +1,4 @@
-//! The arm that a recorded session began with, as far as the session tells.
+//! State of the recorded arm at the start of a session, as far as the session reveals it.
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 use magician_protocol::commands::{self, EndEffectorParams, QueuedCmdStartExec};
@@ -7,18 +7,20 @@ use magician_sim::Profile;
 
 use super::Replay;
 
-/// Joints and pose of one answer belong together if they are so near to each other, mm: a printed pose has two decimals.
+/// Largest distance at which joints and pose of one answer match, mm: printed poses have two
+/// decimals.
 const TOGETHER: f64 = 0.05;
-/// No tool is longer, mm.
+/// Longest tool, mm. A choice, far above the vendor's tools.
 const LONGEST_TOOL: f64 = 200.0;
 
 impl Replay<'_> {
-    /// The profile of the virtual arm that stands as the recorded one did when the session began.
+    /// Returns the profile of a virtual arm that stands where the recorded one stood at the start.
     ///
-    /// * The first pose, if it was read before anything was set: the arm stands there. Its tool is the one by which pose and
-    ///   joints belong together; where the joints tell nothing, that of the profile, or none if the arm could not be there
-    ///   with it.
-    /// * A session that queues commands and never starts the queue was recorded behind one that did: the queue runs.
+    /// * The first pose, if it was read before anything was set: the arm starts there. Its tool is
+    ///   the bias at which pose and joints match. If the joints reveal nothing, it is the tool of
+    ///   the profile, or none if the pose is out of reach with that.
+    /// * A session that queues commands but never starts the queue follows one that did: the queue
+    ///   is running.
     ///
     /// ```
     /// use magician_record::replay::Replay;
@@ -54,7 +56,7 @@ impl Replay<'_> {
         profile
     }
 
-    /// True if a command in it moves the arm.
+    /// True if a command in the session moves the arm.
     #[cfg(feature = "mcap")]
     pub(crate) fn moves(&self) -> bool {
         self.requests().any(|frame| {
@@ -69,7 +71,7 @@ impl Replay<'_> {
         requests.filter_map(|packet| Frame::new(packet.bytes))
     }
 
-    /// The answer with the first pose, if nothing that may move the arm or its tool was sent before.
+    /// First pose that was read before any command that may move the arm or change its tool.
     fn first_pose(&self) -> Option<commands::Pose> {
         let before = self.packets.iter().map_while(|packet| {
             let frame = Frame::new(packet.bytes)?;
@@ -88,7 +90,7 @@ impl Replay<'_> {
     }
 }
 
-/// True if a command may change what the next pose is.
+/// True if a command may change the next pose.
 fn changes_pose(id: u8) -> bool {
     id == <EndEffectorParams as Writable>::ROW.id || moves_arm(id)
 }
@@ -105,7 +107,7 @@ fn joints_near(joints: &JointAngles, others: &JointAngles) -> bool {
         .all(|(one, other)| (one - other).abs() <= TOGETHER)
 }
 
-/// Makes the arm stand at a pose.
+/// Puts the arm of a profile at a pose.
 fn stand(profile: &mut Profile, pose: &Pose, joints: &JointAngles) {
     let own = profile.power_up.tool;
     let told = tool_between(pose, joints);
@@ -125,7 +127,7 @@ fn stand(profile: &mut Profile, pose: &Pose, joints: &JointAngles) {
     }
 }
 
-/// The bias by which joints make a pose; `None` if they tell nothing of it.
+/// Tool bias at which the joints yield the pose; `None` if they reveal nothing.
 fn tool_between(pose: &Pose, joints: &JointAngles) -> Option<ToolBias> {
     let bare = Geometry::magician(ToolBias::NONE).forward(joints);
     if (bare.r - pose.r).abs() > TOGETHER {
@@ -138,9 +140,10 @@ fn tool_between(pose: &Pose, joints: &JointAngles) -> Option<ToolBias> {
         off_y * cos - off_x * sin,
         bare.z - pose.z,
     ];
-    // A tool hangs in the plane of the arm and at the height of the wrist: other differences are joints that were not recorded.
+    // The usual tools lie in the plane of the arm at the height of the wrist. Any other difference
+    // means that the joints were not recorded.
     let is_tool = y.abs() <= TOGETHER && z.abs() <= TOGETHER && x.abs() <= LONGEST_TOOL;
-    // Printed digits aside a bias is a round number.
+    // Apart from printed digits, a bias is a round number.
     let round = |value: f64| (value * 10.0).round() / 10.0;
     is_tool.then(|| ToolBias::new(round(x) + 0.0, 0.0, 0.0))
 }

@@ -1,4 +1,4 @@
-//! Whether two answers to the same request are the same.
+//! Comparison of two answers to the same request.
 
 use magician_protocol::{
     Description, Direction, Field, FieldValue, Frame, Layout, QueuedCmdIndex, Readable, commands,
@@ -8,14 +8,14 @@ use magician_protocol::{
 use super::report::What;
 use super::{Ignored, Tolerances};
 
-/// What is known of how the two sessions are shifted against each other.
+/// Compares answers, and tracks the offsets between both sessions.
 #[derive(Clone, Debug)]
 pub(super) struct Comparer {
     tolerances: Tolerances,
     ignored: Vec<Ignored>,
-    /// Recorded index less the new one.
+    /// Recorded index minus replayed index.
     indices: Option<u64>,
-    /// Recorded clock less the new one, ms.
+    /// Recorded clock minus replayed clock, ms.
     clocks: Option<u32>,
     pub(super) fields: u64,
     pub(super) left_out: u64,
@@ -33,18 +33,19 @@ impl Comparer {
         }
     }
 
-    /// Whether this, of this command, is not to be looked at.
+    /// True if this command, or this field of it, is excluded.
     pub(super) fn ignores(&self, id: u8, field: Option<&str>) -> bool {
         self.ignored.iter().any(|ignored| ignored.covers(id, field))
     }
 
-    /// In what two answers differ.
+    /// Returns the differences between two answers.
     pub(super) fn compare(&mut self, recorded: &Frame<'_>, replayed: &Frame<'_>) -> Vec<What> {
         let id = recorded.id();
         if self.ignores(id, None) {
             self.left_out += 1;
             return Vec::new();
         }
+        // An answer with another Ctrl, such as the error bit, has another meaning.
         let meaning = |frame: &Frame<'_>| frame.ctrl() == recorded.ctrl();
         let both = meaning(replayed).then(|| {
             let recorded = describe(recorded, Direction::Reply).ok()?;
@@ -109,7 +110,7 @@ impl Comparer {
         }
     }
 
-    /// Index 0 says that a command was not taken; what was taken counts on.
+    /// Compares indices. Index 0 means that a command was not accepted; all others are consecutive.
     fn same_index(&mut self, before: u64, now: u64) -> bool {
         if before == 0 || now == 0 {
             return before == now;
@@ -120,6 +121,7 @@ impl Comparer {
             .is_none_or(|known| known == shift)
     }
 
+    // Wrapping arithmetic: the clock wraps after 49.7 days.
     fn same_clock(&mut self, before: u32, now: u32) -> bool {
         let shift = before.wrapping_sub(now);
         let Some(known) = self.clocks.replace(shift) else {
@@ -129,7 +131,8 @@ impl Comparer {
         apart.min(apart.wrapping_neg()) <= self.tolerances.time_ms
     }
 
-    /// What can be set is what was set; what can only be read is measured.
+    /// Compares floats. A value that can be set must be equal bit for bit; one that can only be
+    /// read is a measurement.
     fn same_float(&self, of: &Description<'_>, before: f32, now: f32) -> bool {
         let measured = of.row.set.is_none();
         let near = (before - now).abs() <= self.tolerances.measured;

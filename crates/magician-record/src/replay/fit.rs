@@ -1,10 +1,11 @@
-//! How a recorded session lies in the periods of the arm.
+//! Fit of a recorded session to the periods of an arm.
 //!
-//! An arm computes in periods of its own clock, which a trace does not show. So a replay tries each millisecond of a period for
-//! its beginning, and takes the middle of those at which the arm moves most like the recorded one.
+//! An arm computes in periods of its own clock, which a trace does not show. The fit tries each
+//! millisecond of a period as their start, and takes the middle of those at which the arm moves
+//! most like the recorded one.
 //!
-//! The host's clock jitters, so a command may have come to the arm in the period beside the one that its time is in. That shifts
-//! the whole motion by a period. Where poses tell of it, such a command is moved by half a period.
+//! The host's clock jitters, so a command may have arrived in the neighbouring period, which shifts
+//! the whole motion by a period. If the poses reveal that, the command is moved by half a period.
 
 use std::time::Duration;
 
@@ -14,15 +15,18 @@ use magician_sim::Controller;
 use super::Replay;
 use super::report::{Report, Residue, What};
 
-/// Steps in which the periods are shifted, us.
+/// Step between tried phases, us.
 const STEP: u64 = 1_000;
-/// Number of packets by which the shift is found: of longer sessions the beginning decides.
+/// Number of packets used for the fit. Of longer sessions the beginning decides; it bounds the
+/// work.
 const PACKETS: usize = 50_000;
 
 impl<'a> Replay<'a> {
-    /// This session with the begin of the arm's periods at which it moves most like the recorded one: the arm is on for so much
-    /// longer when the session begins. The same session if it is answered as it was without that, or if the arm does not
-    /// compute in periods.
+    /// Returns the session with the best phase of the arm's periods, as additional uptime of the
+    /// arm.
+    ///
+    /// The session is unchanged if it is answered equally without a shift, or if the arm computes
+    /// in continuous time.
     #[must_use]
     pub fn fitted(self, arm: &Controller) -> Self {
         let period = u64::from(arm.arm_model().law.period_us());
@@ -42,7 +46,8 @@ impl<'a> Replay<'a> {
         let Some(best) = scores.iter().min() else {
             return self;
         };
-        // Between its two ends, where what is not known of the times is furthest from mattering; the periods come round.
+        // Take the middle of the best phases, where errors of the times matter least. Phases wrap
+        // around.
         let is_best = |at: usize| scores[at % scores.len()] == *best;
         let begin = (0..shifts.len()).find(|at| is_best(*at) && !is_best(at + shifts.len() - 1));
         let begin = begin.unwrap_or(0);
@@ -53,33 +58,33 @@ impl<'a> Replay<'a> {
         self.shifted(Duration::from_micros(middle))
     }
 
-    /// The arm has been on for so much longer when the session begins.
+    /// Sets the additional uptime of the arm when the session begins.
     #[must_use]
     pub fn shifted(mut self, by: Duration) -> Self {
         self.shift = by;
         self
     }
 
-    /// By how much the arm has been on for longer when the session begins.
+    /// Additional uptime of the arm when the session begins.
     #[must_use]
     pub fn shift(&self) -> Duration {
         self.shift
     }
 }
 
-/// Farthest that a command is moved, us: half a period. The phase of the periods is not known well where commands
-/// contradict each other, so this is more than the jitter of one pose.
+/// Largest shift of a command, us: half a period. It exceeds the jitter of one pose, because the
+/// phase is uncertain where commands contradict each other.
 const COMMAND_JITTER: u64 = 10_000;
-/// Commands before a pose that may be the reason that it is off: a start, and what prepared it.
+/// Number of commands before a pose that may explain its deviation: a start, and its preparation.
 const REASONS: usize = 3;
 /// Most commands that are moved ..
 const MOST_MOVED: usize = 200;
-/// .. and most packets that are replayed for that: a few seconds of work.
+/// .. and most packets replayed for that: a few seconds of work.
 const MOST_PACKETS: usize = 2_000_000;
 
 impl Replay<'_> {
-    /// How far the recorded poses are from those of an arm, with commands in the period beside where poses tell that they came in
-    /// that one.
+    /// Measures how far the recorded poses are from those of an arm. Commands are moved to a
+    /// neighbouring period where the poses reveal that they arrived there.
     #[must_use]
     pub fn residue(mut self, arm: &Controller) -> Residue {
         let mut known = self.against(&mut arm.clone()).residue;
@@ -104,7 +109,7 @@ impl Replay<'_> {
             });
             let tried = tried.map(|(at, time)| {
                 let mut session = self.clone();
-                // The first packet is when the trace began.
+                // The first packet defines the start of the trace, so nothing moves before it.
                 let begin = self.packets.first().map_or(0, |packet| packet.time);
                 session.packets[at].time = time.max(begin);
                 session.packets.sort_by_key(|packet| packet.time);
@@ -123,7 +128,8 @@ impl Replay<'_> {
     }
 }
 
-/// What differs in what is measured: how often, and by how much in all (thousandths).
+/// Score of a report: number of differing measurements, then the sum of their differences in
+/// thousandths.
 fn score(report: &Report) -> (usize, u64) {
     let measured = report
         .differences

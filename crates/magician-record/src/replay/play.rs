@@ -1,4 +1,8 @@
 //! The replay itself: packet by packet, in the trace's time.
+//!
+//! Before each read of the pose during a motion the arm is also asked at a few earlier and later
+//! instants. A recorded pose that equals one of those was read near the boundary of a period, where
+//! the jitter of the host decides.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -14,27 +18,28 @@ use super::residue::Poses;
 use super::{Packet, Replay};
 use magician_sim::{ArmClock, ArmInstant, Controller, HostInstant, LinkId, Observer, Speed};
 
-/// No observer.
+/// Placeholder for no observer.
 type Nobody = Option<Box<dyn Observer + Send>>;
 
-/// After so long an answer will not come any more.
+/// Time after which an unanswered request is given up.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// An arm that has been on for longer is not waited for: a scenario might act meanwhile.
+/// Longest uptime that is simulated before the session. With a longer one a scenario might act
+/// meanwhile.
 const LONGEST_UPTIME: ArmInstant = ArmInstant::from_micros(3_600_000_000);
 const SILENCE: Duration = Duration::from_millis(INTER_BYTE_TIMEOUT_MS);
 
-/// A packet that has been replayed.
+/// A replayed packet.
 #[derive(Clone, Debug)]
 pub struct Moment<'a> {
     /// The packet.
     pub packet: &'a Packet<'a>,
-    /// What the virtual arm answered to it.
+    /// Answers of the virtual arm.
     pub replies: Vec<FrameBuf>,
-    /// What is now known to differ.
+    /// Differences found by this packet.
     pub differences: Vec<Difference>,
 }
 
-/// A replay under way; made by [`Replay::play`].
+/// A replay in progress; made by [`Replay::play`].
 #[derive(Debug)]
 pub struct Play<'r, 'a> {
     replay: &'r Replay<'a>,
@@ -44,29 +49,29 @@ pub struct Play<'r, 'a> {
     links: BTreeMap<u32, Link>,
     comparer: Comparer,
     poses: Poses,
-    /// When a command was last sent that sets or queues something.
+    /// Time of the latest command that sets or queues something.
     commanded: Option<HostInstant>,
     report: Report,
-    /// Whether the trace has answers at all: one of requests only is not compared.
+    /// True if the trace has any answers: a trace of requests only is not compared.
     answered: bool,
 }
 
-/// What has passed on a link.
+/// State of one link.
 #[derive(Debug, Default)]
 struct Link {
     name: String,
     requests: Deframer,
     replies: Deframer,
-    /// When bytes came last for the arm.
+    /// Time of the latest bytes for the arm.
     heard: HostInstant,
     asked: VecDeque<Asked>,
 }
 
-/// When a request came to the recorded arm is not known better than this, us: a USB adapter holds bytes for up to 1 ms or, with a
-/// latency timer, a few, and so does the host.
+/// Uncertainty of the time at which a request reached the recorded arm, us. A USB adapter holds
+/// bytes for up to 1 ms, or a few with a latency timer, and so does the host.
 pub(crate) const JITTER: u64 = 5_000;
 
-/// A request, and what the virtual arm said to it.
+/// A request, and the answer of the virtual arm.
 #[derive(Debug)]
 struct Asked {
     time: HostInstant,
@@ -75,12 +80,12 @@ struct Asked {
     beside: Beside,
 }
 
-/// Answers of the virtual arm to the same request before and after it.
+/// Answers of the virtual arm to the same request at earlier and later instants.
 #[derive(Debug, Default)]
 struct Beside {
-    /// By [`JITTER`].
+    /// Earlier and later by [`JITTER`].
     near: [Option<FrameBuf>; 2],
-    /// By a period.
+    /// Earlier and later by one period.
     far: [Option<FrameBuf>; 2],
 }
 
@@ -93,6 +98,7 @@ impl Asked {
 
 impl<'r, 'a> Play<'r, 'a> {
     pub(super) fn new(replay: &'r Replay<'a>, arm: &'r mut Controller) -> Self {
+        // First of all: the uptime decides the phase of the periods, and `shift` is added to it.
         if let Some(uptime) = replay.uptime().filter(|uptime| *uptime <= LONGEST_UPTIME) {
             arm.advance(uptime);
         }
@@ -143,7 +149,8 @@ impl<'r, 'a> Play<'r, 'a> {
                 *answer = answer_of(self.arm, packet);
             }
         }
-        // A recorded answer does nothing to the arm, which then can still be looked at as it was before.
+        // A recorded answer does not affect the arm, which can still be asked about earlier
+        // instants then.
         if packet.direction == Some(Direction::Request) {
             self.clock.pass(self.arm, &mut Nobody::None, time);
         }
@@ -195,13 +202,13 @@ impl<'r, 'a> Play<'r, 'a> {
         u64::from(self.arm.arm_model().law.period_us())
     }
 
-    /// How many packets have been replayed.
+    /// Number of replayed packets.
     #[must_use]
     pub fn done(&self) -> usize {
         self.next
     }
 
-    /// Ends the replay: what has not been answered by now was not.
+    /// Ends the replay. Requests without an answer by now count as unanswered.
     #[must_use]
     pub fn finish(mut self) -> Report {
         let links: Vec<u32> = self.links.keys().copied().collect();
@@ -216,7 +223,7 @@ impl<'r, 'a> Play<'r, 'a> {
         self.report
     }
 
-    /// The host's bytes go to the arm.
+    /// Sends bytes of the host to the arm.
     fn request(&mut self, packet: &Packet<'_>, time: HostInstant) -> Vec<FrameBuf> {
         let Self {
             links, arm, report, ..
@@ -227,6 +234,8 @@ impl<'r, 'a> Play<'r, 'a> {
         };
         let mut replies = Vec::new();
         let first = link.asked.len();
+        // The virtual arm has no wall clock here: the silence is derived from the times of the
+        // trace.
         if time - link.heard >= SILENCE {
             link.requests.expire();
             arm.expire(id);
@@ -234,7 +243,7 @@ impl<'r, 'a> Play<'r, 'a> {
         }
         link.heard = time;
         link.ask(time, packet.bytes);
-        // One request at a time: at full speed the arm finishes what it was given before it reads on.
+        // One request at a time: at full speed the arm finishes a command before it reads on.
         let mut input = packet.bytes;
         loop {
             let handled = arm.receive_one(id, &mut input);
@@ -251,7 +260,7 @@ impl<'r, 'a> Play<'r, 'a> {
         replies
     }
 
-    /// The recorded arm's bytes are compared with what the virtual one said.
+    /// Compares bytes of the recorded arm with the answers of the virtual one.
     fn recorded(&mut self, packet: &Packet<'_>, time: HostInstant) {
         let Some(link) = self.links.get_mut(&packet.link) else {
             return;
@@ -285,7 +294,7 @@ impl<'r, 'a> Play<'r, 'a> {
             );
             return;
         };
-        // Answers come in order: what was asked before this and not answered will not be.
+        // Answers arrive in order: an earlier request without an answer will not get one.
         let passed: Vec<Asked> = link.asked.drain(..=at).collect();
         let Some((asked, silent)) = passed.split_last() else {
             return;
@@ -312,9 +321,9 @@ impl<'r, 'a> Play<'r, 'a> {
             (self.report.residue).add(off, moved, tolerance, asked.time);
         }
         let mut found = self.comparer.compare(&recorded.frame(), &reply.frame());
-        // Without periods there is none beside.
+        // In continuous time there are no neighbouring periods.
         if !found.is_empty() && !is_continuous {
-            // A pose is one thing: all of it is that of another time.
+            // A pose is compared as a whole: all of it must stem from the same other instant.
             let is_one_of = |answers: &[Option<FrameBuf>]| {
                 answers.iter().flatten().any(|other| {
                     let mut comparer = self.comparer.clone();
@@ -342,7 +351,7 @@ impl<'r, 'a> Play<'r, 'a> {
         }
     }
 
-    /// Requests that have waited too long were not answered.
+    /// Gives up requests that have waited too long.
     fn give_up(&mut self, number: u32, now: HostInstant) {
         let old = |asked: &Asked| now - asked.time > PATIENCE;
         while let Some(link) = self.links.get_mut(&number)
@@ -354,7 +363,7 @@ impl<'r, 'a> Play<'r, 'a> {
         }
     }
 
-    /// The recorded arm did not answer.
+    /// Reports a request that the recorded arm did not answer.
     fn unanswered(&mut self, number: u32, asked: &Asked) {
         match &asked.reply {
             Some(reply) if self.answered => {
@@ -397,14 +406,14 @@ impl<'r, 'a> Play<'r, 'a> {
     }
 }
 
-/// True for a request of the pose, alone in its packet.
+/// True for a request of the pose that is alone in its packet.
 fn is_pose_request(packet: &Packet<'_>) -> bool {
     let frame = Frame::new(packet.bytes);
     packet.direction == Some(Direction::Request)
         && frame.is_some_and(|frame| frame.id() == <commands::Pose as Readable>::ROW.id)
 }
 
-/// What an arm says to a request, which leaves it as it is.
+/// Answer of an arm to a request, which leaves the arm unchanged.
 fn answer_of(arm: &Controller, packet: &Packet<'_>) -> Option<FrameBuf> {
     let (mut arm, link) = (arm.clone(), LinkId(packet.link));
     arm.receive(link, packet.bytes);
@@ -412,7 +421,7 @@ fn answer_of(arm: &Controller, packet: &Packet<'_>) -> Option<FrameBuf> {
 }
 
 impl Link {
-    /// Finds the requests in bytes for the arm.
+    /// Decodes the requests in bytes for the arm.
     fn ask(&mut self, time: HostInstant, bytes: &[u8]) {
         let mut input = bytes;
         while let Some(event) = self.requests.next(&mut input) {
@@ -427,7 +436,7 @@ impl Link {
         }
     }
 
-    /// Gives an answer of the virtual arm to the request that it belongs to, of those since `first`.
+    /// Assigns an answer of the virtual arm to its request, among those since `first`.
     fn answer(&mut self, first: usize, reply: &FrameBuf) {
         let mut open = self.asked.iter_mut().skip(first);
         let asked =

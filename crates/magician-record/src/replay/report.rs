@@ -1,35 +1,37 @@
+//! Results of a replay.
+
 use magician_protocol::{Direction, Field, FieldValue, FrameBuf, describe};
 
 use magician_sim::HostInstant;
 
-/// What a replay came to.
+/// Result of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Requests that were sent again: whole frames.
+    /// Number of replayed requests: complete frames.
     pub requests: u64,
-    /// Answers that were compared with the recorded ones.
+    /// Number of answers compared with the recorded ones.
     pub answers: u64,
-    /// Fields that were compared.
+    /// Number of fields compared.
     pub fields: u64,
-    /// Fields that were left out as told.
+    /// Number of fields excluded from the comparison.
     pub ignored: u64,
-    /// Requests that neither arm answered, or that the trace ends too early for.
+    /// Number of requests that neither arm answered, or whose answer the trace ends too early for.
     pub unanswered: u64,
-    /// Packets whose direction the trace does not tell: left out.
+    /// Number of packets of unknown direction, which are left out.
     pub undirected: u64,
-    /// Poses of the period beside that were asked for within 5 ms of its end: when a request came to the recorded arm is not known
-    /// better. The pose of another period at any other time is a difference ([`What::Period`]).
+    /// Number of poses of a neighbouring period that were read within 5 ms of its boundary, the
+    /// uncertainty of the times. At any other time such a pose is a difference ([`What::Period`]).
     pub late: u64,
-    /// How far the recorded poses are from those of the virtual arm.
+    /// Distance of the recorded poses from those of the virtual arm.
     pub residue: Residue,
-    /// How many differences there are in all.
+    /// Number of all differences.
     pub found: u64,
-    /// The differences in the order of time, the first [`Report::MOST`] of them.
+    /// Differences in order of time, the first [`Report::MOST`] of them.
     pub differences: Vec<Difference>,
 }
 
 impl Report {
-    /// Most differences that are kept.
+    /// Most differences that are stored. It bounds memory when everything differs.
     pub const MOST: usize = 10_000;
 
     pub(super) fn add(&mut self, difference: Difference) {
@@ -40,24 +42,24 @@ impl Report {
     }
 }
 
-/// How far recorded poses are from those of the virtual arm, whatever the tolerances: at the instant within 5 ms of the request at
-/// which they are nearest.
+/// Distance of recorded poses from those of the virtual arm, whatever the tolerances. The closest
+/// instant within 5 ms of the request counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residue {
-    /// Poses that were compared.
+    /// Number of poses compared.
     pub poses: u64,
-    /// Those that are another place than the recorded one before.
+    /// Number of poses that differ from the recorded one before.
     pub moved: u64,
-    /// Farthest that x, y or z was off, mm.
+    /// Largest deviation of x, y or z, mm.
     pub mm: f64,
-    /// Farthest that r or a joint was off, deg.
+    /// Largest deviation of r or a joint, deg.
     pub deg: f64,
-    /// When the first pose was asked for that was off by more than the tolerance of what is measured.
+    /// Time of the first pose that deviates by more than the tolerance of measurements.
     pub first_off: Option<HostInstant>,
 }
 
 impl Residue {
-    /// Takes in a pose that was off by so much.
+    /// Adds a pose with this deviation.
     pub(super) fn add(
         &mut self,
         [mm, deg]: [f64; 2],
@@ -75,26 +77,26 @@ impl Residue {
     }
 }
 
-/// In what an answer of the virtual arm is not the recorded one.
+/// Kind of a difference between two answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum What {
-    /// A field has another value, or is there in one of the two only.
+    /// A field has another value, or is present in one answer only.
     Value(&'static Field),
-    /// The pose is the one that the virtual arm had a period earlier or later.
+    /// The pose is that of the virtual arm one period earlier or later.
     Period,
-    /// The form is another: Ctrl (the error bit, say), or parameters that fit no layout.
+    /// The form differs: Ctrl (such as the error bit), or parameters that fit no layout.
     Form,
-    /// There is a recorded answer, and none now.
+    /// A recorded answer, but none now.
     Silent,
-    /// There is an answer now, and no recorded one.
+    /// An answer now, but no recorded one.
     Answered,
-    /// The recorded answer belongs to no request.
+    /// A recorded answer without a request.
     Unasked,
 }
 
 impl What {
-    /// What it is called in JSON.
+    /// Name in JSON.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -108,18 +110,19 @@ impl What {
     }
 }
 
-/// One difference.
+/// A difference between two answers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// When the request was sent (the answer came, if it belongs to none): by the host's clock, which showed 0 when the trace began.
+    /// Time of the request (of the answer, if it belongs to none) on the host's clock, which showed
+    /// 0 when the trace began.
     pub time: HostInstant,
     /// Name of the link.
     pub link: String,
     /// Id of the command.
     pub id: u8,
-    /// Name of the command, as the vendor writes it; empty for an unknown id.
+    /// Name of the command in the vendor's spelling; empty for an unknown id.
     pub command: &'static str,
-    /// In what.
+    /// Kind of the difference.
     pub what: What,
     /// The recorded answer.
     pub recorded: Option<FrameBuf>,
@@ -128,7 +131,7 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// How far apart two measured values are, in their unit; the farthest of an array. `None` for what is no float.
+    /// Largest difference of two measured values, in their unit; `None` if they are not floats.
     pub(super) fn distance(&self) -> Option<f32> {
         match (self.value(false)?, self.value(true)?) {
             (before @ FieldValue::Array(..), now @ FieldValue::Array(..)) => {
@@ -143,8 +146,8 @@ impl Difference {
         }
     }
 
-    /// The field's value in the recorded answer; in the virtual arm's with `replayed`. `None` if it is not a field that
-    /// differs, or not there.
+    /// Value of the field in the recorded answer, or in that of the virtual arm if `replayed`.
+    /// `None` if the difference is not about a field, or the field is missing.
     #[must_use]
     pub fn value(&self, replayed: bool) -> Option<FieldValue<'_>> {
         let What::Value(field) = self.what else {
@@ -160,8 +163,8 @@ impl Difference {
         values.find_map(|(own, value)| (own.name == field.name).then_some(value))
     }
 
-    /// What differs in the recorded answer; in the virtual arm's with `replayed`: the field's value, or the bytes of the whole
-    /// frame where it is about that. `None` if it is not there.
+    /// Differing value in the recorded answer, or in that of the virtual arm if `replayed`: the
+    /// field, or the whole frame if the difference is about that. `None` if it is missing.
     #[must_use]
     pub fn shown(&self, replayed: bool) -> Option<FieldValue<'_>> {
         let frame = if replayed {
@@ -176,7 +179,7 @@ impl Difference {
     }
 }
 
-/// How far apart two floats are.
+/// Absolute difference of two floats.
 fn apart(before: &FieldValue<'_>, now: &FieldValue<'_>) -> Option<f32> {
     match (before, now) {
         (FieldValue::Float(before), FieldValue::Float(now)) => Some((before - now).abs()),
@@ -185,7 +188,7 @@ fn apart(before: &FieldValue<'_>, now: &FieldValue<'_>) -> Option<f32> {
 }
 
 impl std::fmt::Display for Difference {
-    /// `GetPose x: recorded 200, now 199.4`.
+    /// Example: `GetPose x: recorded 200, now 199.4`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let value = |replayed| match self.value(replayed) {
             Some(value) => value.to_string(),

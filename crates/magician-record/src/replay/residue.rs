@@ -1,21 +1,22 @@
-//! How far a recorded pose is from the virtual arm's.
+//! Distance of a recorded pose from the virtual arm.
 
 use magician_protocol::{FrameBuf, Layout, Readable, commands};
 
-/// x, y, z in mm, r and J1 to J4 in deg.
+/// x, y, z in mm; r and J1 to J4 in deg.
 pub(crate) type Values = [f64; 8];
 
-/// The poses of a session.
+/// Poses of a session.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Poses {
-    /// The recorded one before.
+    /// The previous recorded pose.
     last: Option<Values>,
 }
 
 impl Poses {
-    /// How far a recorded answer is from these of the virtual arm at instants in a row, mm and deg,
-    /// and whether it is another place than the one before; `None` if it is no pose. In continuous
-    /// time what lies between two instants was passed as well.
+    /// Distance of a recorded answer from those of the virtual arm at consecutive instants, mm and
+    /// deg, and whether it differs from the previous one. `None` if it is not a pose.
+    ///
+    /// In continuous time the poses between two instants count as well.
     pub(super) fn residue(
         &mut self,
         recorded: &FrameBuf,
@@ -36,7 +37,7 @@ impl Poses {
     }
 }
 
-/// A pose, if all of it are numbers.
+/// Values of a pose; `None` if one of them is not finite.
 fn pose_in(answer: &FrameBuf) -> Option<Values> {
     let frame = answer.frame();
     if frame.id() != <commands::Pose as Readable>::ROW.id {
@@ -49,13 +50,13 @@ fn pose_in(answer: &FrameBuf) -> Option<Values> {
         .then_some(values)
 }
 
-/// The numbers of a pose.
+/// Values of a pose.
 pub(crate) fn values_of(pose: &commands::Pose) -> Values {
     let [j1, j2, j3, j4] = pose.joint_angle;
     [pose.x, pose.y, pose.z, pose.r, j1, j2, j3, j4].map(f64::from)
 }
 
-/// Farthest of x, y and z, mm, and of r and the joints, deg.
+/// Largest difference of x, y and z, mm, and of r and the joints, deg.
 fn distance(one: &Values, other: &Values) -> [f64; 2] {
     let farthest = |range: std::ops::Range<usize>| {
         let off = range.map(|nth| (one[nth] - other[nth]).abs());
@@ -64,7 +65,7 @@ fn distance(one: &Values, other: &Values) -> [f64; 2] {
     [farthest(0..3), farthest(3..8)]
 }
 
-/// The place nearest to a pose on the straight way between two others.
+/// Point closest to a pose on the line between two others.
 fn nearest(pose: &Values, from: &Values, to: &Values) -> Values {
     let (mut along, mut square) = (0.0, 0.0);
     for nth in 0..8 {

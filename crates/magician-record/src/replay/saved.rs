@@ -1,4 +1,4 @@
-//! The new session as a trace.
+//! The replayed session as a trace.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -8,17 +8,17 @@ use magician_protocol::Direction;
 use super::{Moment, Replay};
 use crate::trace::{TraceLink, TraceWriter};
 
-/// Writes the session that a replay makes as a trace: the requests as they were, the answers that came now.
+/// Writes a replayed session as a trace: the requests as recorded, with the new answers.
 pub struct ReplayWriter<W: Write> {
     writer: TraceWriter<W>,
     links: BTreeMap<u32, TraceLink>,
 }
 
 impl<W: Write> ReplayWriter<W> {
-    /// Begins the file, with the links of this replay.
+    /// Writes the header and the links of this replay.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn new(out: W, replay: &Replay<'_>) -> io::Result<Self> {
         let mut writer = TraceWriter::new(out)?;
         let mut links = BTreeMap::new();
@@ -28,10 +28,10 @@ impl<W: Write> ReplayWriter<W> {
         Ok(Self { writer, links })
     }
 
-    /// Writes a packet that has been replayed.
+    /// Writes a replayed packet.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Errors of the writer.
     pub fn write(&mut self, moment: &Moment<'_>) -> io::Result<()> {
         let packet = moment.packet;
         let Some(link) = self.links.get(&packet.link) else {

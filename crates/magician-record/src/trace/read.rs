@@ -1,3 +1,5 @@
+//! Reader of trace files. It accepts foreign pcapng files, and never panics on any bytes.
+
 use std::borrow::Cow;
 
 use magician_protocol::Direction;
@@ -11,55 +13,55 @@ use super::{
 
 const MICROS_PER_SECOND: u128 = 1_000_000;
 
-/// Bytes that passed on a link.
+/// Bytes of a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Packet<'a> {
     /// Microseconds since 1970.
     pub time: u64,
-    /// Number of the link, counted over the file.
+    /// Number of the link in the file.
     pub link: u32,
     /// Name of the link; empty if it has none.
     pub link_name: Cow<'a, str>,
-    /// The sender; `None` if the file does not say.
+    /// Sender; `None` if the file does not say.
     pub direction: Option<Direction>,
-    /// A frame, or a run of bytes that belong to none.
+    /// A frame, or a run of bytes outside of frames.
     pub bytes: &'a [u8],
 }
 
-/// What is wrong with a trace file.
+/// Error in a trace file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum TraceError {
-    /// The file is no pcapng file.
+    /// Not a pcapng file.
     #[error("not a trace: the file does not begin with a pcapng section header")]
     NotATrace,
-    /// The file ends in the middle of a block, as it does when its writer was killed.
+    /// The file ends in the middle of a block, as when its writer was killed.
     #[error("the trace ends inside the block at byte {offset}")]
     Truncated {
-        /// Where the block begins.
+        /// Position of the block.
         offset: usize,
     },
-    /// A block contradicts itself; what follows cannot be found.
+    /// A block is inconsistent, so the rest cannot be read.
     #[error("the trace is damaged at byte {offset}")]
     Damaged {
-        /// Where the block begins.
+        /// Position of the block.
         offset: usize,
     },
-    /// A link of the file carries something else, Ethernet for instance. Its packets are left out.
+    /// A link of the file has another link type, such as Ethernet. Its packets are left out.
     #[error("link {link} of the trace has link type {link_type}, not that of an arm (USER0, 147)")]
     LinkType {
         /// Number of the link.
         link: u32,
-        /// What it carries.
+        /// Its link type.
         link_type: u16,
     },
 }
 
-/// Reads a trace file: the packets in the order of the file.
+/// Reads a trace file: its packets in the order of the file.
 ///
-/// Any pcapng file of link type USER0 will do, in either byte order and any resolution of time.
-/// No input makes it panic; after [`TraceError::LinkType`] it goes on, after any other error it
-/// ends.
+/// Accepts any pcapng file of link type USER0, in either byte order and any time resolution. No
+/// input makes it panic. It continues after [`TraceError::LinkType`] and ends after any other
+/// error.
 #[must_use]
 pub fn read_trace(bytes: &[u8]) -> Trace<'_> {
     Trace {
@@ -71,22 +73,22 @@ pub fn read_trace(bytes: &[u8]) -> Trace<'_> {
     }
 }
 
-/// The packets of a trace file, made by [`read_trace`].
+/// Iterator over the packets of a trace file, made by [`read_trace`].
 #[derive(Clone, Debug)]
 pub struct Trace<'a> {
     file: &'a [u8],
-    /// Where the next block begins.
+    /// Position of the next block.
     offset: usize,
     big_endian: bool,
     links: Vec<Link<'a>>,
-    /// The first of `links` that belongs to the section under way.
+    /// Index of the first of `links` in the present section.
     first: usize,
 }
 
 #[derive(Clone, Debug)]
 struct Link<'a> {
     name: Cow<'a, str>,
-    /// Fractions of a second that its times count.
+    /// Ticks per second of its timestamps.
     per_second: u128,
     arm: bool,
 }
@@ -112,7 +114,7 @@ impl<'a> Iterator for Trace<'a> {
 }
 
 impl<'a> Trace<'a> {
-    /// Reads one block; a packet if it is one.
+    /// Reads one block; returns its packet if it is a packet block.
     fn block(&mut self) -> Result<Option<Packet<'a>>, TraceError> {
         let offset = self.offset;
         let truncated = TraceError::Truncated { offset };
@@ -122,7 +124,7 @@ impl<'a> Trace<'a> {
             return Err(TraceError::NotATrace);
         }
         let mut head = self.fields(rest);
-        // A section header's number reads the same in both byte orders.
+        // The type of a section header is a palindrome, so it reads the same in both byte orders.
         let kind = head.u32().ok_or(truncated)?;
         if kind == SECTION_HEADER {
             let magic = rest.get(8..12).ok_or(truncated)?;
@@ -139,6 +141,7 @@ impl<'a> Trace<'a> {
         }
         let block = rest.get(..length).ok_or(truncated)?;
         let body = block.get(8..length - 4).ok_or(damaged)?;
+        // The length stands at both ends of a block.
         if block.get(4..8) != block.get(length - 4..) {
             return Err(damaged);
         }
@@ -150,11 +153,12 @@ impl<'a> Trace<'a> {
             }
             INTERFACE_DESCRIPTION => self.link(body).ok_or(damaged)?.map(|()| None),
             ENHANCED_PACKET => self.packet(body).ok_or(damaged),
+            // Name resolution, statistics and other blocks carry no bytes of a line.
             _ => Ok(None),
         }
     }
 
-    /// `None`: damaged.
+    /// Reads an interface block. `None` if it is damaged.
     fn link(&mut self, body: &'a [u8]) -> Option<Result<(), TraceError>> {
         let mut fields = self.fields(body);
         let link_type = fields.u16()?;
@@ -170,6 +174,7 @@ impl<'a> Trace<'a> {
                 (OPTION_TIME_RESOLUTION, [resolution, ..]) => {
                     link.per_second = per_second(*resolution)?;
                 }
+                // Other options do not matter here.
                 _ => {}
             }
         }
@@ -186,7 +191,8 @@ impl<'a> Trace<'a> {
         })
     }
 
-    /// `None`: damaged; `Some(None)`: a packet of something else.
+    /// Reads a packet block. `None` if it is damaged; `Some(None)` for a packet of another link
+    /// type.
     fn packet(&self, body: &'a [u8]) -> Option<Option<Packet<'a>>> {
         let mut fields = self.fields(body);
         let number = self.first.checked_add(fields.u32()? as usize)?;
@@ -223,15 +229,15 @@ impl<'a> Trace<'a> {
     }
 }
 
-/// Ticks a second from `if_tsresol`: a negative power of 10, or of 2 with the top bit set. `None`
-/// for one finer than any clock, which would not fit the arithmetic.
+/// Ticks per second from `if_tsresol`: a negative power of 10, or of 2 if the top bit is set.
+/// `None` if it is too fine for the arithmetic, which no clock is.
 fn per_second(resolution: u8) -> Option<u128> {
     let exponent = u32::from(resolution & 0x7F);
     let base: u128 = if resolution & 0x80 == 0 { 10 } else { 2 };
     base.checked_pow(exponent)
 }
 
-/// Reads a block's fields from the front; `None` when they end early.
+/// Reads fields from the front of a block; `None` at its end.
 struct Fields<'a> {
     bytes: &'a [u8],
     big_endian: bool,
@@ -267,7 +273,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// `Some(None)` after the last.
+    /// Reads an option; `Some(None)` after the last.
     fn option(&mut self) -> Option<Option<(u16, &'a [u8])>> {
         if self.bytes.is_empty() {
             return Some(None);

@@ -1,15 +1,15 @@
-//! Reading a recording back, and holding every message against its schema.
+//! Reads a recording back and validates every message against its schema.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-/// Microseconds since the recording began.
+/// Microseconds since the start of the recording.
 pub(crate) type Micros = u64;
 
 /// An epoch whose nanoseconds are not round.
 pub(crate) const EPOCH: u64 = 1_800_000_000_123_000_000;
-/// A message that was read back.
+/// A message read back.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Read {
     pub(crate) topic: String,
@@ -17,7 +17,7 @@ pub(crate) struct Read {
     pub(crate) value: Value,
 }
 
-/// The messages of a file, in the order in which they were written, and whether they end before the file does.
+/// Messages of a file in the order of writing, and whether the file is incomplete.
 pub(crate) fn read(file: &[u8]) -> (Vec<Read>, bool) {
     let (mut all, mut schemas) = (Vec::new(), BTreeMap::new());
     let options = mcap::read::Options::IgnoreEndMagic.into();
@@ -37,7 +37,7 @@ pub(crate) fn read(file: &[u8]) -> (Vec<Read>, bool) {
         let schema = schemas
             .entry(schema.name.clone())
             .or_insert_with(|| serde_json::from_slice::<Value>(&schema.data).expect("JSON"));
-        // Each entity of a scene has its own.
+        // Each entity of a scene has its own timestamp.
         let timestamps = match value["entities"].as_array() {
             Some(entities) => entities.iter().map(|entity| &entity["timestamp"]).collect(),
             None => vec![&value["timestamp"]],
@@ -59,7 +59,8 @@ pub(crate) fn read(file: &[u8]) -> (Vec<Read>, bool) {
     (all, false)
 }
 
-/// As much of JSON Schema as ours use, and nothing that they do not tell of.
+/// Validates the keywords of JSON Schema in use, and refuses properties that the schema does not
+/// name.
 fn check(schema: &Value, value: &Value) {
     if let Some(choices) = schema.get("oneOf") {
         let choices = choices.as_array().expect("a list");

@@ -1,13 +1,17 @@
-//! The alarms that stand, and the hold they put on the queue (model section 4).
+//! Standing alarms, and their hold on the queue (model section 4).
+//!
+//! An alarm from 0x40 on may drop by itself when its joint is back inside, but a blocking alarm has
+//! stopped the queue by then. So the hold is a latch of its own, which only a clear resets (a
+//! choice: `LatchedHold`).
 
 use magician_protocol::{Alarm, AlarmSet};
 
-/// Alarm bits and the latch.
+/// Alarm bits and the latch of the hold.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Alarms {
     standing: AlarmSet,
     latched: bool,
-    /// Whether the firmware's queue heeds the latch.
+    /// True if the firmware's queue obeys the latch.
     hold: bool,
 }
 
@@ -24,33 +28,37 @@ impl Alarms {
         self.standing
     }
 
-    /// Whether an alarm that blocks was raised and not cleared. The latch outlives a limit bit that has dropped.
+    /// True if a blocking alarm was raised and not cleared. The latch outlives a limit alarm that
+    /// has dropped.
     pub(crate) fn latched(&self) -> bool {
         self.latched
     }
 
-    /// Whether an alarm holds the queue.
+    /// True if an alarm holds the queue.
     pub(crate) fn hold_queue(&self) -> bool {
         self.latched && self.hold
     }
 
-    /// Sets an alarm; whether it is new.
+    /// Sets an alarm and returns true if it is new.
     pub(crate) fn set(&mut self, code: u8) -> bool {
         let new = !self.standing.contains(code);
         self.standing.insert(code);
+        // 0x00 to 0x07 are notes of the controller; every other alarm holds the queue (model
+        // section 4).
         self.latched |= Alarm::blocks(code);
         new
     }
 
-    /// An alarm drops by itself; the latch stays.
+    /// Drops an alarm whose cause is gone; the latch stays.
     pub(crate) fn drop_alarm(&mut self, code: u8) {
         self.standing.remove(code);
     }
 
-    /// Clears every alarm whose cause does not stand, and gives those that went; the latch ends when none is left that
-    /// blocks.
+    /// Clears every alarm whose cause is gone and returns them. The latch ends if no blocking alarm
+    /// is left.
     pub(crate) fn clear(&mut self, cause_stands: impl Fn(u8) -> bool) -> AlarmSet {
         let before = self.standing;
+        // A joint still at its limit would raise its alarm again at once, so it stays set.
         let cleared: AlarmSet = before.codes().filter(|code| !cause_stands(*code)).collect();
         for code in cleared.codes() {
             self.standing.remove(code);

@@ -1,4 +1,7 @@
-//! Where the effects of commands are applied to the parts, each in its one place.
+//! Application of the effects of commands to the parts of the device.
+//!
+//! Handlers cannot reach queue, motion and alarms for writing. All changes to these are here, so
+//! the order in which parts are updated is decided in one place.
 
 use magician_motion::Bound;
 use magician_protocol::commands::IoDo;
@@ -13,18 +16,20 @@ use crate::event::{Event, Refusal};
 use crate::fidelity::Assumption;
 
 impl Device {
-    /// Counts what a command rests on; whether it is carried out.
+    /// Counts the assumptions of a command and returns true if it may be carried out.
     pub(crate) fn allows(&mut self, set: &Set, mode: ExecMode) -> bool {
         handlers::allows(&mut self.lend(), set, mode)
     }
 
     pub(crate) fn carry_out(&mut self, set: &Set, mode: ExecMode) -> Completion {
+        // Before the handler: a value that was set no longer relies on its value of power-up.
         self.store.settings.told.add(set.row().id);
         let effects = handlers::apply(&mut self.lend(), set, mode);
         self.apply_all(set.row(), effects)
     }
 
-    /// Applies the effects of a command of a row, one after the other; what the last leaves for the queue to wait for.
+    /// Applies the effects of a command in order. Returns what the last one leaves the queue to
+    /// wait for.
     fn apply_all(&mut self, row: &'static Row, effects: Effects) -> Completion {
         let mut completion = Completion::Done;
         for effect in effects {
@@ -40,6 +45,7 @@ impl Device {
             Effect::Raise(code) => self.raise(code),
             Effect::ClearAlarms => self.clear_alarms(),
             Effect::Move(Ok(start)) => {
+                // An immediate motion replaces the one under way (model section 14).
                 self.halt();
                 return self.begin(start);
             }
@@ -51,14 +57,17 @@ impl Device {
             Effect::Home => return self.home(),
             Effect::SetReported(joints) => {
                 let geometry = self.view().geometry();
+                // The reported joints move without the arm, so a limit alarm may lose its cause.
                 self.motion.set_reported(self.now, &geometry, joints);
                 self.drop_limit_alarms();
             }
             Effect::ToolChanged => {
-                // Where the path leads will be found out when the arm stands.
+                // Known lines were computed with the old bias. They are resolved again when the arm
+                // stands.
                 self.queues.active_mut().forget_ways();
                 self.replan_segment();
             }
+            // A running segment keeps its line; only its speeds change.
             Effect::PathChanged => self.replan_segment(),
             Effect::Turn {
                 output,
@@ -70,6 +79,8 @@ impl Device {
             Effect::StartQueue => self.start_queue(),
             Effect::StopQueue => self.stop_queue(),
             Effect::ForceStop => {
+                // The motor of a counted EMotorS stops with its command. Braking comes last: the
+                // queue must not start another command meanwhile.
                 self.stop_queue();
                 self.cut_turning();
                 self.brake();
@@ -83,9 +94,10 @@ impl Device {
         Completion::Done
     }
 
-    /// Switches an output that a move has come to. A pin that there is not is refused like the command that it stands
-    /// for; the move goes on.
+    /// Switches an output of a PTPPO move. A missing pin is refused as by IODO, and the move
+    /// continues.
     pub(super) fn switch(&mut self, output: PoCmd) {
+        // An address beyond 255 is refused like any other that does not exist.
         let address = u8::try_from(output.address).unwrap_or(u8::MAX);
         let level = Flag(output.level);
         let effects = IoDo { address, level }.apply(&mut self.lend(), ExecMode::Queued);
@@ -95,11 +107,12 @@ impl Device {
 
 /// Alarms.
 impl Device {
-    /// Raises an alarm.
+    /// Raises an alarm, unless it is standing already.
     pub(crate) fn raise(&mut self, code: u8) {
         let latched = self.alarms.latched();
         if self.alarms.set(code) {
             self.record.event(Event::AlarmRaised { code });
+            // With a bias of 0 a pose within reach of the mounted tool may look out of reach.
             if Alarm::is_kinematic(code) && self.store.settings.motion.tool.is_zero() {
                 self.record.event(Event::ToolUnknown { code });
             }
@@ -109,10 +122,11 @@ impl Device {
         } else if !latched {
             self.record.assume(Assumption::AlarmHold);
         }
+        // An alarm that holds the queue ends the path with the running segment.
         self.replan_segment();
     }
 
-    /// A motion that cannot be planned: an alarm says why.
+    /// Raises the alarm for a motion that cannot be planned, and refuses the command.
     pub(super) fn unplannable(&mut self, id: u8, error: &NoPlan) {
         let allowed = error.assumption();
         if allowed.is_none_or(|assumption| self.record.allows(id, assumption)) {
@@ -121,7 +135,7 @@ impl Device {
         }
     }
 
-    /// Clears the alarms whose cause is gone, which may let the queue go on.
+    /// Clears the alarms whose cause is gone. The queue may then continue.
     fn clear_alarms(&mut self) {
         let (motion, limits) = (&self.motion, &self.firmware.model.limits);
         let cleared = (self.alarms).clear(|code| motion.limit_stands(self.now, limits, code));
@@ -131,8 +145,11 @@ impl Device {
         self.replan_segment();
     }
 
-    /// Drops the limit alarms of joints that are inside again; the hold on the queue stays (model section 4).
+    /// Drops the limit alarms of joints that are back inside. The hold on the queue stays (model
+    /// section 4).
     pub(super) fn drop_limit_alarms(&mut self) {
+        // Without the latch no limit alarm stands: this runs at each end of a motion and must be
+        // cheap.
         if !self.alarms.latched() {
             return;
         }

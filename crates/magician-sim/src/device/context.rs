@@ -1,4 +1,5 @@
-//! What a handler is lent: what it may change, and what it may only look at.
+//! The view of the device that a handler borrows: parts that it may change, and parts that it may
+//! read.
 
 use magician_motion::{ArmState, Geometry, JointAngles};
 use magician_protocol::Readable;
@@ -15,10 +16,11 @@ use super::store::Store;
 use super::teaching::Teaching;
 use crate::{ArmInstant, Flash, World};
 
-/// The parts of the device as a handler of a command sees them.
+/// The parts of the device for a handler. The mutable ones keep settings, pins, teaching and
+/// record; motion, queues and alarms change by effects only.
 pub(crate) struct Context<'a> {
     pub(crate) now: ArmInstant,
-    /// When the controller was switched on or reset last.
+    /// Instant of power-up or of the latest reset.
     pub(crate) booted: ArmInstant,
     pub(crate) firmware: &'a Firmware,
     pub(crate) store: &'a mut Store,
@@ -32,7 +34,7 @@ pub(crate) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// The arm, to plan its motions by.
+    /// The arm as seen by the planner.
     pub(crate) fn view(&self) -> ArmView<'_> {
         ArmView {
             now: self.now,
@@ -42,12 +44,12 @@ impl Context<'_> {
         }
     }
 
-    /// Where the arm is commanded to be.
+    /// Commanded state of the arm.
     pub(crate) fn arm(&self) -> ArmState {
         self.view().arm()
     }
 
-    /// Where the carriage on the rail is commanded to be, mm.
+    /// Commanded position of the rail's carriage, mm.
     pub(crate) fn rail(&self) -> f64 {
         self.view().rail()
     }
@@ -60,27 +62,27 @@ impl Context<'_> {
         self.store.settings.motion.has_rail()
     }
 
-    /// Where the joints really are.
+    /// True joint angles.
     pub(crate) fn true_joints(&self) -> JointAngles {
         self.motion.true_pose(self.now).joints
     }
 
-    /// The queue that hosts fill.
+    /// Queue filled by hosts.
     pub(crate) fn hosts(&self) -> &Queue {
         self.queues.hosts()
     }
 
-    /// Whether a parameter set has been set since power-up.
+    /// True if this parameter set was set since power-up.
     pub(crate) fn was_set<T: Readable>(&self) -> bool {
         self.store.settings.told.contains(T::ROW.id)
     }
 
-    /// Whether no tool was set since power-up.
+    /// True if the tool bias was not set since power-up.
     pub(crate) fn has_tool_of_power_up(&self) -> bool {
         !self.was_set::<EndEffectorParams>()
     }
 
-    /// The flash before anything was set.
+    /// Flash of a new arm.
     pub(crate) fn new_flash(&self) -> Flash {
         Flash::new(&self.firmware.profile)
     }

@@ -1,4 +1,4 @@
-//! What a command does to the rest of the arm, as values: handlers return effects, and `apply.rs` applies them.
+//! Effects of commands as values: handlers return them, `apply.rs` applies them.
 
 use magician_motion::JointAngles;
 
@@ -8,97 +8,97 @@ use super::motion::{JogPlan, PathPoint, Start};
 use crate::ArmInstant;
 use crate::event::Refusal;
 
-/// How a command came to be carried out.
+/// Origin of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ExecMode {
-    /// On arrival.
+    /// Carried out on arrival.
     Immediate,
-    /// At its place in the queue.
+    /// Carried out at its turn in the queue.
     Queued,
 }
 
-/// What a command leaves behind for the queue to wait for.
+/// State that a command leaves for the queue to wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Completion {
-    /// Nothing: it has finished.
+    /// Finished.
     Done,
-    /// The motion that it began.
+    /// A motion that it started.
     Moving,
     /// An instant.
     Waiting(ArmInstant),
     /// An input.
     Triggered(Trigger),
-    /// A stepper output that counts pulses.
+    /// A stepper output that counts pulses, by index.
     Turning(usize),
 }
 
-/// Something that a command does beyond the settings, pins and tools that its handler is lent.
+/// A change beyond settings, pins and tools, which the handler changes itself.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
     reason = "it lives for a call, and a box would allocate for each move"
 )]
 pub(crate) enum Effect {
-    /// It was understood and is not carried out.
+    /// Refuses a command that was understood.
     Refuse(Refusal),
-    /// It was accepted, and this simulation does not act on it.
+    /// Records a command that is accepted but not simulated.
     NotSimulated,
-    /// An alarm is raised.
+    /// Raises an alarm.
     Raise(u8),
-    /// The alarms are cleared whose cause is gone.
+    /// Clears the alarms whose cause is gone.
     ClearAlarms,
-    /// A motion begins in place of what moves, or says why not.
+    /// Starts a motion in place of the running one, or raises the alarm of a failed plan.
     Move(Result<Start, NoPlan>),
-    /// A segment of a continuous path begins, at so much power of the laser.
+    /// Starts a segment of a continuous path, at a laser power in percent.
     Segment(PathPoint, f32, ExecMode),
-    /// A jog begins, turns or ends.
+    /// Starts, reverses or ends a jog.
     Jog(JogPlan),
-    /// Homing begins.
+    /// Starts homing.
     Home,
-    /// The reported joints are set; the arm does not move.
+    /// Sets the reported joints; the arm does not move.
     SetReported(JointAngles),
-    /// The tool has another bias.
+    /// The tool bias has changed.
     ToolChanged,
-    /// The path under way may have another speed at its end.
+    /// Parameters of the running path have changed, so its segment may be replanned.
     PathChanged,
-    /// A stepper output turns at so many pulses a second, for so many pulses if that is given.
+    /// Runs a stepper output at a rate in pulses per second, for a number of pulses if given.
     Turn {
         output: usize,
         rate: f64,
         pulses: Option<u32>,
     },
-    /// The queue waits until then.
+    /// Blocks the queue until an instant.
     WaitUntil(ArmInstant),
-    /// The queue waits for an input.
+    /// Blocks the queue until an input meets a condition.
     WaitFor(Trigger),
-    /// The queue takes commands.
+    /// Starts the queue.
     StartQueue,
-    /// The queue takes no more commands, and a wait ends.
+    /// Stops the queue and ends a running wait.
     StopQueue,
-    /// The queue stops, and what moves brakes.
+    /// Stops the queue and brakes the running motion.
     ForceStop,
-    /// What waits in the queue is dropped.
+    /// Drops all waiting commands.
     ClearQueue,
-    /// What is queued from now on is stored as a program.
+    /// Starts to store queued commands as a program.
     StartDownload { loops: u32, announced: u32 },
-    /// The program that was stored takes its place in the flash, or is dropped.
+    /// Moves the stored program to the flash, or drops it.
     StopDownload { keep: bool },
 }
 
-/// The effects of one command, in the order in which they are applied.
+/// Effects of one command, in the order of application.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Effects([Option<Effect>; Self::MOST]);
 
 impl Effects {
-    /// LostStepCmd has most: an alarm for each of three joints.
+    /// LostStepCmd has the most: an alarm for each of three joints.
     const MOST: usize = 3;
 
-    /// It changes nothing but what its handler was lent.
+    /// No effect beyond the parts that the handler has changed itself.
     pub(crate) fn none() -> Self {
         Self::default()
     }
 
-    /// These, and another one after them.
+    /// Appends an effect.
     pub(crate) fn and(mut self, effect: Effect) -> Self {
         let free = self.0.iter_mut().find(|place| place.is_none());
         debug_assert!(free.is_some(), "no command has more effects");

@@ -1,4 +1,4 @@
-//! What happens to the controller from outside its protocol: keys, hands, faults, power.
+//! Events from outside the protocol: keys, hands, faults, power.
 
 use magician_model::tool_to_wire;
 use magician_motion::{JointAngles, Range, ToolBias};
@@ -14,10 +14,12 @@ use crate::world::{ExternalEvent, Press};
 use crate::{Flash, Profile, Scenario, World};
 
 impl Device {
-    /// Something happens to the arm at the present instant.
+    /// Applies an event at the present instant.
     pub(crate) fn apply_external(&mut self, event: ExternalEvent) {
         match event {
+            // The world has changed the input already; the queue looks at it when it runs next.
             ExternalEvent::Input => {}
+            // A touch that does not stall is an event for the log only.
             ExternalEvent::Touch { stalls, .. } => {
                 if stalls {
                     self.motion.stall(self.now, &mut self.world);
@@ -30,6 +32,7 @@ impl Device {
             ExternalEvent::Alarm(code) => self.raise(code),
             ExternalEvent::Reset => self.reset(),
             ExternalEvent::Cable { plugged } => {
+                // A repeated plug or unplug changes nothing, and must not count as a pull.
                 if plugged != self.line.plugged {
                     self.record.event(Event::Cable { plugged });
                     self.line.plugged = plugged;
@@ -50,8 +53,9 @@ impl Device {
         self.update_tools();
     }
 
-    /// The base key runs the program in the flash or stops it; held, it homes the arm. It has no effect while the
-    /// unlock key is held.
+    /// Presses the base key: short runs or stops the stored program, long homes the arm.
+    ///
+    /// The press has no effect while the unlock key is held, because the motors are released.
     fn press(&mut self, press: Press) {
         if self.teaching.held() {
             return;
@@ -63,25 +67,33 @@ impl Device {
         match press {
             Press::Short => self.toggle_program(),
             Press::Long => {
+                // The program first: homing replaces its motion, and it must not continue
+                // afterwards.
                 self.stop_program();
-                // As an immediate command: nothing waits for it.
+                // Like an immediate command: no index waits for it.
                 let _: Completion = self.home();
             }
         }
     }
 
-    /// The unlock key is pressed or released. Pressed, it ends what moves and has the sensors read; released, the
-    /// motors hold the arm where it is.
+    /// Presses or releases the unlock key.
+    ///
+    /// Pressing it ends the running motion and reads the sensors; after release the motors hold the
+    /// arm where it is.
     fn unlock(&mut self, held: bool) {
+        // A key cannot be pressed twice: the periods of teaching must not restart.
         if held == self.teaching.held() {
             return;
         }
+        // Points are computed on demand: take a periodic point that fell due before the change.
         self.lend().look_for_point();
         self.record.assume(Assumption::TeachKey);
         if held {
             self.halt();
+            // `halt` switches the laser off only if something moved.
             self.io.tools.burn(0.0);
-            // J2 and J3 are commanded to be where their sensors say that they are, and J1 where its encoder does.
+            // Commanded J2 and J3 become what their absolute sensors read, and J1 what its encoder
+            // reads (model section 12).
             let really = self.motion.true_pose(self.now).joints;
             self.be_moved(really);
             self.teaching.press(self.now);
@@ -90,7 +102,7 @@ impl Device {
         }
     }
 
-    /// A hand moves the arm there, as far as it goes. Without the key the motors hold it where it is.
+    /// Moves the arm by hand, as far as the limits allow. Without the key the motors hold it.
     fn guide(&mut self, joints: JointAngles) {
         if self.teaching.held() {
             let before = self.motion.true_pose(self.now).joints;
@@ -99,21 +111,24 @@ impl Device {
         }
     }
 
-    /// A hand lays a new sheet of paper: what is drawn from now on stays.
+    /// Replaces the sheet of paper. A stroke in progress is split: only its rest stays.
     pub(crate) fn clear_drawing(&mut self) {
         self.motion.end_path(self.now, &mut self.world);
         self.world.clear_drawing();
         self.motion.show_path(self.now, &mut self.world);
     }
 
-    /// A hand puts an object of the world somewhere; false if none has that name.
+    /// Moves an object of the world by hand. Returns false if there is no object of that name.
     pub(crate) fn place(&mut self, name: &str, at: [f64; 3]) -> bool {
+        // NaN would poison every later comparison of positions.
         if at.iter().any(|part| !part.is_finite()) {
             return false;
         }
         let pose = self.motion.true_pose(self.now);
-        // What is to come of a motion looks different where an object stands elsewhere.
+        // The world has predicted contacts of the running motion with the old layout: end that
+        // prediction first and start a new one after.
         self.motion.end_path(self.now, &mut self.world);
+        // Also while the arm moves: the rest of its motion meets the object at its new place.
         let placed = self.world.place(self.now, &pose, name, at);
         self.motion.show_path(self.now, &mut self.world);
         self.update_tools();
@@ -126,12 +141,14 @@ impl Device {
         self.drop_limit_alarms();
     }
 
-    /// The controller starts anew: what it was told is forgotten, but for what its flash keeps. The arm stays where it
-    /// is, and of that J2 and J3 are known by their sensors.
+    /// Resets the controller: everything but the flash is forgotten. The arm stays where it is, and
+    /// its J2 and J3 are known by their sensors.
     fn reset(&mut self) {
         self.halt();
         self.rest_steppers();
         let really = self.motion.true_pose(self.now);
+        // Restart first: it puts the commanded joints to their values of power-up, from which the
+        // true ones then differ.
         self.restart();
         self.wake_at(really.joints);
         self.motion.forget_rail(really.rail);
@@ -141,16 +158,17 @@ impl Device {
         self.update_tools();
     }
 
-    /// Power comes while the arm really stands somewhere.
+    /// Applies power while the arm stands at these true joints.
     fn wake_at(&mut self, really: JointAngles) {
         let geometry = self.view().geometry();
         self.motion.wake_at(self.now, &geometry, really);
         self.drop_limit_alarms();
     }
 
-    /// The controller is switched on in a world, which may know how the arm stands.
+    /// Powers up in a world whose scenario may define tool, base angle and homing.
     pub(crate) fn switched_on(mut profile: Profile, world: World, flash: Flash) -> Self {
         if let Some(tool) = world.scenario().and_then(Scenario::chosen_tool) {
+            // A real arm keeps the bias chosen before (model section 6); the scenario says which.
             profile.power_up.tool = tool.bias();
         }
         let stands = world.scenario().map(|scenario| *scenario.arm());
@@ -159,25 +177,26 @@ impl Device {
             let joints = device.motion.joints(device.now);
             let j1 = joints.j1 + base_angle;
             device.wake_at(JointAngles { j1, ..joints });
+            // After `wake_at`, which makes the base unknown.
             device.motion.set_homed(homed);
         }
         device
     }
 
-    /// Another tool was chosen before the controller was switched on.
+    /// Changes the tool bias of power-up afterwards.
     pub(crate) fn had_tool(&mut self, tool: ToolBias) {
         self.firmware.had_tool(tool);
         self.store.settings.motion.tool = tool_to_wire(tool);
     }
 
-    /// Another serial number was in the flash before the controller was switched on.
+    /// Changes the serial number in the flash afterwards; that does not count as a write.
     pub(crate) fn had_serial(&mut self, serial: String) {
         let device_sn = Text::new(&serial).unwrap_or_default();
         self.store.begins_with_serial(DeviceSn { device_sn });
         self.firmware.profile.identity.serial = serial;
     }
 
-    /// The controller was switched on while the arm really stood there.
+    /// Changes the true joints of power-up afterwards.
     pub(crate) fn stood_at(&mut self, joints: JointAngles) {
         let usual = self.firmware.model.power_up.joints;
         let really = self.bent_to(joints, usual);
@@ -185,13 +204,14 @@ impl Device {
         self.motion.set_homed(false);
     }
 
-    /// Where the joints come to when they are bent to given angles: no further than the limits, and what is not a
-    /// number stays as it was.
+    /// Clamps joint angles to the limits, including that of J2 - J3. A value that is not finite is
+    /// replaced by `before`.
     fn bent_to(&self, joints: JointAngles, before: JointAngles) -> JointAngles {
         let limits = self.firmware.model.limits;
         let within = |range: Range, angle: f64| angle.max(range.min).min(range.max);
         let or = |angle: f64, before: f64| if angle.is_finite() { angle } else { before };
         let Range { min, max } = limits.j2_minus_j3;
+        // J2 and J3 limit each other: clamp J2, then J3 to J2 and its own range, then J2 once more.
         let j2 = within(limits.j2, or(joints.j2, before.j2));
         let j3 = or(joints.j3, before.j3).max(j2 - max).min(j2 - min);
         let j3 = within(limits.j3, j3);

@@ -1,10 +1,10 @@
-//! What the firmware brings along and no command changes.
+//! The firmware: a profile and its planning numbers, which no command changes.
 
 use magician_motion::{ArmModel, ToolBias};
 
 use crate::Profile;
 
-/// A profile, and the numbers of it by which motions are planned.
+/// A profile, and the numbers derived from it with which motions are planned.
 #[derive(Clone)]
 pub(crate) struct Firmware {
     pub(crate) profile: Profile,
@@ -19,7 +19,7 @@ impl Firmware {
         }
     }
 
-    /// Another tool was chosen before power-up.
+    /// Changes the tool bias of power-up in both.
     pub(crate) fn had_tool(&mut self, tool: ToolBias) {
         self.profile.power_up.tool = tool;
         self.model.geometry.tool = tool;

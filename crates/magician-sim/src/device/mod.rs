@@ -1,9 +1,14 @@
-//! The controller behind its links: its parts, and what happens between them.
+//! The controller behind its links: its parts, and the code that connects them.
 //!
-//! Each part owns its state and knows none of the others: [`Queues`], [`Motion`], [`Io`], [`Alarms`], [`Store`],
-//! [`Teaching`], [`Record`]. A frame becomes a command in `request.rs`; its handler (`handlers/`) is lent a [`Context`] and
-//! returns effects, which `apply.rs` applies. `moving.rs` begins and ends motions, `schedule.rs` lets time pass and takes
-//! commands from the queue, `external.rs` is what keys, hands and faults do.
+//! Each part owns its state and knows no other part: [`Queues`], [`Motion`], [`Io`], [`Alarms`],
+//! [`Store`], [`Teaching`], [`Record`]. A request passes through these files:
+//!
+//! * `request.rs` decodes a frame and decides between acting at once, queueing and silence.
+//! * The handler in `handlers/` borrows a [`Context`] and returns effects.
+//! * `apply.rs` applies the effects to the parts.
+//! * `moving.rs` starts and ends motions.
+//! * `schedule.rs` advances time and takes commands from the queue.
+//! * `external.rs` handles keys, hands, faults and power.
 
 mod alarms;
 mod apply;
@@ -44,9 +49,9 @@ use teaching::Teaching;
 #[derive(Clone)]
 pub(crate) struct Device {
     pub(crate) now: ArmInstant,
-    /// When the controller was switched on or reset last.
+    /// Instant of power-up or of the latest reset.
     booted: ArmInstant,
-    /// The controller has reset and its links do not know yet.
+    /// True until the links have been told of a reset.
     restarted: bool,
     pub(crate) firmware: Firmware,
     pub(crate) store: Store,
@@ -79,6 +84,7 @@ impl Device {
             record: Record::new(profile.fidelity.strict),
             firmware,
         };
+        // Raised, so that the log shows it at power-up; `restart` only sets it.
         if device.firmware.profile.power_up.reset_alarm {
             device.raise(Alarm::ResetOccurred);
             device.record.assume(Assumption::ResetAlarm);
@@ -86,29 +92,31 @@ impl Device {
         device
     }
 
-    /// As power finds it, but for what the flash keeps, the world and what is written down. Nothing may move.
+    /// Resets everything but flash, world and record. No motion may be under way.
     fn restart(&mut self) {
         let profile = &self.firmware.profile;
         self.store.reset(&self.firmware);
         self.queues = Queues::new(profile);
         self.alarms = Alarms::new(profile.queue.alarms_hold);
         self.motion = Motion::at(&self.firmware.model);
+        // The world keeps its view of the tool; the next `update_tools` reports what the reset
+        // switched off.
         self.io = Io::new(profile, self.io.reported());
         self.teaching = Teaching::at(self.now, self.teaching.held(), micros(profile.teach.period));
         self.booted = self.now;
         self.restarted = true;
         if profile.power_up.reset_alarm {
-            // It stands from the start and is not raised: the log says that the controller has reset.
+            // Set without an event: the log already has `Reset`.
             self.alarms.set(Alarm::ResetOccurred);
         }
     }
 
-    /// Whether the controller has reset since this was asked last.
+    /// True if the controller was reset since the last call.
     pub(crate) fn take_restarted(&mut self) -> bool {
         std::mem::take(&mut self.restarted)
     }
 
-    /// What a handler is lent.
+    /// Lends the parts to a handler.
     pub(crate) fn lend(&mut self) -> Context<'_> {
         Context {
             now: self.now,
@@ -125,7 +133,7 @@ impl Device {
         }
     }
 
-    /// The arm, to plan its motions by.
+    /// The arm as seen by the planner.
     pub(crate) fn view(&self) -> ArmView<'_> {
         ArmView {
             now: self.now,
@@ -135,11 +143,12 @@ impl Device {
         }
     }
 
-    /// Lets the tools follow their wires, and tells the world what has become of them.
+    /// Updates the tools from the pins that drive them, and reports changes to the world.
     fn update_tools(&mut self) {
         if let Some(tool) = self.io.update_tools(self.now) {
             let pose = self.motion.true_pose(self.now);
-            // What is to come of a motion looks different with another tool.
+            // The world has predicted contacts of the running motion with the old tool: end that
+            // prediction first and start a new one after.
             self.motion.end_path(self.now, &mut self.world);
             self.world.set_tool(self.now, tool, &pose);
             self.motion.show_path(self.now, &mut self.world);
@@ -147,7 +156,7 @@ impl Device {
         }
     }
 
-    /// What has happened in the world goes into the log.
+    /// Copies the world's events into the log.
     fn record_world_events(&mut self) {
         while let Some(event) = self.world.poll_event() {
             self.record.event(Event::World(event));

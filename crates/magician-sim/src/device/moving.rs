@@ -1,4 +1,9 @@
-//! How motions begin and end, and what that does to the other parts: limits, outputs, tools, queue, world.
+//! Start and end of motions, and their effect on limits, outputs, tools, queue and world.
+//!
+//! Every motion passes through [`begin`](Device::begin) and [`end_motion`](Device::end_motion),
+//! whatever started it. A motion that is taken away early goes through [`halt`](Device::halt). What
+//! follows an end depends on the [`MotionKind`]: homing searches on, a path keeps its speed for the
+//! next segment, a stopped jog may be followed by another.
 
 use magician_motion::MotionError;
 use magician_protocol::commands::{HomeCmd, JogCmd};
@@ -13,7 +18,7 @@ use crate::event::{Event, Refusal};
 use crate::fidelity::Assumption;
 
 impl Device {
-    /// Begins a motion from where the arm stands. What moved before must have ended.
+    /// Starts a motion from where the arm stands. The previous motion must have ended.
     pub(super) fn begin(&mut self, start: Start) -> Completion {
         let (kind, lasting) = (start.kind, start.duration());
         (self.motion).begin(self.now, self.firmware.model.law, start);
@@ -22,6 +27,7 @@ impl Device {
             self.motion.show_path(self.now, &mut self.world);
             return Completion::Moving;
         }
+        // Nothing to move: the motion ends in this instant, with its outputs and its alarm.
         self.switch_outputs();
         if kind == MotionKind::Move {
             self.record.assume(Assumption::ShortMove);
@@ -34,7 +40,7 @@ impl Device {
         }
     }
 
-    /// Something is due in the motion: an output, the drop of a limit alarm, its end.
+    /// Handles what is due in the motion: an output, a limit alarm that drops, or the end.
     pub(super) fn motion_event(&mut self) {
         self.switch_outputs();
         if self.motion.is_over(self.now) {
@@ -52,7 +58,8 @@ impl Device {
     }
 
     fn watch_limits(&mut self) {
-        // A limit alarm that stands holds the queue.
+        // Only a standing limit alarm can drop, and it has latched the hold. Without the latch the
+        // search for that moment is skipped.
         let standing = if self.alarms.latched() {
             self.alarms.standing()
         } else {
@@ -71,7 +78,7 @@ impl Device {
             self.record.assume(Assumption::SoftLimits);
             self.raise(code);
             if self.queues.active().busy() == Some(Busy::Moving) {
-                // Ended before its target, its command counts as finished all the same.
+                // A motion that is cut short counts as finished (model section 15a).
                 self.record.assume(Assumption::RefusedFinishes);
             }
         }
@@ -80,14 +87,14 @@ impl Device {
         }
     }
 
-    /// What a motion that came to its end with such a speed leads to.
+    /// Continues after the end of a motion. `speed` is the speed at that end, mm/s.
     fn follow_up(&mut self, kind: MotionKind, speed: f64) -> Completion {
         match kind {
             MotionKind::Search(stage) => return self.search_on(stage),
             MotionKind::Segment(_) => {
                 self.motion.set_junction_speed(speed);
                 if speed == 0.0 {
-                    // At rest the laser is off.
+                    // At rest the laser is off (model section 8).
                     self.io.tools.burn(0.0);
                 }
             }
@@ -102,35 +109,40 @@ impl Device {
         Completion::Done
     }
 
-    /// Ends what moves on the spot, without a ramp and without what would follow it: a command of the queue that it
-    /// belongs to has finished, and the laser of a path is off.
+    /// Ends the running motion at once, without a ramp and without its continuation.
+    ///
+    /// A queued command that it belongs to has finished, and the laser of a path is off.
     pub(super) fn halt(&mut self) {
         if self.rest_here() {
+            // Off here, too: the motion that follows is no continuation of the path.
             self.io.tools.burn(0.0);
             self.finish_moving();
         }
     }
 
-    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
+    /// Removes the running motion, at its end or before; the arm rests where it is. Returns true if
+    /// there was one.
     fn rest_here(&mut self) -> bool {
         let moved = self.motion.rest(self.now, &mut self.world);
         if moved {
+            // The commanded joints have changed, so a joint may be back inside.
             self.drop_limit_alarms();
         }
         moved
     }
 
-    /// Brakes what moves; a motion that brakes already goes on doing so.
+    /// Brakes the running motion. One that brakes already continues to do so.
     pub(super) fn brake(&mut self) {
         if let Some(start) = self.view().plan_brake() {
-            // Its command finishes when the arm stands; the laser of a path is off at once.
+            // Its queued command finishes when the arm stands, but the laser is off at once.
             self.rest_here();
             self.io.tools.burn(0.0);
             let _: Completion = self.begin(start);
         }
     }
 
-    /// Whatever happens on the way, the command has finished: the queue does not wait for a jog.
+    /// Applies a plan for a jog. The command has finished in any case: the queue does not wait for
+    /// a jog.
     pub(super) fn jog(&mut self, plan: JogPlan) {
         match plan {
             JogPlan::Unchanged => {}
@@ -138,6 +150,8 @@ impl Device {
                 self.halt();
                 let _: Completion = self.begin(start);
             }
+            // Not `halt`: the same jog goes on as a ramp, so no command finishes and the laser
+            // stays as it is.
             JogPlan::Continue(start) => {
                 self.rest_here();
                 let _: Completion = self.begin(start);
@@ -150,15 +164,16 @@ impl Device {
 
 /// Homing.
 impl Device {
-    /// Begins homing. Until J1 is set the arm is not homed, even if it was before.
+    /// Starts homing. Until J1 is referenced the arm is not homed, even if it was before.
     pub(super) fn home(&mut self) -> Completion {
         self.halt();
         self.motion.set_homed(false);
-        // A base that stands at its switch already has nothing to seek.
+        // Enter at the first stage: a base that stands at its switch already skips the search.
         self.search_on(Stage::Seek)
     }
 
     fn search_on(&mut self, stage: Stage) -> Completion {
+        // The switch has closed for the last time: J1 is referenced.
         let Some(stage) = self.view().stage_after(stage) else {
             let geometry = self.view().geometry();
             let switch = self.firmware.model.homing.switch;
@@ -167,13 +182,17 @@ impl Device {
             return self.go_home();
         };
         let planned = self.view().plan_search(stage);
+        // The rail homes along with the search. Its true position becomes known now, because the
+        // search takes the carriage to its end.
         if planned.is_ok() && self.store.settings.motion.has_rail() {
             self.motion.find_rail(self.now);
         }
         self.begin_homing(planned)
     }
 
-    /// A home point out of reach is passed over for the joints at which homing ends when none is set: the vendor's own
+    /// Plans the last part of homing, the move to the home point.
+    ///
+    /// A home point out of reach is replaced by the default joints, because the vendor's own
     /// demonstration sets such a point and goes on (model section 15a).
     fn go_home(&mut self) -> Completion {
         let id = HomeCmd::ROW.id;
@@ -204,9 +223,9 @@ impl Device {
     }
 }
 
-/// Continuous paths: what waits in the queue decides how fast a segment may end.
+/// Continuous paths: the queue decides how fast a segment may end.
 impl Device {
-    /// Begins a segment.
+    /// Starts a segment.
     pub(super) fn begin_segment(
         &mut self,
         id: u8,
@@ -222,6 +241,7 @@ impl Device {
                 return Completion::Done;
             }
         };
+        // An immediate segment follows nothing, so it starts from rest.
         let queued = mode == ExecMode::Queued;
         let entry = if queued {
             self.motion.junction_speed()
@@ -231,14 +251,15 @@ impl Device {
         let (from, planner) = (view.arm(), view.planner_given_rates());
         let way = PathLine::from(&planner, [from.pose.x, from.pose.y, from.pose.z], point);
         if way.is_empty() {
-            // In the queue the speed of the segment before it goes on into the one after it.
+            // A segment of no length is no corner: the speed of the previous segment passes to the
+            // next.
             self.halt();
             return Completion::Done;
         }
         let segment = Segment::new(way, look_ahead, queued);
         let queue = self.queues.active_mut();
         if entry == 0.0 {
-            // Whatever was known was known of a path that has ended.
+            // At rest a new path begins, and known lines may stem from the previous one.
             queue.forget_ways();
         }
         if queued {
@@ -246,18 +267,24 @@ impl Device {
                 PathLine::from(&planner, from, point)
             });
         }
+        // Both ends follow from the neighbours: the speed left by the previous segment, and the
+        // look-ahead.
         let speeds = [entry, self.exit_speed(&segment)];
         let planned = self.view().plan_segment(&planner, &from, segment, speeds);
+        // A plan with an alarm would stop at a limit on the way: also a segment that cannot be
+        // done.
         let impossible = match &planned {
             Ok(start) => start.alarm.is_some(),
             Err(_) => true,
         };
+        // One arm was seen to drop such segments without an alarm (model section 8).
         if impossible && self.firmware.profile.motion.cp_drop_silently {
             self.halt();
             return Completion::Done;
         }
         match planned {
             Ok(start) => {
+                // Halt before the laser is set: it ends the previous motion and its laser.
                 self.halt();
                 self.motion.set_junction_speed(0.0);
                 self.io.tools.burn(f64::from(power));
@@ -271,31 +298,34 @@ impl Device {
         }
     }
 
-    /// The segment under way is planned anew if what is known now lets it end faster, or makes it end slower.
+    /// Replans the running segment if it may now end faster, or has to end slower.
     pub(super) fn replan_segment(&mut self) {
         let Some(segment) = self.motion.segment() else {
             return;
         };
-        // With a speed of 0 the next one would not begin.
+        // An exit speed of 0 ends the path, because look-ahead cannot be computed without valid
+        // speeds.
         let exit = match self.view().look_ahead() {
             Ok(_) => self.exit_speed(&segment),
             Err(_) => 0.0,
         };
+        // `None` if nothing changes: most commands do not affect the path.
         if let Some(start) = self.view().replan_segment(exit) {
             self.rest_here();
             let _: Completion = self.begin(start);
         }
     }
 
-    /// The speed at which a segment may end: none if the queue will not take the next one at once.
+    /// Highest exit speed of a segment, mm/s; 0 if the queue will not take the next one at once.
     fn exit_speed(&self, segment: &Segment) -> f64 {
+        // An immediate segment has no successor, and a held or stopped queue will not deliver one.
         if !segment.is_queued() || !self.goes_on() {
             return 0.0;
         }
         segment.exit_speed(self.queues.active().ways())
     }
 
-    /// A command has been queued: if it is a segment on the heels of another, its way is known at once.
+    /// Resolves the line of a segment just queued, if it follows another segment.
     pub(super) fn path_grows(&mut self) {
         let view = self.view();
         let from = match self.queues.active().way_before_last() {
@@ -307,12 +337,13 @@ impl Device {
         };
         let planner = view.planner_given_rates();
         let queue = self.queues.active_mut();
+        // Only a segment changes the look-ahead; any other command is where the path ends already.
         if queue.resolve_last(|point| PathLine::from(&planner, from, point)) {
             self.replan_segment();
         }
     }
 
-    /// No segment has followed at once: whatever speed was left is lost, and the laser is off.
+    /// Ends a path that no segment has continued: the remaining speed is lost and the laser is off.
     pub(super) fn finish_path(&mut self) {
         if self.motion.junction_speed() != 0.0 {
             self.motion.set_junction_speed(0.0);

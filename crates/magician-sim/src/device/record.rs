@@ -1,11 +1,11 @@
-//! The controller's record for observers: its events, and the assumptions behind its answers.
+//! Record of the controller for observers: its events, and the assumptions behind its answers.
 
 use magician_protocol::Row;
 
 use crate::event::{Event, Log, Refusal};
 use crate::fidelity::{Assumption, AssumptionSet, Fidelity, Strictness};
 
-/// The log and the count of assumptions.
+/// Event log and counts of assumptions.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
     log: Log,
@@ -38,7 +38,7 @@ impl Record {
         self.log.pop()
     }
 
-    /// A command was understood and is not carried out.
+    /// Records that a command was understood but not carried out.
     pub(crate) fn refuse(&mut self, id: u8, reason: Refusal) {
         self.event(Event::Refused { id, reason });
     }
@@ -47,15 +47,17 @@ impl Record {
         self.log.not_simulated(row);
     }
 
-    /// Counts what something rests on that a strict controller does, too.
+    /// Counts an assumption that a strict controller makes, too.
     pub(crate) fn assume(&mut self, assumption: Assumption) {
         if self.fidelity.count(assumption) {
             self.event(Event::Assumes { assumption });
         }
     }
 
-    /// Counts what a command of an id rests on; whether to go on. A strict controller does not where only a choice
-    /// exists, and says so.
+    /// Counts an assumption of a command and returns true if the command may go on.
+    ///
+    /// A strict controller refuses an assumption that is a choice without a source, and logs the
+    /// refusal.
     #[must_use]
     pub(crate) fn allows(&mut self, id: u8, assumption: Assumption) -> bool {
         self.assume(assumption);
@@ -66,7 +68,7 @@ impl Record {
         !refused
     }
 
-    /// As [`allows`](Self::allows) for several: the first choice is the reason.
+    /// Like [`allows`](Self::allows) for several assumptions: the first refused one is the reason.
     #[must_use]
     pub(crate) fn allows_all(&mut self, id: u8, mut assumptions: AssumptionSet) -> bool {
         while let Some(assumption) = assumptions.take() {

@@ -1,4 +1,8 @@
-//! From a frame to its reply: what is carried out at once, what is queued, and what is refused.
+//! From a frame to its reply: acting at once, queueing, or refusing.
+//!
+//! Every request with a known id gets exactly one reply (hosts 1), even if its parameters cannot be
+//! read or nothing is done. Silence is reserved for unknown ids (E09) and for the overflow of a
+//! strict controller.
 
 use magician_protocol::{
     Alarm, Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
@@ -14,8 +18,7 @@ use crate::event::{Event, Refusal};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Device {
-    /// Does what a frame asks and gives the reply: exactly one for a request that the controller knows, silence for
-    /// others (errata E09).
+    /// Carries out a frame and returns its reply. An unknown id gets none (errata E09).
     pub(crate) fn answer(&mut self, link: LinkId, frame: &Frame<'_>) -> Option<FrameBuf> {
         if Row::with_id(frame.id()).is_none() {
             self.unknown_id(link, frame.id());
@@ -25,7 +28,8 @@ impl Device {
             return None;
         }
         let reply = self.reply(frame);
-        // A reply holds what the controller stores, which fits a frame.
+        // Only a reply beyond 250 bytes cannot be encoded, and the controller stores nothing of
+        // that size.
         let nothing = |_| FrameBuf::new(frame.id(), frame.ctrl(), &[]);
         reply.or_else(nothing).ok()
     }
@@ -42,9 +46,12 @@ impl Device {
                 nothing()
             }
             Ok(Request::Queue(set)) if taken => self.enqueue(id, ctrl, QueuedCommand::Set(set)),
+            // A refused queued frame still takes an index, so that the host's numbering stays
+            // right.
             Ok(Request::Queue(_)) => self.enqueue(id, ctrl, QueuedCommand::Nothing),
             Ok(Request::Get(_) | Request::Set(_) | Request::Nothing) => nothing(),
             Err(error) => {
+                // A parameter count of no known form: answered, but nothing is done (E11).
                 self.record.assume(Assumption::WrongCount);
                 self.record.refuse(id, Refusal::Parameters);
                 if is_queued(ctrl, id, error) {
@@ -65,8 +72,9 @@ impl Device {
             self.record.refuse(set.row().id, Refusal::Busy);
             return;
         }
-        // Nothing waits for an immediate command.
+        // An immediate command is finished when it is answered; a motion goes on without a waiter.
         let _: Completion = self.carry_out(set, ExecMode::Immediate);
+        // The pins that it set may satisfy a TRIG, and a start lets the queue run.
         self.update_tools();
         self.run_until_idle();
     }
@@ -84,6 +92,7 @@ impl Device {
         let index = match self.queues.place(id, command) {
             Placed::Full => {
                 self.record.event(Event::QueueFull { id });
+                // Index 0 is never given, and bit 2 of Ctrl marks the error (E38, a choice).
                 return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
             }
             Placed::Stored(index) => {
@@ -93,6 +102,7 @@ impl Device {
             }
             Placed::Queued(index) => {
                 self.record.event(Event::Accepted { index, id });
+                // A path under way may now look further ahead.
                 if !self.queues.program_runs() {
                     self.path_grows();
                 }
@@ -103,8 +113,9 @@ impl Device {
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
 
-    /// Whether a frame is taken for what it asks, whatever that is.
+    /// Counts the assumptions of a frame and returns true if it may be carried out.
     fn takes(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
+        // Frames for an extension controller or a slave are answered as the arm's own (E05).
         let elsewhere = ctrl.destination() != 0 || ctrl.slave() != 0;
         let set = AssumptionSet::default().and_if(elsewhere, Assumption::DestinationBits);
         let set = match request {
@@ -116,7 +127,7 @@ impl Device {
         self.record.allows_all(id, set)
     }
 
-    /// Whether a frame is answered although it finds the queue full, if it does.
+    /// True unless the frame finds the queue full and a strict controller refuses that case.
     fn may_overflow(&mut self, frame: &Frame<'_>) -> bool {
         let id = frame.id();
         !(frame.ctrl().queued() && queues(id) && self.queues.is_full())
@@ -125,18 +136,19 @@ impl Device {
 
     fn unknown_id(&mut self, link: LinkId, id: u8) {
         self.record.event(Event::UnknownId { link, id });
+        // Silence is the vendor's simulator; the alarm is its defined meaning (E09).
         if self.record.allows(id, Assumption::UnknownId) {
             self.raise(Alarm::UndefinedInstruction);
         }
     }
 }
 
-/// Whether a frame that could not be read would have been queued.
+/// True if a frame that could not be decoded would have been queued.
 fn is_queued(ctrl: Ctrl, id: u8, error: DecodeError) -> bool {
     ctrl.queued() && queues(id) && !matches!(error, DecodeError::UnknownId(_))
 }
 
-/// Whether a command may wait in the queue.
+/// True if a command may be queued: it can be set, and does not itself steer the queue (E47).
 fn queues(id: u8) -> bool {
     Row::with_id(id).is_some_and(|row| row.set.is_some() && !row.steers_queue())
 }

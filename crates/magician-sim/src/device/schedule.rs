@@ -1,4 +1,7 @@
-//! Time and turns: what happens next, and what that lets happen.
+//! Time and scheduling: the next event, and the command that may run then.
+//!
+//! [`advance`](Device::advance) goes from event to event: the end of a motion, a wait, pulses, or
+//! an event of the world. After each one the queue takes as many commands as it may.
 
 use magician_protocol::Set;
 
@@ -11,36 +14,40 @@ use crate::event::Event;
 use crate::fidelity::Assumption;
 
 impl Device {
-    /// Lets time pass up to `to`, from one event to the next.
+    /// Advances time to `to`, event by event.
     pub(crate) fn advance(&mut self, to: ArmInstant) {
         while let Some(at) = self.next_event().filter(|at| *at <= to) {
+            // An event may be overdue, never early: the clock does not go back.
             self.now = self.now.max(at);
             self.happen();
         }
         self.now = self.now.max(to);
     }
 
-    /// Does all that can be done at the present instant: what is due, and what the queue may take.
+    /// Does everything possible at the present instant: due events, and commands of the queue.
     pub(crate) fn run_until_idle(&mut self) {
         self.run_queue();
         self.advance(self.now);
     }
 
-    /// When something next happens by itself.
+    /// Next instant at which something happens by itself.
     pub(crate) fn next_event(&self) -> Option<ArmInstant> {
+        // The world's events count as well: a script acts on an idle arm.
         let events = [self.own_event(), self.world.next_event()];
         events.into_iter().flatten().min()
     }
 
-    /// Whether the arm does something that ends by itself, or waits for an input that the scenario will change.
+    /// True if the arm does something that ends by itself, or waits for an input that the scenario
+    /// will change.
     pub(crate) fn is_busy(&self) -> bool {
         let awaited = self.awaited_input();
         let waits = awaited.is_some_and(|address| self.world.will_change(address));
+        // A jog ends by a command; only its stop ramp ends by itself.
         let jogs = self.motion.is_jogging() && !self.motion.ends_jog();
         !jogs && (waits || self.own_event().is_some())
     }
 
-    /// When the arm itself next comes to an end of what it does.
+    /// Next instant at which the arm itself finishes something.
     fn own_event(&self) -> Option<ArmInstant> {
         let waited = match self.queues.active().busy() {
             Some(Busy::Waiting(until)) => Some(until),
@@ -51,8 +58,10 @@ impl Device {
         ends.into_iter().flatten().min()
     }
 
-    /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another. What
-    /// the world sees of the tool is settled before the world acts.
+    /// Handles everything due at the present instant.
+    ///
+    /// The order matters: the motion first, because a wait that ends at the same time may start
+    /// another; then the tools, because the world acts on the tool as it is now.
     fn happen(&mut self) {
         let now = self.now;
         if self.motion.next_event().is_some_and(|at| at <= now) {
@@ -69,27 +78,32 @@ impl Device {
             self.finish_running();
         }
         self.run_queue();
+        // A path that no queued segment has continued in this instant is over.
         self.finish_path();
         self.record_world_events();
     }
 
-    /// Takes commands from the queue as long as it may and they finish on the spot.
+    /// Takes commands from the queue as long as they finish at once.
     fn run_queue(&mut self) {
+        // A met TRIG frees the queue, and so may the change between program and hosts' queue.
         self.look_at_input();
         self.change_queue();
         while self.may_take() {
             let Some(entry) = self.queues.active_mut().pop() else {
                 return;
             };
+            // The popped place makes room for the next line of a stored program.
             self.read_ahead();
             self.start(entry);
             self.change_queue();
         }
     }
 
-    /// The queue takes its next command when it is started, nothing runs or moves, and no alarm holds it; homing is
-    /// taken all the same (model section 4). During a jog, which is over for the queue when it begins, it goes on to
-    /// the next command that moves.
+    /// True if the queue may take its next command.
+    ///
+    /// The queue must be started, nothing may run or move, and no alarm may hold it; homing is
+    /// exempt (model section 4). A jog counts as finished at its start, so during a jog the queue
+    /// continues up to the next command that moves.
     fn may_take(&self) -> bool {
         let queue = self.queues.active();
         let Some(head) = queue.head() else {
@@ -99,18 +113,19 @@ impl Device {
         let moves_aside = self.motion.is_jogging() && !head.moves();
         self.is_free()
             && queue.running().is_none()
+            // An immediate motion delays the queue until it has ended (model section 14, a choice).
             && (!self.motion.is_moving() || moves_aside)
             && (!self.alarms.hold_queue() || homes)
     }
 
-    /// Whether the queue may take commands but for alarms: it is started, no hand has unlocked the motors, and the
-    /// program in the flash does not wait for its turn.
+    /// True if the queue is started, the unlock key is not held, and no stored program waits for
+    /// its turn.
     fn is_free(&self) -> bool {
         let started = self.queues.active().is_started();
         started && !self.teaching.held() && !self.queues.program_is_due()
     }
 
-    /// Whether the queue takes its next command as soon as nothing is under way.
+    /// True if the queue will take its next command as soon as the running one ends.
     pub(super) fn goes_on(&self) -> bool {
         self.is_free() && !self.alarms.hold_queue()
     }
@@ -122,8 +137,10 @@ impl Device {
         if self.skip(index) {
             return;
         }
+        // A running program is not the hosts' business: it logs no indices.
         if !self.queues.program_runs() {
             self.record.event(Event::Started { index, id });
+            // Faults of a scenario may be tied to the start of a command.
             self.world.index_started(self.now, index);
         }
         let completion = match &command {
@@ -133,6 +150,7 @@ impl Device {
             QueuedCommand::Set(_) | QueuedCommand::Nothing => Completion::Done,
         };
         self.update_tools();
+        // A refused motion counts as finished (model section 15a).
         if command.moves() && completion == Completion::Done && self.alarms.hold_queue() {
             self.record.assume(Assumption::RefusedFinishes);
         }
@@ -146,7 +164,7 @@ impl Device {
         self.queues.active_mut().run(Running { index, id, busy });
     }
 
-    /// EIO address of the input that a running trigger waits for.
+    /// EIO address of the input that a running TRIG waits for.
     pub(crate) fn awaited_input(&self) -> Option<u8> {
         match self.queues.active().busy()? {
             Busy::Triggered(trigger) => Some(trigger.address()),
@@ -154,7 +172,7 @@ impl Device {
         }
     }
 
-    /// Finishes a running trigger that is met.
+    /// Finishes a running TRIG if its condition is met.
     fn look_at_input(&mut self) {
         if let Some(Busy::Triggered(trigger)) = self.queues.active().busy()
             && trigger.is_met(&self.io.pins, &self.world, self.now)
@@ -163,14 +181,14 @@ impl Device {
         }
     }
 
-    /// The running command has ended, however it did.
+    /// Finishes the running command, for whatever reason.
     pub(super) fn finish_running(&mut self) {
         if let Some(Running { index, id, .. }) = self.queues.active_mut().take_running() {
             self.finished(index, id);
         }
     }
 
-    /// The running command has ended if the motion was its own.
+    /// Finishes the running command if the ended motion belongs to it.
     pub(super) fn finish_moving(&mut self) {
         if self.queues.active().busy() == Some(Busy::Moving) {
             self.finish_running();
@@ -187,11 +205,13 @@ impl Device {
 
 /// Stops.
 impl Device {
-    /// Stops the queue, and the program if it runs: the running motion goes on to its end, a running wait or trigger is
-    /// cut short (model section 14).
+    /// Stops the queue and a stored program. The running motion goes to its end; a running wait or
+    /// trigger is cut short (model section 14).
     pub(super) fn stop_queue(&mut self) {
+        // Before the path is replanned, which looks at whether the queue goes on.
         self.queues.hosts_mut().set_started(false);
         self.stop_program();
+        // The segment under way must now end at rest, because the queue takes no further one.
         self.replan_segment();
         self.cut_wait();
     }
@@ -203,12 +223,14 @@ impl Device {
         }
     }
 
-    /// Drops what hosts have queued. Numbering goes on and the current index stands.
+    /// Drops the waiting commands of hosts. Numbering and the current index do not change.
     pub(super) fn clear_queue(&mut self) {
+        // The running command is not in the list: whether it ends is decided below.
         let count = self.queues.hosts_mut().clear();
         if count > 0 {
             self.record.event(Event::Dropped { count });
         }
+        // The running motion belongs to the stored program, not to the hosts' queue.
         if self.queues.program_runs() {
             return;
         }
@@ -218,9 +240,11 @@ impl Device {
         }
     }
 
-    /// Lets the queue run.
+    /// Starts the queue.
     pub(super) fn start_queue(&mut self) {
         self.queues.hosts_mut().set_started(true);
+        // Start ends a running motion as well (model section 14), so hosts start a queue only when
+        // the arm stands.
         self.drop_motion();
         self.replan_segment();
     }
@@ -233,9 +257,10 @@ impl Device {
     }
 }
 
-/// The program in the flash.
+/// The program stored in the flash.
 impl Device {
-    /// The base key starts the program, or stops it.
+    /// Starts the stored program, or stops it. Without a program, or while one is being stored,
+    /// nothing happens.
     pub(super) fn toggle_program(&mut self) {
         if !self.queues.program_is_off() {
             self.stop_program();
@@ -245,7 +270,7 @@ impl Device {
         }
     }
 
-    /// Ends the program: what moves comes to its end, a wait is cut short.
+    /// Stops the stored program: its motion goes to its end, a wait is cut short.
     pub(super) fn stop_program(&mut self) {
         if self.queues.stop_program() {
             self.replan_segment();
@@ -253,7 +278,7 @@ impl Device {
         }
     }
 
-    /// The program that was stored takes the place of the one in the flash, unless it is dropped.
+    /// Moves the downloaded program to the flash, unless it is dropped.
     pub(super) fn stop_download(&mut self, keep: bool) {
         let download = self.queues.take_download();
         if let Some((program, announced)) = download.filter(|_| keep) {
@@ -263,18 +288,19 @@ impl Device {
         }
     }
 
-    /// The program takes the place of the hosts' queue or gives it back, when nothing is under way.
+    /// Exchanges the hosts' queue and that of the program, once nothing is under way.
     fn change_queue(&mut self) {
         if self.queues.active().running().is_some() || self.motion.is_moving() {
             return;
         }
         if let Some(runs) = self.queues.change() {
             self.record.event(Event::Program { runs });
+            // Fill the program's queue at once, so that a path sees its segments from the start.
             while runs && self.read_ahead() {}
         }
     }
 
-    /// Reads a line of the running program if there is room for it; whether there was one.
+    /// Reads the next line of a running program if there is room. Returns true if there was one.
     fn read_ahead(&mut self) -> bool {
         let read = self.queues.read_ahead(&self.store.flash().program);
         if read {
@@ -283,7 +309,7 @@ impl Device {
         read
     }
 
-    /// Whether a command is skipped that comes to its turn: the program has done what it does.
+    /// True if a command is skipped because the program has nothing left to do.
     fn skip(&mut self, index: u64) -> bool {
         let program = &self.store.flash().program;
         let idle = self.queues.ends_idle_pass(program, index, self.now);
@@ -296,8 +322,9 @@ impl Device {
 
 /// Stepper outputs.
 impl Device {
-    /// Turns an output at a rate from now on, for so many pulses if that is given. A command of the queue that it was
-    /// busy with has finished.
+    /// Runs a stepper output at a rate, for a number of pulses if given.
+    ///
+    /// A queued command that was counting pulses on this output has finished.
     pub(super) fn turn(&mut self, output: usize, rate: f64, pulses: Option<u32>) -> Completion {
         let Some(turned) = self.io.steppers.turn(self.now, output, rate, pulses) else {
             return Completion::Done;
@@ -305,6 +332,7 @@ impl Device {
         if let Some(rate) = turned.rate {
             self.world.stepper(self.now, output, rate);
         }
+        // A new rate for the output ends the count that the queue was waiting for.
         if self.queues.active().busy() == Some(Busy::Turning(output)) {
             self.finish_running();
         }
@@ -315,7 +343,7 @@ impl Device {
         }
     }
 
-    /// Outputs that have put out their pulses come to rest.
+    /// Stops the outputs whose pulses are counted out.
     fn steppers_event(&mut self) {
         for output in 0..Steppers::COUNT {
             if let Some(counted) = self.io.steppers.due(self.now, output) {
@@ -325,14 +353,14 @@ impl Device {
         }
     }
 
-    /// The queue's running command ends on the spot if it counts pulses, and its motor with it.
+    /// Ends a running command that counts pulses, and its motor with it.
     pub(super) fn cut_turning(&mut self) {
         if let Some(Busy::Turning(output)) = self.queues.active().busy() {
             self.turn(output, 0.0, None);
         }
     }
 
-    /// Both outputs come to rest.
+    /// Stops both outputs.
     pub(super) fn rest_steppers(&mut self) {
         for output in 0..Steppers::COUNT {
             self.turn(output, 0.0, None);

@@ -1,43 +1,46 @@
-//! The unlock key on the forearm, and the point that was not read yet (document 1.7, model section 12).
+//! The unlock key on the forearm, and the taught point not yet read (document 1.7, model section
+//! 12).
 //!
-//! While the key is held the motors are released and a hand may move the arm; the queue waits. What the controller then
-//! reports as a new point is asked for and not sent, so it is worked out when it is asked for.
+//! While the key is held the motors are released, a hand may move the arm, and the queue waits. A
+//! host polls for new points, so periodic points are not scheduled: they are computed when the host
+//! asks.
 
 use magician_protocol::TeachTrigger;
 
 use super::store::settings::Settings;
 use crate::{ArmInstant, Micros};
 
-/// The unlock key, and the point that was not read yet.
+/// State of the unlock key, and of the taught point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Teaching {
     held: bool,
     since: ArmInstant,
-    /// How often a point is new while the key is held.
+    /// Interval of periodic points.
     period: Micros,
-    /// Periods that have been looked at since the key was pressed.
+    /// Number of periods accounted for since the key was pressed.
     periods: u64,
     new_point: bool,
 }
 
 impl Teaching {
-    /// The key as a controller finds it that starts at an instant.
+    /// State at the start of a controller.
     pub(crate) fn at(now: ArmInstant, held: bool, period: Micros) -> Self {
         Self {
             held,
             since: now,
+            // Guards the division against a period that rounds to 0.
             period: period.max(1),
             periods: 0,
             new_point: false,
         }
     }
 
-    /// Whether the key is held: the motors are released.
+    /// True while the key is held.
     pub(crate) fn held(&self) -> bool {
         self.held
     }
 
-    /// The key is pressed: periods begin anew.
+    /// Presses the key: periods count from now.
     pub(crate) fn press(&mut self, now: ArmInstant) {
         *self = Self {
             new_point: self.new_point,
@@ -45,19 +48,20 @@ impl Teaching {
         };
     }
 
-    /// The key is released, which may be what makes a point.
+    /// Releases the key. With the trigger "on release" this makes a point.
     pub(crate) fn release(&mut self, settings: &Settings) {
         self.held = false;
         self.new_point |= is_due(settings, TeachTrigger::OnRelease);
     }
 
-    /// Finds out whether a point has become due by now while the key is held.
+    /// Accounts for the periods until now; returns true if a point has fallen due.
     #[must_use]
     pub(crate) fn look_for_point(&mut self, now: ArmInstant, settings: &Settings) -> bool {
         if !self.held {
             return false;
         }
         let periods = now.micros_since(self.since) / self.period;
+        // Several periods without a question make one point: reading clears it (model section 12).
         let new = periods > std::mem::replace(&mut self.periods, periods);
         let due = new && is_due(settings, TeachTrigger::Periodic);
         self.new_point |= due;
@@ -68,13 +72,13 @@ impl Teaching {
         self.new_point
     }
 
-    /// Reports the point, once.
+    /// Returns whether there is a point, and clears it.
     pub(crate) fn take_point(&mut self) -> bool {
         std::mem::take(&mut self.new_point)
     }
 }
 
-/// Whether points are to be made in that way.
+/// True if points are enabled with this trigger.
 fn is_due(settings: &Settings, trigger: TeachTrigger) -> bool {
     settings.teach_mode.mode == trigger && settings.teach_enabled.is_enabled.is_on()
 }

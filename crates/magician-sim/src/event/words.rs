@@ -1,4 +1,4 @@
-//! Events in words.
+//! Events as text for logs.
 
 use std::fmt;
 
@@ -10,8 +10,8 @@ use crate::fidelity::Confidence;
 use crate::world::{Body, Press, Rest, WorldEventKind};
 
 impl Event {
-    /// Whether it belongs to the daily course of any program: a command that comes, begins or ends, and what an answer
-    /// rests on.
+    /// True for an event that any program causes all the time: commands accepted, started and
+    /// finished, and assumptions.
     #[must_use]
     pub fn is_daily(&self) -> bool {
         matches!(
@@ -23,7 +23,7 @@ impl Event {
         )
     }
 
-    /// It in words, objects by their names in this scenario.
+    /// Formats the event, with object names from `scenario`.
     pub fn in_words<'a>(&self, scenario: Option<&'a Scenario>) -> impl fmt::Display + use<'a> {
         InWords {
             event: *self,
@@ -58,6 +58,7 @@ impl fmt::Display for InWords<'_> {
             Event::Assumes { assumption } => {
                 let kind = match assumption.confidence() {
                     Confidence::Choice => "a choice",
+                    // Every other confidence has a source: measured, the vendor's, a third party's.
                     _ => "a fact",
                 };
                 let (authority, says) = (assumption.authority(), assumption.says());
@@ -110,7 +111,7 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// The names of the objects around the arm.
+/// Names of the objects around the arm.
 struct Objects<'a>(Option<&'a Scenario>);
 
 impl Objects<'_> {
@@ -134,6 +135,8 @@ impl Objects<'_> {
             Rest::Belt => ("on", "the belt"),
             Rest::Object(number) => ("on", self.object(number)),
             Rest::Floor => ("on", "the floor"),
+            // An object that is released cannot end up on its shelf or in the tool, so no better
+            // words are needed.
             Rest::Shelf | Rest::Tool => ("where", "it was"),
         }
     }
@@ -166,7 +169,7 @@ impl Objects<'_> {
     }
 }
 
-/// A command by its id.
+/// Formats a command id as its name.
 struct Name(u8);
 
 impl fmt::Display for Name {
@@ -178,7 +181,7 @@ impl fmt::Display for Name {
     }
 }
 
-/// An alarm by its code.
+/// Formats an alarm code with its name.
 struct Code(u8);
 
 impl fmt::Display for Code {

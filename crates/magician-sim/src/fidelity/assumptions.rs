@@ -1,12 +1,13 @@
 //! The list of everything that the virtual arm's behaviour rests on.
 //!
-//! A choice is refused in strict mode if it decides what the arm does or answers. It stays if it decides a figure only
-//! (how long, how fast, how many, what to begin with) of something that is known, or if refusing would do the same.
+//! A choice is refused in strict mode if it decides what the arm does or answers. It stays if it
+//! decides a figure only (how long, how fast, how many, what to begin with) of something that is
+//! known, or if refusing would do the same.
 
 use super::list_assumptions;
 
 list_assumptions! {
-    // Where the arm is.
+    // Position of the arm.
     CommandedPose Measured "1" "GetPose reports the commanded joints and the pose that they make, not where the arm really is";
     BaseUnknown Measured "11" "before homing J1 reads 0 wherever the base stood at power-up";
     PowerUpPose Choice "15a" "at power-up the arm stands at joints (0, 45, 45, 0) with J1 reading 0"
@@ -27,7 +28,7 @@ list_assumptions! {
         kept "a reset is no command";
     ResetAlarm Measured "11" "alarm 0x00 stands from power-up until it is cleared";
 
-    // What is set and read back.
+    // Settings, and the values that are read back.
     Parameters Vendor "6" "speeds and heights are those of the vendor's printed samples at power-up, and read back as they are set";
     CappedWhenSet Sibling "6" "speeds and accelerations of jogs and point-to-point moves beyond the ceilings are set to the ceiling";
     BeyondCeilings Choice "6" "ratios and speeds of paths beyond the ceilings are stored as they come and capped when a motion is planned" refused;

@@ -1,8 +1,9 @@
-//! What each answer rests on: a fact about the real arm, or a choice of ours where none is known.
+//! Assumptions behind each answer: facts about the real arm, and choices where none is known.
 //!
-//! Every behaviour of the virtual arm has an [`Assumption`] with the letter of how sure it is. The controller counts what its
-//! answers rest on ([`Controller::fidelity`](crate::Controller::fidelity)); a strict one ([`Strictness`]) carries out
-//! nothing that rests on a choice alone.
+//! Every behaviour of the virtual arm has an [`Assumption`] with a [`Confidence`]. The controller
+//! counts the assumptions of its answers ([`Controller::fidelity`](crate::Controller::fidelity)). A
+//! strict controller ([`Strictness`]) does not carry out what relies on a choice alone, so a
+//! program that runs on it depends on known behaviour only.
 
 mod assumptions;
 
@@ -10,7 +11,7 @@ pub use assumptions::Assumption;
 
 use std::fmt;
 
-/// How sure it is that the real arm does so.
+/// Confidence that the real arm behaves so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Confidence {
     /// Measured on real arms.
@@ -21,12 +22,12 @@ pub enum Confidence {
     Sibling,
     /// Third-party code or text.
     ThirdParty,
-    /// No source: chosen here.
+    /// No source: a choice of this project.
     Choice,
 }
 
 impl Confidence {
-    /// Every one, the surest first.
+    /// All of them, the highest confidence first.
     pub const ALL: [Self; 5] = [
         Self::Measured,
         Self::Vendor,
@@ -35,7 +36,7 @@ impl Confidence {
         Self::Choice,
     ];
 
-    /// The letter that the firmware profile has for it: M, V, VL, T, G.
+    /// Letter in the firmware profile: M, V, VL, T, G.
     #[must_use]
     pub const fn letter(self) -> &'static str {
         match self {
@@ -48,25 +49,25 @@ impl Confidence {
     }
 }
 
-/// What a strict controller does about something.
+/// Reaction of a strict controller to an assumption.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Strictness {
-    /// The same: it is a fact.
+    /// Carried out: it is a fact.
     Fact,
-    /// It refuses: it is a choice that decides what is done or answered.
+    /// Refused: it is a choice that decides an action or an answer.
     Refused,
-    /// The same although it is a choice; the sentence says why.
+    /// Carried out although it is a choice; the text says why.
     Kept(&'static str),
 }
 
-/// Where it is written down what something rests on.
+/// Document that states an assumption.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Authority {
     /// A section of the reference model of the arm: `docs/MODEL.md` of the repository.
     Model(&'static str),
     /// An erratum to the vendor's protocol document: `docs/ERRATA.md` of the repository.
     Erratum(&'static str),
-    /// No source: a choice of ours.
+    /// No source: a choice of this project.
     Nobody,
 }
 
@@ -75,11 +76,12 @@ impl Authority {
         match section.as_bytes() {
             [b'0'..=b'9', ..] => Self::Model(section),
             [b'E', ..] => Self::Erratum(section),
+            // `(none)`: neither document says anything.
             _ => Self::Nobody,
         }
     }
 
-    /// Page and anchor within the directory `docs` of the repository: `MODEL.md#section-7`, `ERRATA.md#e07`.
+    /// Page and anchor below `docs` in the repository: `MODEL.md#section-7`, `ERRATA.md#e07`.
     #[must_use]
     pub fn link(self) -> Option<String> {
         match self {
@@ -91,7 +93,7 @@ impl Authority {
 }
 
 impl fmt::Display for Authority {
-    /// As it is cited: `model 7`, `errata E07`, `no source`.
+    /// Formats a citation: `model 7`, `errata E07`, `no source`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(&match self {
             Self::Model(section) => format!("model {section}"),
@@ -103,7 +105,7 @@ impl fmt::Display for Authority {
 
 macro_rules! list_assumptions {
     ($( $name:ident $confidence:ident $section:literal $says:literal $($strict:ident $($why:literal)?)?; )+) => {
-        /// Something that the virtual arm's behaviour rests on.
+        /// An assumption about the behaviour of the arm.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         #[non_exhaustive]
@@ -112,40 +114,40 @@ macro_rules! list_assumptions {
         }
 
         impl Assumption {
-            /// Every one, by chapter.
+            /// All assumptions, by chapter.
             pub const ALL: &'static [Self] = &[ $( Self::$name, )+ ];
 
-            /// Its name.
+            /// Name of the assumption.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $( Self::$name => stringify!($name), )+ }
             }
 
-            /// How sure it is.
+            /// Confidence that the real arm behaves so.
             #[must_use]
             pub const fn confidence(self) -> $crate::fidelity::Confidence {
                 match self { $( Self::$name => $crate::fidelity::Confidence::$confidence, )+ }
             }
 
-            /// Section of the reference model, erratum (`E07`), or `(none)` where neither has a word about it.
+            /// Section of the reference model, erratum (`E07`), or `(none)`.
             #[must_use]
             pub const fn section(self) -> &'static str {
                 match self { $( Self::$name => $section, )+ }
             }
 
-            /// Where it is written down.
+            /// Document that states it.
             #[must_use]
             pub const fn authority(self) -> $crate::fidelity::Authority {
                 $crate::fidelity::Authority::of(self.section())
             }
 
-            /// What the virtual arm does, in a sentence without a full stop.
+            /// Behaviour of the virtual arm, a sentence without a full stop.
             #[must_use]
             pub const fn says(self) -> &'static str {
                 match self { $( Self::$name => $says, )+ }
             }
 
-            /// What a strict controller does about it.
+            /// Reaction of a strict controller.
             #[must_use]
             pub const fn strictness(self) -> $crate::fidelity::Strictness {
                 match self { $( Self::$name => $crate::fidelity::list_assumptions!(@ $($strict $($why)?)?), )+ }
@@ -159,14 +161,14 @@ macro_rules! list_assumptions {
 
 use list_assumptions;
 
-/// A set of assumptions: a bit for each.
+/// A set of assumptions: one bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct AssumptionSet([u64; Self::WORDS]);
 
 impl AssumptionSet {
     const WORDS: usize = Assumption::ALL.len().div_ceil(64);
 
-    /// These and another one.
+    /// Adds an assumption.
     pub(crate) fn and(mut self, assumption: Assumption) -> Self {
         let at = assumption as usize;
         if let Some(word) = self.0.get_mut(at / 64) {
@@ -175,7 +177,7 @@ impl AssumptionSet {
         self
     }
 
-    /// These, and another one where a condition holds.
+    /// Adds an assumption if a condition holds.
     pub(crate) fn and_if(self, condition: bool, assumption: Assumption) -> Self {
         if condition {
             self.and(assumption)
@@ -184,7 +186,7 @@ impl AssumptionSet {
         }
     }
 
-    /// Those of both.
+    /// Returns the union of both sets.
     pub(crate) fn union(mut self, other: Self) -> Self {
         for (word, more) in self.0.iter_mut().zip(other.0) {
             *word |= more;
@@ -192,11 +194,12 @@ impl AssumptionSet {
         self
     }
 
-    /// Takes the first one out, in the order of the list.
+    /// Removes the first assumption, in the order of the list.
     pub(crate) fn take(&mut self) -> Option<Assumption> {
         let at = self.0.iter().position(|word| *word != 0)?;
         let word = self.0.get_mut(at)?;
         let bit = word.trailing_zeros() as usize;
+        // Clears the lowest bit.
         *word &= *word - 1;
         Assumption::ALL.get(at * 64 + bit).copied()
     }
@@ -208,7 +211,7 @@ impl From<Assumption> for AssumptionSet {
     }
 }
 
-/// What a controller's answers have rested on since power-up.
+/// Number of uses of each assumption since power-up.
 #[derive(Clone, Debug)]
 pub struct Fidelity {
     uses: [u64; Assumption::ALL.len()],
@@ -222,7 +225,7 @@ impl Default for Fidelity {
 }
 
 impl Fidelity {
-    /// How often something was rested on. A strict controller counts what it refused, too.
+    /// Number of uses of an assumption. A strict controller also counts the uses that it refused.
     #[must_use]
     pub fn uses(&self, assumption: Assumption) -> u64 {
         self.uses
@@ -231,7 +234,7 @@ impl Fidelity {
             .unwrap_or_default()
     }
 
-    /// Everything that was rested on, and how often, by chapter.
+    /// Assumptions that were used, with their number of uses, by chapter.
     pub fn iter(&self) -> impl Iterator<Item = (Assumption, u64)> + '_ {
         let all = Assumption::ALL
             .iter()
@@ -239,11 +242,12 @@ impl Fidelity {
         all.filter(|(_, uses)| *uses > 0)
     }
 
-    /// Counts a use; whether it is the first.
+    /// Counts a use and returns true for the first.
     pub(crate) fn count(&mut self, assumption: Assumption) -> bool {
         let Some(uses) = self.uses.get_mut(assumption as usize) else {
             return false;
         };
+        // A soak run may count for weeks.
         *uses = uses.saturating_add(1);
         *uses == 1
     }

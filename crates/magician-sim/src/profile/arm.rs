@@ -1,4 +1,4 @@
-//! The part of a profile that is the [`ArmModel`]: which parts of it a file changes.
+//! The part of a profile that becomes an [`ArmModel`].
 
 use magician_motion::{
     ArcDefaults, ArmModel, CpDefaults, JogDefaults, JointAngles, Limits, MotionLaw, PtpDefaults,
@@ -9,80 +9,83 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::Profile;
 use super::sections::{LostStepDefaults, WifiDefaults};
 
-/// Where the values come from that no file gives.
+/// Values for everything that a file leaves out.
 const BUILT_IN: ArmModel = ArmModel::MAGICIAN;
 
-/// Which joint limits are in force.
+/// Set of joint limits in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LimitChoice {
-    /// The controller's soft limits.
+    /// Soft limits of the controller.
     Controller,
-    /// The bounds that every arm keeps to for certain.
+    /// Limits that every arm is certain to reach.
     Certain,
-    /// The range that the vendor guarantees.
+    /// Range guaranteed by the vendor.
     Guaranteed,
 }
 
-/// The joint limits (model section 4).
+/// Joint limits (model section 4).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LimitSets {
-    /// Which set is in force.
+    /// Set in force.
     #[serde(rename = "use")]
     pub in_force: LimitChoice,
-    /// The controller's soft limits.
+    /// Soft limits of the controller.
     #[serde(deserialize_with = "controller")]
     pub controller: Limits,
-    /// The bounds that every arm keeps to for certain.
+    /// Limits that every arm is certain to reach.
     #[serde(deserialize_with = "certain")]
     pub certain: Limits,
-    /// The range that the vendor guarantees.
+    /// Range guaranteed by the vendor.
     #[serde(deserialize_with = "guaranteed")]
     pub guaranteed: Limits,
 }
 
-/// How motions are computed (model section 7).
+/// Law of motion (model section 7).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionRules {
-    /// The period in which the controller changes the speed and then the place, s; 0 for continuous time.
+    /// Period in which the controller changes the speed and then the position, s; 0 for continuous
+    /// time.
     pub period: f64,
-    /// What a jog of another axis does to the one under way.
+    /// Effect of a jog of another axis on the running jog.
     pub jog_axis_change: JogAxisChange,
-    /// True if a segment of a continuous path that the arm cannot do is dropped without an alarm, and the index goes on.
+    /// True if an impossible segment of a continuous path is dropped without an alarm while the
+    /// index goes on (model section 8).
     pub cp_drop_silently: bool,
 }
 
-/// What becomes of a jog when another axis is jogged.
+/// Effect of a jog of another axis on the running jog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JogAxisChange {
-    /// The other axis takes over the speed with its sign, and then goes for its own.
+    /// The new axis takes over the signed speed, then ramps to its own (model section 10).
     Carries,
-    /// The jog under way slows down to rest first.
+    /// The running jog slows down to rest first.
     Stops,
 }
 
-/// What a host reads before it has set anything (model section 6). Kept as the wire has it.
+/// Settings that a host reads before it has set any (model section 6), in the precision of the
+/// protocol.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Defaults {
-    /// Jogging.
+    /// Jogs.
     pub jog: JogDefaults,
-    /// Point to point.
+    /// Point-to-point moves.
     pub ptp: PtpDefaults,
-    /// Continuous path.
+    /// Continuous paths.
     pub cp: CpDefaults,
     /// Arcs.
     pub arc: ArcDefaults,
     /// Lost steps.
     pub lost_step: LostStepDefaults,
-    /// The Wi-Fi module.
+    /// Wi-Fi module.
     pub wifi: WifiDefaults,
 }
 
-/// The limits that a file changes.
+/// Joint limits given by a file.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct LimitsPatch {
@@ -94,7 +97,7 @@ struct LimitsPatch {
 }
 
 impl LimitsPatch {
-    /// Reads the patch of a set, and what becomes of it.
+    /// Reads a patch of joint limits and applies it to `base`.
     fn over<'de, D: Deserializer<'de>>(base: Limits, from: D) -> Result<Limits, D::Error> {
         let patch = Self::deserialize(from)?;
         Ok(Limits {
@@ -120,7 +123,7 @@ fn guaranteed<'de, D: Deserializer<'de>>(from: D) -> Result<Limits, D::Error> {
 }
 
 impl LimitSets {
-    /// The set that is in force.
+    /// Limits of the set in force.
     fn limits(&self) -> Limits {
         match self.in_force {
             LimitChoice::Controller => self.controller,
@@ -145,14 +148,17 @@ impl Default for MotionRules {
     fn default() -> Self {
         Self {
             period: f64::from(BUILT_IN.law.period_us()) / 1e6,
+            // Measured: a recorded arm carries its speed over to the new axis (model section 10).
             jog_axis_change: JogAxisChange::Carries,
+            // One arm was seen to drop segments silently; raising an alarm is the vendor's code
+            // (VL).
             cp_drop_silently: false,
         }
     }
 }
 
 impl Profile {
-    /// The numbers by which this firmware plans motions.
+    /// Numbers with which this firmware plans motions.
     #[must_use]
     pub fn arm_model(&self) -> ArmModel {
         let Defaults {

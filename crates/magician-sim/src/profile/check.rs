@@ -1,18 +1,20 @@
-//! Whether the values of a profile make sense.
+//! Validation of a profile.
 
 use magician_motion::{Ceilings, Limits, Range};
 
 use super::{Defaults, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules};
 
-/// Deepest queue that a profile may ask for; it bounds the controller's memory.
+/// Deepest queue of a profile. It bounds the controller's memory; real arms have 32 places (model
+/// section 14).
 const MAX_DEPTH: usize = 1024;
 
 impl Profile {
-    /// Whether the values make sense: no NaN, nothing negative that must not be, lists of the right length. Needed
-    /// only for a profile that was changed by hand; [`from_toml`](Self::from_toml) has done it.
+    /// Checks that the values are valid: no NaN, no negative speeds, lists of the right length.
+    ///
+    /// [`from_toml`](Self::from_toml) calls it; call it after changing a profile in code.
     ///
     /// # Errors
-    /// [`ProfileError::Value`] for the first that does not.
+    /// [`ProfileError::Value`] for the first invalid value.
     pub fn check(&self) -> Result<(), ProfileError> {
         self.check_text()?;
         self.check_queue()?;
@@ -23,6 +25,7 @@ impl Profile {
         let tool = self.power_up.tool;
         finite("power_up.tool", &[tool.x, tool.y, tool.z])?;
         finite("home.joints", &self.home.joints.to_array())?;
+        // Not limited to J1's range: the switch may lie beyond a soft limit.
         turn("home.switch", self.home.switch)?;
         self.check_speeds()?;
         self.check_numbers()?;
@@ -60,6 +63,7 @@ impl Profile {
             ),
         ];
         for (name, text, max, wanted) in texts {
+            // NUL ends a text on the wire (E17).
             let good = text.len() <= max && !text.contains('\0');
             rule(good, name, format!("{text:?}"), wanted)?;
         }
@@ -77,6 +81,7 @@ impl Profile {
             "1 to 1024",
         )?;
         rule(
+            // 0 is never given: hosts take it for an error (model section 14).
             first_index >= 1,
             "queue.first_index",
             first_index,
@@ -116,14 +121,18 @@ impl Profile {
             self.offline.capacity,
             "1 to 65536",
         )?;
+        // With 0 no corner could be passed at any speed (model section 8).
         positive("path.period", &[self.path.period])?;
         let period = self.motion.period;
         rule(
+            // Periods below 1 ms would cost time without a visible effect; above 1 s motion would
+            // look broken. Both bounds are choices.
             period == 0.0 || (0.001..=1.0).contains(&period),
             "motion.period",
             period,
             "0 or 0.001 to 1",
         )?;
+        // With 0 the planner would stop the arm at once instead of braking it.
         positive("stop.force_factor", &[self.stop.force_factor])?;
         positive("rail.length", &[self.rail.length])?;
         positive("rail.home_velocity", &[self.rail.home_velocity])?;
@@ -144,7 +153,7 @@ impl Profile {
         Ok(())
     }
 
-    /// Numbers that may have any sign.
+    /// Checks the numbers that may have any sign.
     fn check_numbers(&self) -> Result<(), ProfileError> {
         let Defaults {
             ptp, cp, lost_step, ..
@@ -246,7 +255,7 @@ fn positive32(name: &'static str, values: &[f32]) -> Result<(), ProfileError> {
     let good = values.iter().all(|value| value.is_finite() && *value > 0.0);
     rule(good, name, format!("{values:?}"), "above 0")
 }
-
+/// Checks a delay. An hour is beyond any delay of a real arm; the bound is a choice.
 fn duration(name: &'static str, seconds: f64) -> Result<(), ProfileError> {
     rule(
         (0.0..=3600.0).contains(&seconds),

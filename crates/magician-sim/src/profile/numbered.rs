@@ -1,10 +1,12 @@
-//! What tells one arm of several from the others.
+//! Identities of several virtual arms that share a profile.
 
 use super::{Identity, MAX_NAME, MAX_SERIAL};
 
 impl Identity {
-    /// Arm `number` of several, counted from 1, that are otherwise alike: the name ends with the
-    /// number, the serial number counts up from this one, and so does the seed of the device id.
+    /// Returns the identity of arm `number` of several, counted from 1.
+    ///
+    /// The name ends with the number. The serial number and the seed of the device id count up from
+    /// those of the first arm.
     ///
     /// ```
     /// let [_, third] = [1, 3].map(|n| magician_sim::Profile::default().identity.numbered(n));
@@ -22,8 +24,11 @@ impl Identity {
     }
 }
 
-/// Serial number of the virtual arm at a place (the path of a pseudo-terminal, the address of a socket): the same at each start,
-/// and unlike those of arms at other places. What hosts keep of an arm they keep by its serial number.
+/// Serial number of a virtual arm, derived from its place: the path of a pseudo-terminal or the
+/// address of a socket.
+///
+/// A place yields the same number at each start, and another one than other places. Hosts store
+/// what they know of an arm under its serial number, so two arms must not share one.
 pub(crate) fn serial_at(place: &str) -> String {
     // FNV-1a: short, and the same on every machine and in every version.
     let hash = place.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
@@ -35,13 +40,14 @@ pub(crate) fn serial_at(place: &str) -> String {
 fn name(first: &str, number: u32) -> String {
     let end = format!(" #{number}");
     let mut kept = first.to_owned();
+    // Pop whole characters: a cut inside one would not be UTF-8.
     while kept.len() > MAX_NAME - end.len() {
         kept.pop();
     }
     kept + &end
 }
 
-/// Counts with the digits at the end; where there are none, they are the number.
+/// Counts up the digits at the end of a serial number, or appends the number if there are none.
 fn serial(first: &str, number: u32, further: u32) -> String {
     let text = first.trim_end_matches(|digit: char| digit.is_ascii_digit());
     let digits = &first[text.len()..];
@@ -50,6 +56,7 @@ fn serial(first: &str, number: u32, further: u32) -> String {
         Err(_) => number.into(),
     };
     let counted = format!("{text}{count:0width$}", width = digits.len());
+    // If the count has grown too long, keep its end: the digits that differ.
     let mut ends = counted.char_indices().map(|(at, _)| &counted[at..]);
     let fitting = ends.find(|end| end.len() <= MAX_SERIAL);
     fitting.unwrap_or_default().to_owned()

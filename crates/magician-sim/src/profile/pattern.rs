@@ -1,17 +1,22 @@
-//! A whole profile as a file: the built-in values beside their sources.
+//! The complete profile as a file, with the source of each value.
 
 use toml::{Table, Value};
 
 use super::Profile;
 
-/// The file without its values. A line is a comment, `[section]`, `key # source`, or `key [` with the source of each entry
-/// of the list in an indented line of its own.
+/// Template of the file, without values.
+///
+/// A line is a comment, a `[section]`, `key # source`, or `key [` followed by one indented line for
+/// each entry of the list.
 const SOURCES: &str = include_str!("pattern.txt");
 
 impl Profile {
-    /// The built-in profile as a file, with the source of each value: the pattern for another.
+    /// Returns the built-in profile as a file with the source of each value: the template for a
+    /// custom one.
     #[must_use]
     pub fn pattern() -> String {
+        // Cannot fail: a profile is numbers, text and lists. A test compares the result with the
+        // default.
         let values = Table::try_from(Self::default()).unwrap_or_default();
         let mut section = &values;
         let mut entries: &[Value] = &[];
@@ -44,7 +49,7 @@ impl Profile {
     }
 }
 
-/// The values of `limits.controller]  # ..`.
+/// Values of the section in a header line such as `limits.controller]  # ..`.
 fn section_of<'t>(values: &'t Table, header: &str) -> &'t Table {
     let name = header.split(']').next().unwrap_or_default();
     let mut section = values;

@@ -1,20 +1,20 @@
-//! The parts of a profile that are no matter of motion, with the built-in values: firmware 3.6.14. The pattern
-//! (`pattern.rs`) says where each comes from.
+//! Sections of a profile that do not concern motion, with the values of firmware 3.6.14.
+//! `pattern.txt` gives the source of each value.
 
 use magician_motion::{ArmModel, ToolBias};
 use serde::{Deserialize, Serialize};
 
 use super::{PINS, tool};
 
-/// What to do where the real arm's behaviour is unknown ([`fidelity`](crate::fidelity)).
+/// Handling of behaviour that is unknown in the real arm ([`fidelity`](crate::fidelity)).
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FidelityRules {
-    /// Whether what rests on a choice alone is refused: answered, and not carried out.
+    /// True if a command that relies on a choice without a source is answered but not carried out.
     pub strict: bool,
 }
 
-/// The identity that the arm reports (model section 15).
+/// Identity of the arm (model section 15).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Identity {
@@ -24,45 +24,46 @@ pub struct Identity {
     pub name: String,
     /// Serial number, at most 23 bytes.
     pub serial: String,
-    /// The three words of GetDeviceID are drawn from it.
+    /// Seed of the three words of GetDeviceID.
     pub device_id_seed: u64,
 }
 
-/// How the controller wakes (model section 15a).
+/// State of the controller at power-up (model section 15a).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PowerUp {
-    /// The joints it reports before homing, deg.
+    /// Joints reported before homing, deg.
     pub joints: [f64; 4],
-    /// The tool bias that was chosen before and is kept, mm; in the file, the name of a tool or `[x, y, z]`. A scenario
-    /// that says what tool is on the arm goes before it.
+    /// Tool bias kept from before, mm; in the file, the name of a tool or `[x, y, z]`.
+    ///
+    /// A tool given by the scenario takes precedence.
     #[serde(deserialize_with = "tool::read", serialize_with = "tool::write")]
     pub tool: ToolBias,
-    /// Whether alarm 0x00 stands.
+    /// True if alarm 0x00 stands.
     pub reset_alarm: bool,
-    /// Whether the queue runs without a start.
+    /// True if the queue runs without a start.
     pub queue_started: bool,
 }
 
-/// How the command queue behaves (model section 14).
+/// Behaviour of the command queue (model section 14).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct QueueRules {
-    /// Places, the running command's included; 1 to 1024.
+    /// Number of places, including that of the running command; 1 to 1024.
     pub depth: usize,
-    /// The index of the first command, at least 1.
+    /// Index of the first command, at least 1.
     pub first_index: u64,
-    /// Whether an alarm above 0x07 holds the queue.
+    /// True if an alarm above 0x07 holds the queue.
     pub alarms_hold: bool,
-    /// Whether Clear ends the running motion where it is.
+    /// True if Clear ends the running motion where it is.
     pub clear_ends_motion: bool,
 }
 
-/// Stopping (model section 14).
+/// Stops (model section 14).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Stopping {
-    /// ForceStop brakes with this many times the acceleration in force; above 0.
+    /// Factor on the acceleration in force when ForceStop brakes; above 0.
     pub force_factor: f64,
 }
 
@@ -70,23 +71,23 @@ pub struct Stopping {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HandTeaching {
-    /// From point to point while the unlock key is held and points are taught periodically, s; above 0.
+    /// Interval between points taught while the unlock key is held, s; above 0.
     pub period: f64,
 }
 
-/// The Wi-Fi module (model section 15).
+/// Wi-Fi module (model section 15).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wifi {
-    /// From power-up, or from when it leaves its command mode, until it has joined its network, s.
+    /// Time to join the network, from power-up or from leaving the command mode, s.
     pub association: f64,
 }
 
-/// Programs in the flash, which the arm runs without a host (model section 12).
+/// Programs stored in the flash, which the arm runs without a host (model section 12).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Offline {
-    /// Commands that a program may have, 1 to 65536.
+    /// Most commands of a program, 1 to 65536.
     pub capacity: usize,
 }
 
@@ -94,23 +95,23 @@ pub struct Offline {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Tools {
-    /// From the command until the suction cup holds or lets go, s.
+    /// Time from the command until the suction cup holds or lets go, s.
     pub vacuum_delay: f64,
-    /// From the command until the gripper is closed or open, s.
+    /// Time from the command until the gripper is closed or open, s.
     pub gripper_delay: f64,
 }
 
-/// The pins of the connectors (model section 13).
+/// Pins of the connectors (model section 13).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pins {
-    /// Whether a function that the pin lacks is refused; else it is stored and has no effect.
+    /// True if a function that the pin lacks is refused; else it is stored without effect.
     pub strict: bool,
-    /// What each of the 20 addresses can do.
+    /// Functions of each of the 20 addresses.
     pub pins: Vec<PinFunctions>,
 }
 
-/// What one pin can do: in the file, words out of `DO`, `PWM`, `DI` and `ADC`.
+/// Functions of one pin; in the file, words out of `DO`, `PWM`, `DI` and `ADC`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct PinFunctions {
@@ -142,7 +143,7 @@ impl TryFrom<String> for PinFunctions {
     }
 }
 
-/// The lost-step threshold, deg.
+/// Lost-step threshold, deg.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -150,7 +151,7 @@ pub struct LostStepDefaults {
     pub threshold: f32,
 }
 
-/// The settings of the Wi-Fi module.
+/// Settings of the Wi-Fi module.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -167,6 +168,8 @@ pub struct WifiDefaults {
 impl Default for Identity {
     fn default() -> Self {
         Self {
+            // The vendor's help shows this version, and three bytes are what the document has
+            // (model section 15).
             version: [3, 6, 14],
             name: "Dobot 2.0".to_owned(),
             serial: "00000001".to_owned(),
@@ -180,7 +183,9 @@ impl Default for PowerUp {
         Self {
             joints: ArmModel::MAGICIAN.power_up.joints.to_array(),
             tool: ArmModel::MAGICIAN.geometry.tool,
+            // Stands after every power-up until it is cleared (model section 11).
             reset_alarm: true,
+            // Nothing queued runs before the first start (E47).
             queue_started: false,
         }
     }
@@ -189,9 +194,15 @@ impl Default for PowerUp {
 impl Default for QueueRules {
     fn default() -> Self {
         Self {
+            // Four host libraries assume 32; the document does not say (model section 14).
             depth: 32,
+            // The lowest index in a captured session; the vendor's host takes a target of 0 for an
+            // error.
             first_index: 2,
+            // Seen on real arms; the vendor's simulator takes no notice of alarms (model section
+            // 4).
             alarms_hold: true,
+            // As in the vendor's simulator. No arm was seen at it, so the host does not rely on it.
             clear_ends_motion: true,
         }
     }
@@ -199,24 +210,28 @@ impl Default for QueueRules {
 
 impl Default for Stopping {
     fn default() -> Self {
+        // The vendor's simulator brakes with twice the PTP acceleration (model section 14).
         Self { force_factor: 2.0 }
     }
 }
 
 impl Default for HandTeaching {
     fn default() -> Self {
+        // A choice: the document knows the periodic mode, but not its period (model section 12).
         Self { period: 0.5 }
     }
 }
 
 impl Default for Wifi {
     fn default() -> Self {
+        // "Some seconds" until the green lamp (model section 15); the number is a choice.
         Self { association: 5.0 }
     }
 }
 
 impl Default for Offline {
     fn default() -> Self {
+        // A choice: no source gives the size of the flash.
         Self { capacity: 4096 }
     }
 }
@@ -224,6 +239,7 @@ impl Default for Offline {
 impl Default for Tools {
     fn default() -> Self {
         Self {
+            // Choices (model section 15a): no source gives either time.
             vacuum_delay: 0.3,
             gripper_delay: 0.5,
         }
@@ -239,6 +255,7 @@ impl Default for Pins {
     }
 }
 
+// The combinations of functions in the pin table (model section 13).
 const OUTPUT: PinFunctions = PinFunctions {
     digital_output: true,
     pwm: false,
@@ -264,7 +281,7 @@ const PULSES_OR_INPUT: PinFunctions = PinFunctions {
     ..PULSES
 };
 
-/// What EIO 1 to 20 can do (model section 13).
+/// Functions of EIO 1 to 20 (model section 13).
 const FUNCTIONS: [PinFunctions; PINS] = [
     ANALOG,
     OUTPUT,

@@ -1,4 +1,4 @@
-//! A tool in a profile: by its name, or its bias in mm.
+//! A tool in a profile: a name, or a bias in mm.
 
 use std::fmt;
 
@@ -11,8 +11,9 @@ pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ToolBia
     deserializer.deserialize_any(ToolVisitor)
 }
 
-/// Writes the first name that fits, else the bias.
+/// Writes the first name with this bias, else the bias itself.
 pub(super) fn write<S: Serializer>(tool: &ToolBias, serializer: S) -> Result<S::Ok, S::Error> {
+    // Suction cup and gripper share a bias (model section 1); the first name is written for both.
     match ToolBias::NAMED.iter().find(|(_, bias)| bias == tool) {
         Some((name, _)) => serializer.serialize_str(name),
         None => [tool.x, tool.y, tool.z].serialize(serializer),

@@ -1,3 +1,9 @@
+//! The line of one peer: bytes on their way to the arm, and replies on their way back.
+//!
+//! Bytes are cut into pieces at the positions where a frame can be complete. A second decoder (the
+//! scout) runs ahead to find them, so that on a paced line the controller sees each request at the
+//! instant of its last byte and not at the end of the write.
+
 use std::collections::VecDeque;
 
 use magician_protocol::{Deframer, Event, FrameBuf};
@@ -5,33 +11,33 @@ use magician_protocol::{Deframer, Event, FrameBuf};
 use crate::pace::{LineTiming, Wire};
 use crate::{Controller, HostInstant, LinkId, Observer};
 
-/// A peer's line: what is on its way to the arm, and the replies.
+/// The line of one peer: input in flight, and replies.
 pub(super) struct Link {
     input: Wire,
-    /// Looks ahead along a paced line for the bytes that complete a frame.
+    /// Decoder that runs ahead on a paced line to find the bytes that complete a frame.
     scout: Option<Box<Deframer>>,
-    /// Stream position up to which bytes stand in `pieces`.
+    /// Stream position up to which bytes belong to a piece.
     cut: u64,
     pub(super) pieces: VecDeque<Piece>,
-    /// The bytes of all pieces.
+    /// Bytes of all pieces.
     pub(super) bytes: VecDeque<u8>,
-    /// When the line will have been silent for too long to go on with a frame.
+    /// Instant at which a partial frame is abandoned.
     pub(super) silent: Option<HostInstant>,
     pub(super) replies: Replies,
 }
 
-/// Replies on their way to a peer.
+/// Replies in flight to a peer.
 pub(super) struct Replies {
     output: Wire,
-    /// With the time by which the last byte has passed.
+    /// Replies, each with the instant by which its last byte has passed.
     queue: VecDeque<(HostInstant, FrameBuf)>,
-    /// They have no reader.
+    /// True if nothing reads them.
     pub(super) hung_up: bool,
 }
 
-/// Bytes that can be handed to the controller in one go: none but the last can complete a frame.
+/// Bytes that can be handed to the controller at once: only the last one can complete a frame.
 pub(super) struct Piece {
-    /// When the last of them has arrived.
+    /// Arrival of the last byte.
     pub(super) at: HostInstant,
     pub(super) count: usize,
 }
@@ -41,6 +47,7 @@ impl Link {
         let paced = line.baud.is_some_and(|baud| baud > 0);
         Self {
             input: Wire::new(line),
+            // Without a baud rate all bytes arrive at once, so there is no position to look for.
             scout: paced.then(Box::default),
             cut: 0,
             pieces: VecDeque::new(),
@@ -55,10 +62,12 @@ impl Link {
     }
 
     pub(super) fn put(&mut self, now: HostInstant, bytes: &[u8]) {
+        // A peer that writes again is back, as on a serial port opened anew.
         self.replies.hung_up = false;
         self.bytes.extend(bytes);
         let end = self.cut + bytes.len() as u64;
         if let Some(mut scout) = self.scout.take() {
+            // The scout sees each byte once, however the caller cuts the stream.
             let mut input = bytes;
             while let Some(event) = scout.next(&mut input) {
                 if let Some(end) = decided_at(&event) {
@@ -70,7 +79,7 @@ impl Link {
         self.cut_at(now, end);
     }
 
-    /// Ends a piece before stream position `end`, unless one ends there or later.
+    /// Ends a piece at stream position `end`, unless an earlier cut is at or beyond it.
     fn cut_at(&mut self, now: HostInstant, end: u64) {
         let count = end.saturating_sub(self.cut) as usize;
         if count > 0 {
@@ -84,6 +93,8 @@ impl Link {
         self.silent = None;
         if let Some(scout) = &mut self.scout {
             scout.expire();
+            // Drain the frames found inside the abandoned bytes: the controller handles them in
+            // `expire`, so they are no cutting positions any more.
             while scout.next(&mut &[][..]).is_some() {}
         }
     }
@@ -121,7 +132,7 @@ impl Replies {
         self.queue.front().map(|(at, _)| *at)
     }
 
-    /// The first that has not come by then.
+    /// Arrival of the first reply that has not arrived by `now`.
     pub(super) fn due_after(&self, now: HostInstant) -> Option<HostInstant> {
         let come = self.queue.partition_point(|(at, _)| *at <= now);
         self.queue.get(come).map(|(at, _)| *at)
@@ -139,12 +150,13 @@ impl Replies {
     }
 }
 
-/// Stream position just after the byte that decided this: a frame's last, or the one that showed
-/// a candidate to be none, which may bring frames inside it to light.
+/// Stream position after the byte that decided an event: the last byte of a frame, or the byte that
+/// disproved a candidate, which may uncover frames inside it.
 fn decided_at(event: &Event<'_>) -> Option<u64> {
     match event {
         Event::Frame { offset, frame } => Some(offset + frame.bytes().len() as u64),
         Event::Rejected { offset, bytes, .. } => Some(offset + bytes.len() as u64),
+        // Noise contains no frame, so it decides nothing.
         Event::Noise { .. } => None,
     }
 }

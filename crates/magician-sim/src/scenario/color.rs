@@ -1,14 +1,14 @@
-//! Colours by name.
+//! Colours of objects, by name or code.
 
 /// A colour: red, green and blue from 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub [u8; 3]);
 
 impl Color {
-    /// What an object has that says nothing of its colour.
+    /// Colour of an object without one in the file.
     pub const GREY: Self = Self([128, 128, 128]);
 
-    /// The colours that have a name.
+    /// Named colours.
     pub const NAMED: [(&'static str, Self); 10] = [
         ("red", Self([255, 0, 0])),
         ("green", Self([0, 255, 0])),
@@ -22,10 +22,11 @@ impl Color {
         ("gray", Self::GREY),
     ];
 
-    /// A colour by its name or as `#rrggbb`.
+    /// Parses a colour name or `#rrggbb`.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         if let Some(hex) = text.strip_prefix('#') {
+            // `from_str_radix` alone would accept a sign and fewer digits.
             let digits = hex.len() == 6 && hex.bytes().all(|byte| byte.is_ascii_hexdigit());
             let [_, r, g, b] = u32::from_str_radix(hex, 16)
                 .ok()

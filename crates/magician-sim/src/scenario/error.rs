@@ -1,4 +1,4 @@
-//! Where a scenario is wrong.
+//! Position and description of an error in a scenario.
 
 use std::ops::Range;
 
@@ -7,26 +7,26 @@ use toml::de::{DeTable, DeValue};
 
 use crate::document;
 
-/// Why a text is no scenario, and where: the message says what to do about it.
+/// Reason why a text is not a valid scenario, with its position. The message says what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}, column {column}: {message}")]
 pub struct ScenarioError {
-    /// The line, from 1.
+    /// Line, from 1.
     pub line: usize,
-    /// The column in characters, from 1.
+    /// Column in characters, from 1.
     pub column: usize,
-    /// What is wrong there.
+    /// Description of the error.
     pub message: String,
 }
 
-/// A step of the way to a value in the file.
+/// One step of the path to a value in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
     Name(&'static str),
     Nth(usize),
 }
 
-/// Something in the file that makes no sense, by the way to it.
+/// An invalid value, by the path to it.
 #[derive(Debug)]
 pub(super) struct Diagnostic {
     pub(super) path: Vec<Key>,
@@ -43,7 +43,9 @@ impl ScenarioError {
         }
     }
 
-    /// What is no section where one ought to be, or one where a list of sections ought to be.
+    /// Finds a value in place of a section, or a section in place of a list of sections.
+    ///
+    /// Checked before the types: serde would report such a mistake in its own terms.
     pub(super) fn shape(text: &str, file: &Spanned<DeTable<'_>>) -> Option<Self> {
         const LISTS: [&str; 6] = ["object", "sensor", "input", "hand", "key", "fault"];
         const TABLES: [&str; 4] = ["arm", "tool", "table", "conveyor"];
@@ -72,8 +74,9 @@ impl ScenarioError {
         Some(Self::at(text, span.start, message))
     }
 
-    /// The diagnostic at its value; one that is not there is told where it ought to be.
+    /// Locates the error at its value, or at the closest enclosing value that exists.
     pub(super) fn locate(text: &str, diagnostic: Diagnostic) -> Self {
+        // Parsed again: the checked types keep no positions, and errors are rare.
         let span = DeTable::parse(text)
             .map(|file| find(&file, &diagnostic.path))
             .unwrap_or_default();
@@ -90,7 +93,7 @@ impl ScenarioError {
     }
 }
 
-/// The span of the deepest value on the way that is there.
+/// Span of the deepest existing value along the path.
 fn find(file: &Spanned<DeTable<'_>>, path: &[Key]) -> Range<usize> {
     let mut steps = path.iter();
     let Some(Key::Name(name)) = steps.next() else {

@@ -1,5 +1,7 @@
-//! A scenario file as it is written: names and shapes, no meaning yet. What is checked as it is written has its type in
-//! `setting.rs`; the types here hold what means something only beside the rest of the file.
+//! The scenario file as written: names and shapes, without meaning.
+//!
+//! Values that can be checked by themselves have their type in `setting.rs`. The types here hold
+//! values whose meaning depends on other parts of the file.
 
 use magician_protocol::Port;
 use serde::Deserialize;
@@ -64,7 +66,7 @@ pub(super) struct Sensor {
     pub(super) above: Option<f64>,
 }
 
-/// The connectors by the names that stand on the arm.
+/// Connectors, by the names printed on the arm.
 #[derive(Deserialize)]
 #[serde(remote = "Port", rename_all = "UPPERCASE")]
 enum PortName {
@@ -74,7 +76,7 @@ enum PortName {
     Gp5,
 }
 
-/// Where a sensor looks: `"up"`, `"down"`, or the direction of a level beam in degrees.
+/// Direction of a sensor: `"up"`, `"down"`, or the heading of a level beam in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Facing {
     Up,
@@ -109,6 +111,7 @@ impl Visitor<'_> for FacingVisitor {
         Ok(Facing::Level(degrees))
     }
 
+    // A direction is often a whole number, which TOML keeps apart from a float.
     fn visit_i64<E: Error>(self, degrees: i64) -> Result<Facing, E> {
         Ok(Facing::Level(degrees as f64))
     }
@@ -171,7 +174,7 @@ pub(super) struct Fault {
     pub(super) alarm: Option<Alarm>,
 }
 
-/// An alarm by its code or its name.
+/// An alarm, by code or by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Alarm {
     Code(i64),
@@ -232,6 +235,7 @@ impl<'de> Visitor<'de> for ColorVisitor {
                 .next_element()?
                 .ok_or_else(|| A::Error::invalid_length(at, &self))?;
         }
+        // A fourth number would be an alpha value, which objects do not have.
         match seq.next_element::<u8>()? {
             None => Ok(Color(rgb)),
             Some(_) => Err(A::Error::invalid_length(4, &self)),

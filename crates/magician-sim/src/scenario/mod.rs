@@ -1,26 +1,27 @@
-//! Scenarios: a text that puts a world around the arm and says what happens in it.
+//! Scenarios: text files that put a world around the arm and script events in it.
 //!
-//! A scenario is a TOML file. Lengths are mm, angles deg, times seconds of the arm's clock from power-up. Positions are
-//! in the frame of the arm's base, and every height is the z that the arm reports when its tool touches there (model
-//! section 1), which is about -60 to -75 for a table. `scenario.schema.json` beside the examples in `scenarios/` describes
-//! every field, for editors.
+//! A scenario is a TOML file. Lengths are in mm, angles in degrees, times in seconds of the arm's
+//! clock since power-up. Positions are in the frame of the arm's base. A height is the z that the
+//! arm reports when its tool touches there (model section 1), about -60 to -75 for a table.
+//! `scenario.schema.json` beside the examples in `scenarios/` describes every field for editors.
 //!
-//! | section | what it says |
+//! | section | content |
 //! |---|---|
-//! | `title` | what the scenario is called |
-//! | `[arm]` | where the base really stands at power-up, whether the arm has been homed |
-//! | `[tool]` | the tool that is really on the arm, and that the controller knows at power-up; how far it gives way |
+//! | `title` | title of the scenario |
+//! | `[arm]` | true angle of the base at power-up; whether the arm is homed |
+//! | `[tool]` | mounted tool, also known to the controller at power-up; how far it gives way |
 //! | `[table]` | a level table; the pen writes on it |
-//! | `[conveyor]` | a belt that a stepper output drives |
-//! | `[[object]]` | a box to pick: size, place, colour, what it stands on |
-//! | `[[sensor]]` | a colour or infrared sensor, its connector and where it looks |
-//! | `[[input]]` | what an input reads from an instant on |
+//! | `[conveyor]` | a belt driven by a stepper output |
+//! | `[[object]]` | a box to pick: size, position, colour, support |
+//! | `[[sensor]]` | a colour or infrared sensor, its connector and its direction |
+//! | `[[input]]` | value of an input from an instant on |
 //! | `[[hand]]` | a hand unlocks the arm, guides it, releases it |
-//! | `[[key]]` | the key at the base is pressed |
+//! | `[[key]]` | a press of the base key |
 //! | `[[fault]]` | a slip, a pulled cable, a reset, slow answers, an alarm: at a time or at a command's index |
 //!
-//! What is not simulated: objects do not push, tilt or stop one another, a knock from the side moves nothing, the belt
-//! drives nothing against a tool at rest, an object falls straight and at once, and the laser is in focus at every height.
+//! Not simulated: objects do not push, tilt or stop one another, a knock from the side moves
+//! nothing, the belt pushes nothing against a tool at rest, objects fall straight and at once, and
+//! the laser is in focus at every height.
 //!
 //! ```
 //! use magician_sim::{World, scenario::Scenario};
@@ -64,12 +65,12 @@ pub(crate) use script::{Action, Script};
 pub(crate) use setting::footprint;
 pub use setting::{Arm, Beam, Conveyor, Object, On, Sensor, SensorKind, Table, Tool, ToolKind};
 
-/// A checked scenario: what stands around the arm, and what happens.
+/// A validated scenario: the surroundings of the arm, and scripted events.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scenario {
     title: Option<String>,
     arm: Arm,
-    /// What it says of the tool, if anything.
+    /// Tool in the file; `None` if it has no such section.
     tool: Option<Tool>,
     table: Option<Table>,
     conveyor: Option<Conveyor>,
@@ -79,10 +80,11 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// The JSON Schema of scenario files, for editors.
+    /// JSON Schema of scenario files, for editors.
     pub const SCHEMA: &str = include_str!("../../scenarios/scenario.schema.json");
 
-    /// A cell to try programs in: a belt brings cubes, sensors tell when one is there and which colour it has.
+    /// A cell for trying programs: a belt brings cubes, and sensors report their presence and
+    /// colour.
     ///
     /// ```
     /// use magician_sim::Scenario;
@@ -93,7 +95,7 @@ impl Scenario {
     /// ```
     pub const PICK_AND_SORT: &str = include_str!("../../scenarios/pick_and_sort.toml");
 
-    /// Scenarios to begin with, by short names.
+    /// Built-in example scenarios, by short names.
     ///
     /// ```
     /// use magician_sim::Scenario;
@@ -111,10 +113,11 @@ impl Scenario {
         ("engraving", include_str!("../../scenarios/engraving.toml")),
     ];
 
-    /// Reads a scenario.
+    /// Parses a scenario.
     ///
     /// # Errors
-    /// [`ScenarioError`] with line and column for a text that is no scenario, or that makes no sense.
+    /// [`ScenarioError`] with line and column if the text is not valid TOML, has unknown keys, or
+    /// contains values that are out of range or contradict each other.
     pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
         let syntax = |error: toml::de::Error| ScenarioError::syntax(text, &error);
         let shape = toml::de::DeTable::parse(text).map_err(syntax)?;
@@ -125,57 +128,59 @@ impl Scenario {
         check::scenario(file).map_err(|diagnostic| ScenarioError::locate(text, diagnostic))
     }
 
-    /// What it is called.
+    /// Title of the scenario.
     #[must_use]
     pub fn title(&self) -> Option<&str> {
         self.title.as_deref()
     }
 
-    /// How the arm stands at power-up.
+    /// State of the arm at power-up.
     #[must_use]
     pub fn arm(&self) -> &Arm {
         &self.arm
     }
 
-    /// The tool that is really on the arm; the suction cup if the scenario says nothing of it.
+    /// Mounted tool; the suction cup if the file has none.
     #[must_use]
     pub fn tool(&self) -> Tool {
         self.tool.unwrap_or_default()
     }
 
-    /// The tool that the scenario puts on the arm, if it says so: its bias is then in force at power-up.
+    /// Mounted tool given by the file, whose bias is in force at power-up; `None` if it has none.
     #[must_use]
     pub fn chosen_tool(&self) -> Option<Tool> {
         self.tool
     }
 
-    /// The table.
+    /// Table; `None` if there is none.
     #[must_use]
     pub fn table(&self) -> Option<&Table> {
         self.table.as_ref()
     }
 
-    /// The conveyor.
+    /// Conveyor; `None` if there is none.
     #[must_use]
     pub fn conveyor(&self) -> Option<&Conveyor> {
         self.conveyor.as_ref()
     }
 
-    /// The objects as they stand at power-up.
+    /// Objects at power-up.
     #[must_use]
     pub fn objects(&self) -> &[Object] {
         &self.objects
     }
 
-    /// The sensors.
+    /// Sensors.
     #[must_use]
     pub fn sensors(&self) -> &[Sensor] {
         &self.sensors
     }
 
-    /// The same scenario, with each object that stands on the table, and bears nothing, moved by up to so many mm in x and in y.
-    /// `share` gives numbers from 0 to 1. An object for which no free place is found in 20
-    /// tries stays where it is.
+    /// Returns the scenario with the objects on the table moved at random by up to `most` mm in x
+    /// and in y.
+    ///
+    /// `share` returns random numbers from 0 to 1. Objects that carry others stay, and so does an
+    /// object without a free position in 20 tries.
     ///
     /// ```
     /// use magician_sim::Scenario;
@@ -189,6 +194,7 @@ impl Scenario {
     /// ```
     #[must_use]
     pub fn scattered(&self, most: f64, mut share: impl FnMut() -> f64) -> Self {
+        // A choice: a crowded table must not cost an endless search.
         const TRIES: u32 = 20;
         let mut scattered = self.clone();
         let Some(table) = self.table else {

@@ -1,20 +1,20 @@
-//! What happens by itself, and when.
+//! Scripted events and their times.
 
 use magician_motion::JointAngles;
 
 use crate::world::ExternalEvent;
 use crate::{ArmInstant, Micros};
 
-/// Something that is done at an instant.
+/// A scripted action.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
-    /// It happens to the arm.
+    /// An external event.
     Do(ExternalEvent),
-    /// A digital input changes.
+    /// A change of a digital input.
     Digital { address: u8, level: bool },
-    /// An analog input changes.
+    /// A change of an analog input.
     Analog { address: u8, value: u16 },
-    /// A hand begins to move the arm from where its joints are to others.
+    /// The start of a movement by hand, from one set of joints to another.
     Guide {
         from: JointAngles,
         to: JointAngles,
@@ -22,11 +22,11 @@ pub(crate) enum Action {
     },
 }
 
-/// Everything that happens by itself.
+/// All scripted events.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Script {
     /// By the arm's clock, in order.
     pub(crate) timed: Vec<(ArmInstant, Action)>,
-    /// So long after the queued command of an index has come to its turn.
+    /// By the index of a queued command: index, delay after its start, action.
     pub(crate) at_index: Vec<(u64, Micros, Action)>,
 }

@@ -1,4 +1,4 @@
-//! What stands around the arm, checked.
+//! The surroundings of the arm, validated.
 
 use magician_motion::ToolBias;
 use magician_protocol::Port;
@@ -7,18 +7,18 @@ use serde::Deserialize;
 use super::Color;
 use crate::world::{Footprint, ObjectPose, rotate};
 
-/// Farther than this from the base nothing can be placed, mm.
+/// Largest distance of anything from the base, mm. A choice: several times the reach of the arm.
 pub(super) const FAR: f64 = 2000.0;
 
-/// How the arm stands at power-up.
+/// State of the arm at power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Arm {
-    /// Where the base really stands beyond the angle that the controller takes it for, deg (model section 11: the base
-    /// has no absolute sensor).
+    /// True angle of the base minus the angle that the controller assumes, deg (model section 11:
+    /// the base has no absolute sensor).
     pub base_angle: f64,
-    /// Whether it has been homed: the base then stands where the controller believes.
+    /// True if it is homed: the base then stands where the controller assumes.
     pub homed: bool,
 }
 
@@ -27,7 +27,7 @@ pub struct Arm {
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum ToolKind {
-    /// None: what touches is the wrist.
+    /// No tool: the wrist touches.
     None,
     /// The suction cup.
     Suction,
@@ -39,15 +39,15 @@ pub enum ToolKind {
     Laser,
 }
 
-/// The tool that is really on the arm.
+/// The mounted tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Tool {
-    /// Its kind, which says where its tip is.
+    /// Kind of the tool, which gives its bias.
     pub kind: ToolKind,
-    /// How far it gives way before J2 and J3 stall, mm.
+    /// Distance that it gives way before J2 and J3 stall, mm.
     pub give: f64,
-    /// How far the gripper opens, mm.
+    /// Opening of the gripper, mm.
     pub opening: f64,
 }
 
@@ -59,10 +59,10 @@ impl Default for Tool {
 }
 
 impl Tool {
-    /// How far the gripper opens, mm (T: 27.5 in the vendor's catalogue).
+    /// Opening of the gripper, mm (27.5 in the vendor's catalogue).
     pub const OPENING: f64 = 27.5;
 
-    /// A tool with the measures of the real one.
+    /// Returns a tool with the dimensions of the real one.
     #[must_use]
     pub const fn new(kind: ToolKind) -> Self {
         Self {
@@ -72,7 +72,7 @@ impl Tool {
         }
     }
 
-    /// Where its tip is, seen from the wrist.
+    /// Offset of its tip from the wrist.
     #[must_use]
     pub const fn bias(&self) -> ToolBias {
         match self.kind {
@@ -86,8 +86,8 @@ impl Tool {
 }
 
 impl ToolKind {
-    /// How far a tool gives way before the motors stall, mm. All of them guesses (G): the cup has bellows, the pen sits
-    /// in a spring, the others are stiff and what gives is the arm.
+    /// Distance that a tool gives way before the motors stall, mm. Guesses (G): the cup has bellows
+    /// and the pen sits in a spring; the others are stiff, and what gives way is the arm.
     const fn give(self) -> f64 {
         match self {
             Self::Suction => 5.0,
@@ -102,12 +102,12 @@ impl ToolKind {
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Table {
-    /// Its height, mm; a pen writes here.
+    /// Height, mm; a pen writes at this height.
     pub height: f64,
-    /// From where to where it reaches forward, mm.
+    /// Extent in x, mm.
     #[serde(default = "Table::everywhere")]
     pub x: [f64; 2],
-    /// From where to where it reaches to the left, mm.
+    /// Extent in y, mm.
     #[serde(default = "Table::everywhere")]
     pub y: [f64; 2],
 }
@@ -131,32 +131,34 @@ impl Table {
     }
 }
 
-/// A conveyor that a stepper output of the arm drives.
+/// A conveyor driven by a stepper output of the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Conveyor {
-    /// The middle of the edge where the belt starts, mm.
+    /// Middle of the edge where the belt starts, mm.
     pub start: [f64; 2],
-    /// Where it runs for positive pulses, deg.
+    /// Heading of the belt for positive pulses, deg.
     pub direction: f64,
-    /// Its length, mm.
+    /// Length, mm.
     pub length: f64,
-    /// Its width, mm.
+    /// Width, mm.
     pub width: f64,
-    /// The height of the belt, mm.
+    /// Height of the belt, mm.
     pub height: f64,
-    /// The stepper output that drives it, 0 or 1.
+    /// Stepper output that drives it, 0 or 1.
     pub stepper: u8,
-    /// Of its roller, mm.
+    /// Diameter of the roller, mm.
     #[serde(default = "Conveyor::roller_diameter")]
     pub roller_diameter: f64,
-    /// Pulses for one turn of the roller.
+    /// Pulses per turn of the roller.
     #[serde(default = "Conveyor::pulses_per_turn")]
     pub pulses_per_turn: f64,
 }
 
 impl Conveyor {
+    // 34 mm and 16,000 pulses: measured by two third parties against the vendor's own figures
+    // (model section 13).
     const fn roller_diameter() -> f64 {
         34.0
     }
@@ -165,13 +167,13 @@ impl Conveyor {
         16_000.0
     }
 
-    /// Belt travel of one pulse, mm.
+    /// Travel of the belt per pulse, mm.
     #[must_use]
     pub fn mm_per_pulse(&self) -> f64 {
         std::f64::consts::PI * self.roller_diameter / self.pulses_per_turn
     }
 
-    /// The frame of the belt at displacement 0: X along it, from its start.
+    /// Frame of the belt at displacement 0: X along the belt, from its start.
     pub(crate) fn frame(&self) -> ObjectPose {
         let [x, y] = self.start;
         ObjectPose {
@@ -195,7 +197,7 @@ impl Conveyor {
     }
 }
 
-/// What an object rests on.
+/// Support of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum On {
@@ -203,9 +205,9 @@ pub enum On {
     Table,
     /// The conveyor's belt.
     Belt,
-    /// Another object, by its place in the scenario.
+    /// Another object, by its index in the scenario.
     Object(u16),
-    /// Something that the scenario does not have: a shelf.
+    /// A support that the scenario does not contain: a shelf.
     Shelf,
 }
 
@@ -213,15 +215,15 @@ pub enum On {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Object {
-    /// Its name.
+    /// Name of the object.
     pub name: String,
     /// Length, width and height, mm.
     pub size: [f64; 3],
-    /// Its colour.
+    /// Colour of the object.
     pub color: Color,
-    /// Where it stands.
+    /// Position and yaw of the middle of its underside.
     pub place: ObjectPose,
-    /// What it rests on.
+    /// Support.
     pub on: On,
 }
 
@@ -239,14 +241,14 @@ pub(crate) fn footprint(size: &[f64; 3], place: ObjectPose) -> Footprint {
     }
 }
 
-/// What a sensor tells.
+/// Kind of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum SensorKind {
-    /// The colour of what is before it.
+    /// Colour of the object in front of it.
     Color,
-    /// Whether object detected.
+    /// Presence of an object.
     Infrared,
 }
 
@@ -254,20 +256,20 @@ pub enum SensorKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Sensor {
-    /// What it tells.
+    /// Kind of the sensor.
     pub kind: SensorKind,
-    /// The connector.
+    /// Connector.
     pub port: Port,
-    /// Where it looks: it sees what this line meets.
+    /// Line of sight: the sensor sees the first thing on it.
     pub beam: Beam,
 }
 
-/// A straight line that a sensor looks along.
+/// Straight line of sight of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
-    /// Where the sensor is, mm.
+    /// Position of the sensor, mm.
     pub from: [f64; 3],
-    /// How far it sees, mm.
+    /// End of its range, mm.
     pub to: [f64; 3],
 }
 

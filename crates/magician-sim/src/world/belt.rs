@@ -1,16 +1,16 @@
-//! The conveyor's belt: how far it has run, and when it will have run so far.
+//! The belt of the conveyor: its travel at an instant, and the instant of a given travel.
 
 use super::ObjectPose;
 use crate::scenario::Conveyor;
 use crate::{ArmInstant, Micros};
 
-/// How far a belt has run: linear in time between two changes of its stepper.
+/// Travel of the belt: linear in time between two changes of its stepper.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Belt {
     since: ArmInstant,
-    /// At `since`, mm.
+    /// Travel at `since`, mm.
     travel: f64,
-    /// Since then, mm/s.
+    /// Speed since then, mm/s.
     rate: f64,
 }
 
@@ -32,10 +32,11 @@ impl Belt {
         self.rate != 0.0
     }
 
-    /// The first whole microsecond at which it has run so far, if it gets there after `now`.
+    /// First whole microsecond after `now` at which the belt has reached this travel; `None` if it
+    /// does not.
     pub(super) fn time_at(&self, travel: f64, now: ArmInstant) -> Option<ArmInstant> {
         let elapsed = (travel - self.travel) / self.rate * 1e6;
-        // Farther off than any run lasts; NaN too.
+        // 1e15 us are 31 years: beyond any run, and still exact in `f64`. NaN is refused, too.
         if !(0.0..1e15).contains(&elapsed) {
             return None;
         }
@@ -45,7 +46,7 @@ impl Belt {
 }
 
 impl Conveyor {
-    /// The frame that moves with the belt: X along it.
+    /// Frame that moves with the belt, X along it.
     pub(super) fn frame_after(&self, travel: f64) -> ObjectPose {
         let along = ObjectPose {
             x: travel,

@@ -1,29 +1,30 @@
-//! What pen and laser have left.
+//! Traces of pen and laser.
 
-/// Points that are nearer to one another than this are the same, mm.
+/// Distance up to which two points coincide, mm.
 const SAME: f64 = 1e-6;
 
-/// Ink or burnt.
+/// Kind of a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StrokeKind {
-    /// The pen's ink.
+    /// Ink of the pen.
     Ink,
-    /// Burnt by the laser.
+    /// Burn of the laser.
     Burn,
 }
 
-/// A line without a break; one of a single point is a dot.
+/// A continuous line. A single point is a dot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    /// Ink or burnt.
+    /// Ink or burn.
     pub kind: StrokeKind,
-    /// Power of the laser, above 0 to 100 percent; 100 for ink.
+    /// Laser power, above 0 to 100 percent; 100 for ink.
     pub power: f64,
-    /// Its corners x, y in the frame of the arm's base, mm; the real line is never farther from it than 0.02 mm.
+    /// Vertices x, y in the frame of the arm's base, mm. The true line deviates from the polyline
+    /// by at most 0.02 mm.
     pub points: Vec<[f64; 2]>,
 }
 
-/// Everything that pen and laser have left, in the order in which it came about.
+/// All traces of pen and laser, in the order in which they were made.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     strokes: Vec<Stroke>,
@@ -31,7 +32,7 @@ pub struct Drawing {
     dropped: u64,
 }
 
-/// A drawing of these strokes: what was kept of one, put together again.
+/// A drawing restored from saved strokes.
 impl From<Vec<Stroke>> for Drawing {
     fn from(strokes: Vec<Stroke>) -> Self {
         let points = strokes.iter().map(|stroke| stroke.points.len()).sum();
@@ -44,28 +45,29 @@ impl From<Vec<Stroke>> for Drawing {
 }
 
 impl Drawing {
-    /// As many points are kept; more are counted.
+    /// Most points kept; further ones are counted. A choice: 10 million
+    /// points take 160 MB.
     pub const MOST_POINTS: usize = 10_000_000;
 
-    /// The strokes.
+    /// Strokes, oldest first.
     #[must_use]
     pub fn strokes(&self) -> &[Stroke] {
         &self.strokes
     }
 
-    /// Whether there is nothing.
+    /// True if there are no strokes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.strokes.is_empty()
     }
 
-    /// How many points were not kept because there were too many.
+    /// Number of points dropped above [`MOST_POINTS`](Self::MOST_POINTS).
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// The least and the greatest corner of everything drawn.
+    /// Lower and upper corner of the bounding box; `None` without points.
     #[must_use]
     pub fn bounds(&self) -> Option<[[f64; 2]; 2]> {
         let mut points = self.strokes.iter().flat_map(|stroke| &stroke.points);
@@ -91,12 +93,13 @@ impl Drawing {
         }
     }
 
-    /// Goes on to a point, if that is another one.
+    /// Extends the last stroke to a point, if it differs from the last one.
     pub(super) fn line_to(&mut self, point: [f64; 2]) {
         let there = |last: [f64; 2]| {
             let [x, y] = [point[0] - last[0], point[1] - last[1]];
             x.abs().max(y.abs()) <= SAME
         };
+        // A pen that stands still must not fill the drawing with equal points.
         if self.last().is_some_and(there) || !self.has_room() {
             return;
         }

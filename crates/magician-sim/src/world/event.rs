@@ -5,38 +5,39 @@ use std::collections::VecDeque;
 use super::{Body, Rest};
 use crate::ArmInstant;
 
-/// Something that happened in the world.
+/// An event in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldEvent {
-    /// When.
+    /// Instant of the event.
     pub at: ArmInstant,
-    /// What.
+    /// Kind of the event.
     pub kind: WorldEventKind,
 }
 
-/// What can happen in the world. Objects are named by their place in the scenario, from 0.
+/// Kinds of events in the world. Objects are given by their index in the scenario, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WorldEventKind {
-    /// The tool has taken an object.
+    /// The tool picked an object.
     Picked(u16),
-    /// The tool has let go of an object, which has come to rest.
+    /// The tool released an object, which came to rest.
     Released(u16, Rest),
-    /// The belt has run an object off its end, and it has come to rest.
+    /// An object ran off the end of the belt and came to rest.
     FellOffBelt(u16, Rest),
-    /// The tool touches something.
+    /// The tool touches a body.
     Touched(Body),
-    /// The tool has run into an object from the side. It stays where it is: a knock moves nothing here.
+    /// The tool ran into an object from the side. The object stays: a knock moves nothing here.
     Knocked(u16),
     /// The tool presses harder than it gives way.
     Pressed(Body),
 }
 
-/// The latest events; when it is full the oldest goes.
+/// The latest events. When full, the oldest is dropped.
 #[derive(Clone, Debug, Default)]
 pub(super) struct WorldEvents(VecDeque<WorldEvent>);
 
 impl WorldEvents {
+    // As many as the controller's log, into which they are copied after each step.
     const CAPACITY: usize = 256;
 
     pub(super) fn push(&mut self, at: ArmInstant, kind: WorldEventKind) {

@@ -1,10 +1,10 @@
-//! What happens to the arm from outside its protocol.
+//! Events that happen to the arm from outside its protocol.
 
 use std::time::Duration;
 
 use magician_motion::JointAngles;
 
-/// Something that the arm can touch.
+/// A body that the tool can touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Body {
@@ -12,56 +12,57 @@ pub enum Body {
     Table,
     /// The conveyor's belt.
     Belt,
-    /// An object, by its place in the scenario, from 0.
+    /// An object, by its index in the scenario, from 0.
     Object(u16),
 }
 
-/// How the base key was pressed.
+/// Kind of press of the base key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Press {
-    /// It runs the program in the flash.
+    /// Runs or stops the stored program.
     Short,
-    /// It homes the arm.
+    /// Homes the arm.
     Long,
 }
 
-/// What happens to the arm by itself: from a scenario, or injected.
+/// An event that happens to the arm: scripted by a scenario, or injected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ExternalEvent {
-    /// An input or a sensor may read something else from now on.
+    /// An input or a sensor may have changed.
     Input,
-    /// The tool touches something. If it presses harder than the tool gives way, J2 and J3 stall and lose steps.
+    /// The tool touches a body. If it presses harder than it gives way, J2 and J3 stall and lose
+    /// steps.
     Touch {
-        /// What.
+        /// The touched body.
         body: Body,
-        /// Whether J2 and J3 stall there.
+        /// True if J2 and J3 stall.
         stalls: bool,
     },
-    /// A joint slips: it stands elsewhere than the controller believes.
+    /// A joint slips: its true angle changes, the commanded one does not.
     Slip {
-        /// J1 to J4 as 1 to 4.
+        /// Joint, 1 to 4 for J1 to J4.
         joint: u8,
-        /// By how much, deg.
+        /// Angle of the slip, deg.
         degrees: f64,
     },
-    /// An alarm is raised.
+    /// An alarm is raised, by code.
     Alarm(u8),
-    /// The controller resets.
+    /// The controller is reset.
     Reset,
-    /// The cable is pulled, or plugged in again.
+    /// The cable is pulled or plugged in again.
     Cable {
-        /// Whether it is in.
+        /// True if it is plugged in.
         plugged: bool,
     },
-    /// Answers take so much longer from now on, by the host's clock.
+    /// Answers are delayed by this much more, on the host's clock.
     Delay(Duration),
     /// The base key is pressed.
     Key(Press),
-    /// The unlock key on the forearm is pressed or released.
+    /// The unlock key on the forearm is pressed (true) or released.
     Unlock(bool),
-    /// A hand moves the arm while the unlock key is held: this is where the joints really come to, deg.
+    /// A hand moves the arm to these true joints, deg, while the unlock key is held.
     Guide(JointAngles),
 }

@@ -1,4 +1,8 @@
-//! What a path will bring: when the tool touches bodies, and when what it carries passes a sensor.
+//! Prediction of a path: when the tool touches bodies, and when a carried object passes a sensor.
+//!
+//! A path is predicted once, when it begins: it is sampled about every millimetre, and every change
+//! between two samples is bisected to its microsecond. So the arm can be advanced in one step from
+//! event to event.
 
 use std::collections::VecDeque;
 
@@ -8,23 +12,23 @@ use super::touch::{Contact, Reach};
 use super::{Body, TimedPath};
 use crate::ArmInstant;
 
-/// Something that a path will bring.
+/// A change that a path will bring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// The tool is at a body in another way, or clear of it.
+    /// The contact of the tool with a body changes; `None` if it comes clear of it.
     Contact(Body, Option<Contact>),
-    /// A sensor, by its place in the scenario, sees another of the carried objects, or none.
+    /// A sensor, by index, sees another carried object, or no longer any.
     Carried(usize, Option<u16>),
 }
 
-/// When what will change, in order of time.
+/// Changes with their instants, in order of time.
 pub(super) type Changes = VecDeque<(ArmInstant, Change)>;
 
-/// Foretells a path.
+/// Predicts the changes along a path.
 pub(super) struct Forecast<'a, F> {
-    /// The tool in the world, its frames those of any instant.
+    /// The tool in the world; its frames are replaced for each instant.
     pub(super) reach: Reach<'a>,
-    /// The frames at an instant of the path.
+    /// Frames at an instant of the path.
     pub(super) frames: F,
 }
 
@@ -40,8 +44,8 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
         self.reach((self.frames)(at))
     }
 
-    /// Everything that the path will bring to a tool that is at bodies as told, and carries what the sensors
-    /// see as told.
+    /// Returns all changes along the path, given the present contacts and the objects that sensors
+    /// see.
     pub(super) fn changes(
         &self,
         path: &TimedPath<'_>,
@@ -50,15 +54,18 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
     ) -> Changes {
         let carries = self.reach.scene.held().is_some();
         let highest = self.highest().unwrap_or(f64::NEG_INFINITY);
+        // An empty world costs nothing: no body to touch, nothing carried.
         if contacts.is_empty() && highest.is_infinite() && !carries {
             return Changes::new();
         }
+        // One set of samples for all bodies and sensors: frames are the expensive part.
         let samples = SampleTimes::along(path.from, path.to, |at| (self.frames)(at).tool);
         let views: Vec<View> = (0..=samples.count)
             .map(|nth| samples.at(nth))
             .map(|at| (at, (self.frames)(at)))
             .collect();
         let mut changes = Vec::new();
+        // Most paths stay above all bodies, and need no search for contacts.
         let comes_near = |(_, frames): &View| self.reach(*frames).lowest() < highest;
         if !contacts.is_empty() || views.iter().any(comes_near) {
             for body in self.bodies() {
@@ -72,7 +79,7 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
                 self.sights(sensor, *before, &views, &mut changes);
             }
         }
-        // Stable: a touch comes before the stall at the same instant.
+        // The sort is stable: a touch comes before the stall at the same instant.
         changes.sort_by_key(|(at, _)| *at);
         changes.into()
     }
@@ -82,7 +89,7 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
         [Body::Table, Body::Belt].into_iter().chain(objects)
     }
 
-    /// The height of the highest body that there is to touch.
+    /// Height of the highest body that can be touched.
     fn highest(&self) -> Option<f64> {
         self.bodies()
             .filter_map(|body| Some(self.reach.top(body)?.place.z))
@@ -103,13 +110,13 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
         let touches = |at| self.reach_at(at).depth(body).is_some();
         let (mut contact, mut limit) = self.reach(*frames).at_start(body, before);
         if contact.is_some() != before.is_some() {
-            // Something other than a path has brought the tool here, or away.
+            // The tool was brought here, or away, by something other than a path.
             tell(*start, contact);
         }
         let mut last = *start;
         for (next, frames) in rest {
             let here = self.reach(*frames);
-            // Between two looks the tool can come to a body and press it too hard.
+            // Between two samples the tool may both reach a body and press it too hard.
             for _ in 0..2 {
                 let then = here.contact(body, contact, limit);
                 if then == contact {
@@ -124,6 +131,7 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
                 };
                 contact = self.reach_at(last).contact(body, contact, limit);
                 tell(last, contact);
+                // Clear of the body: the next contact starts with the full travel again.
                 if contact.is_none() {
                     limit = self.reach.give();
                 }
@@ -153,10 +161,10 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
     }
 }
 
-/// The frames at an instant.
+/// Frames at an instant.
 type View = (ArmInstant, Frames);
 
-/// The carried object that a sensor sees.
+/// Carried object that a sensor sees.
 pub(super) fn carried_before(reach: &Reach<'_>, sensor: usize) -> Option<u16> {
     let sensor = reach.scenario.sensors().get(sensor)?;
     let mut carried = reach

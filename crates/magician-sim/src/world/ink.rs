@@ -1,4 +1,9 @@
-//! The pen leaves a line where its tip is at the paper, the laser burns wherever it is on.
+//! Traces of pen and laser: the pen draws where its tip is at the paper, the laser burns wherever
+//! it is on.
+//!
+//! Paths are flattened to polylines by bisection: a stretch is halved until it deviates from its
+//! chord by no more than `FLATNESS`. Power changes of the laser arrive while a path is under way
+//! and are applied when the path is drawn.
 
 use std::time::Duration;
 
@@ -8,30 +13,30 @@ use super::{ObjectPose, TimedPath};
 use crate::scenario::{Scenario, ToolKind};
 use crate::{ArmInstant, Micros};
 
-/// A drawn line is never farther from the tool's way than this, mm.
+/// Largest deviation of the polyline from the path, mm. Well below the width of a pen stroke.
 const FLATNESS: f64 = 0.02;
-/// So much above the paper is at the paper, mm: nib and paper give, and an arm that brakes in its joints leaves its line upwards
-/// by less.
+/// Height above the paper at which the pen draws, mm. Nib and paper yield, and an arm that brakes
+/// by its joints leaves its line upwards by less than this.
 const AT_PAPER: f64 = 0.02;
-/// A line goes on that begins so near to where the last one ended, mm.
+/// Distance up to which a new stretch continues the previous stroke, mm.
 const JOINED: f64 = 1e-3;
-/// Where a stretch is compared with its chord, as shares of its time. They are in no simple ratio, so that a tool that
-/// goes round and round is not found where it was each time.
+/// Points at which a stretch is compared with its chord, as shares of its time. Their ratios are
+/// not simple, so a tool that circles is not sampled at the same position each time.
 const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
-/// As often a stretch is halved.
+/// Most halvings of one stretch: down to a millionth of its time.
 const HALVINGS: u32 = 20;
 
-/// Pen or laser at work.
+/// State of pen and laser.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ink {
     drawing: Drawing,
-    /// Until when the drawing is complete.
+    /// Instant up to which the drawing is complete.
     until: ArmInstant,
-    /// The laser's power at `until`, percent.
+    /// Laser power at `until`, percent.
     power: f64,
-    /// The power from instants on that a path under way has yet to pass.
+    /// Changes of power that a path under way has not passed yet.
     powers: Vec<(ArmInstant, f64)>,
-    /// What the last stroke can go on as.
+    /// Kind and power with which the last stroke may continue.
     open: Option<(StrokeKind, f64)>,
 }
 
@@ -44,19 +49,21 @@ impl Ink {
         self.drawing
     }
 
-    /// Drops what was drawn so far; a line under way begins anew.
+    /// Drops the drawing; a line in progress starts anew.
     pub(super) fn clear(&mut self) {
         self.drawing = Drawing::default();
         self.open = None;
     }
 
-    /// The laser has another power from now on; `resting` is where an arm stands that does not move.
+    /// Sets the laser power from now on. `resting` is the position of an arm that does not move.
     pub(super) fn power(&mut self, now: ArmInstant, power: f64, resting: Option<[f64; 2]>) {
+        // False for NaN: no power, no burn.
         let power = if power > 0.0 { power.min(100.0) } else { 0.0 };
         let Some(at) = resting else {
             self.powers.push((now, power));
             return;
         };
+        // A laser that was on at rest has burnt a dot.
         if self.power > 0.0 && now > self.until {
             self.start(StrokeKind::Burn, self.power, at);
         }
@@ -64,13 +71,14 @@ impl Ink {
         self.until = self.until.max(now);
     }
 
-    /// Draws what the path adds.
+    /// Draws the part of a path that is not drawn yet.
     pub(super) fn follow(
         &mut self,
         scenario: &Scenario,
         path: &TimedPath<'_>,
         tip: impl Fn(ArmInstant) -> ObjectPose,
     ) {
+        // A replanned path may begin before the end of what is drawn.
         let from = path.from.max(self.until);
         if from > path.to {
             return;
@@ -90,6 +98,7 @@ impl Ink {
         to: ArmInstant,
         tip: &impl Fn(ArmInstant) -> ObjectPose,
     ) {
+        // Without a table there is no paper.
         let Some(paper) = scenario.table() else {
             return;
         };
@@ -111,6 +120,7 @@ impl Ink {
                         StrokeKind::Ink,
                         100.0,
                         start,
+                        // The pen is on the paper until the microsecond before it lifts.
                         start.max(lifts - Duration::from_micros(1)),
                         tip,
                     );
@@ -129,6 +139,7 @@ impl Ink {
     fn burn(&mut self, from: ArmInstant, to: ArmInstant, tip: &impl Fn(ArmInstant) -> ObjectPose) {
         let mut start = from;
         let mut later = std::mem::take(&mut self.powers);
+        // Power changes after the end of this path belong to the next one.
         later.retain(|(at, power)| {
             if *at > to {
                 return true;
@@ -158,7 +169,7 @@ impl Ink {
         }
     }
 
-    /// One stroke along the tool's way, or more of the last one.
+    /// Draws a stroke along the path, or extends the last one.
     fn stretch(
         &mut self,
         kind: StrokeKind,
@@ -186,7 +197,7 @@ impl Ink {
         self.open = Some((kind, power));
     }
 
-    /// A polyline for a stretch: halved until every piece is as good as its chord.
+    /// Flattens a stretch to a polyline.
     fn flatten(
         &mut self,
         from: (ArmInstant, [f64; 2]),
@@ -199,6 +210,7 @@ impl Ink {
             let at = from.0.after_micros((span as f64 * share) as Micros);
             off_chord(tip(at).xy(), from.1, to.1) > FLATNESS
         };
+        // Below two microseconds there is nothing left to halve.
         if halvings == 0 || span < 2 || !CHECKS.iter().any(strays) {
             self.drawing.line_to(to.1);
             return;
@@ -215,7 +227,7 @@ fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
     libm::sqrt(x * x + y * y)
 }
 
-/// How far a point is from a line between two.
+/// Distance of a point from a line segment.
 fn off_chord(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let chord = [to[0] - from[0], to[1] - from[1]];
     let way = [point[0] - from[0], point[1] - from[1]];

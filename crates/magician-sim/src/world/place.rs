@@ -1,20 +1,20 @@
-//! Where boxes stand: places that carry one another, and footprints.
+//! Positions of boxes: frames that can be chained, and footprints.
 
-/// Where something stands in the frame of the arm's base: the middle of its underside, and how it is turned.
+/// Position of the middle of an object's underside in the frame of the arm's base, and its yaw.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ObjectPose {
     /// Forward, mm.
     pub x: f64,
     /// To the arm's left, mm.
     pub y: f64,
-    /// Of the underside, up, mm; as a z that the arm reports (model section 1).
+    /// Height of the underside, mm, as a z that the arm reports (model section 1).
     pub z: f64,
     /// Counter-clockwise seen from above, deg.
     pub yaw: f64,
 }
 
 impl ObjectPose {
-    /// The place of something that stands at `inner` on something that stands here.
+    /// Position of something at `inner` in the frame of this.
     pub(crate) fn then(&self, inner: &Self) -> Self {
         let [x, y] = rotate([inner.x, inner.y], self.yaw);
         Self {
@@ -25,7 +25,7 @@ impl ObjectPose {
         }
     }
 
-    /// What [`then`](Self::then) takes from here to `outer`.
+    /// Position of `outer` in the frame of this: the inverse of [`then`](Self::then).
     pub(crate) fn to(&self, outer: &Self) -> Self {
         let [x, y] = rotate([outer.x - self.x, outer.y - self.y], -self.yaw);
         Self {
@@ -36,7 +36,7 @@ impl ObjectPose {
         }
     }
 
-    /// A point as seen from here.
+    /// A point in the frame of this.
     pub(crate) fn local(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         rotate([x - self.x, y - self.y], -self.yaw)
     }
@@ -46,13 +46,14 @@ impl ObjectPose {
     }
 }
 
-/// Turns a vector by an angle in degrees; by quarter turns without an error of rounding.
+/// Rotates a vector by an angle in degrees; quarter turns are exact.
 pub(crate) fn rotate([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
     let (sin, cos) = sin_cos(degrees);
     [x * cos - y * sin, x * sin + y * cos]
 }
 
 fn sin_cos(degrees: f64) -> (f64, f64) {
+    // Split off quarter turns: boxes at 90 degrees must not overlap by a rounding error.
     let quarters = libm::round(degrees / 90.0);
     let rest = (degrees - quarters * 90.0).to_radians();
     let (sin, cos) = (libm::sin(rest), libm::cos(rest));
@@ -67,9 +68,9 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
 /// A rectangle in the plane, seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Footprint {
-    /// Its middle and how it is turned; the height has no part in it.
+    /// Middle and yaw; the height is not used.
     pub(crate) place: ObjectPose,
-    /// Half its length and width.
+    /// Half of its length and width.
     pub(crate) half: [f64; 2],
 }
 
@@ -80,14 +81,16 @@ impl Footprint {
         x.abs() <= half_x && y.abs() <= half_y
     }
 
-    /// How far it reaches from its middle along a direction, mm.
+    /// Distance from its middle to its outermost point along a direction, mm.
     pub(crate) fn reach(&self, degrees: f64) -> f64 {
         let [x, y] = rotate([1.0, 0.0], degrees - self.place.yaw);
         x.abs() * self.half[0] + y.abs() * self.half[1]
     }
 
-    /// Whether the insides of two rectangles have a point in common: edges that only touch do not count. Two convex
-    /// shapes are apart if and only if they are so along a normal of one of their sides.
+    /// True if two rectangles overlap; touching edges do not count.
+    ///
+    /// Separating-axis test: two convex shapes are disjoint if and only if they are so along a
+    /// normal of one of their sides.
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         let between = [other.place.x - self.place.x, other.place.y - self.place.y];
         [self.place.yaw, other.place.yaw]

@@ -1,24 +1,26 @@
-//! Looking at a path for what changes on it.
+//! Sampling of a path, and bisection of the changes on it.
 //!
-//! A path is looked at often enough that the tool goes about a millimetre between two looks, and every change
-//! between two looks is narrowed down to its microsecond. What begins and ends between two looks is missed.
+//! The tool moves about a millimetre between two samples, and every change between two samples is
+//! bisected to its microsecond. A change that begins and ends between two samples is missed.
 
 use super::ObjectPose;
 use crate::{ArmInstant, Micros};
 
-/// The most looks at a path.
+/// Most samples of a path; it bounds the cost of one motion.
 const MOST: u64 = 2048;
-/// How far the tool goes between two looks if these are enough, mm.
+/// Distance between two samples, mm.
 const STRIDE: f64 = 1.0;
-/// How far a corner of what the tool holds goes when the tool turns by a degree, mm: as in an object of 60 mm.
+/// Distance that a corner of a held object moves per degree of rotation, mm: as for an object of 60
+/// mm.
 const TURN: f64 = 0.5;
-/// How many looks it takes to know the length of a path: one in so many microseconds, within bounds. A tool that goes
-/// and comes back in less than that is not something that this arm does.
+/// Spacing of the samples that measure the length of a path, and their fewest and most.
+///
+/// The arm cannot go and come back within 5 ms.
 const COARSE: Micros = 5_000;
 const COARSE_FEWEST: u64 = 4;
 const COARSE_MOST: u64 = 64;
 
-/// The instants at which a path is looked at: evenly spread, the first and the last included.
+/// Sample times of a path: evenly spaced, both ends included.
 #[derive(Clone, Copy)]
 pub(super) struct SampleTimes {
     pub(super) from: ArmInstant,
@@ -33,7 +35,7 @@ impl SampleTimes {
             .after_micros(whole * nth + part * nth / self.count)
     }
 
-    /// As many as the length of the tool's way asks for.
+    /// Chooses the number of samples by the length of the tool's path.
     pub(super) fn along(
         from: ArmInstant,
         to: ArmInstant,
@@ -53,13 +55,13 @@ impl SampleTimes {
             length += libm::sqrt(x * x + y * y + z * z) + (next.yaw - last.yaw).abs() * TURN;
             last = next;
         }
-        // A conversion of a float saturates; NaN is 0.
+        // A conversion from float saturates; NaN gives 0.
         let count = ((length / STRIDE) as u64).clamp(coarse.count, MOST);
         Self { count, ..coarse }
     }
 }
 
-/// The first microsecond that is so, between one that may not be and one that is.
+/// First microsecond at which a condition holds, by bisection between `not` and `so`.
 pub(super) fn first(
     mut not: ArmInstant,
     mut so: ArmInstant,

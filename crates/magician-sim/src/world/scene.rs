@@ -1,16 +1,19 @@
-//! Where the objects are: each is carried by something, and carries what stands on it.
+//! Positions of the objects. Each one is carried by something, and carries what stands on it.
+//!
+//! An object stores its position in the frame of its carrier, so a moving belt or tool moves a
+//! whole stack without touching it.
 
 use super::solid::Solid;
 use super::{Footprint, ObjectPose};
 use crate::scenario::{Object, On, Scenario, footprint};
 
-/// Where objects end up that fall off everything: a floor far below, mm.
+/// Height of the floor, mm: objects that fall off everything end up there.
 pub(super) const FLOOR: f64 = -1000.0;
 
-/// An object that is put so little below a surface stands on it, mm.
+/// Depth below a surface up to which an object put there stands on it, mm.
 const TOUCHES: f64 = 1.0;
 
-/// What an object rests on.
+/// Support of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Rest {
@@ -18,13 +21,13 @@ pub enum Rest {
     Table,
     /// The conveyor's belt.
     Belt,
-    /// A place of its own in the air, until it is picked.
+    /// A fixed position in the air, until it is picked.
     Shelf,
-    /// Another object, by its place in the scenario.
+    /// Another object, by its index in the scenario.
     Object(u16),
-    /// The tool holds it.
+    /// The tool, which holds it.
     Tool,
-    /// It fell off everything.
+    /// The floor: it fell off everything.
     Floor,
 }
 
@@ -39,23 +42,23 @@ impl From<On> for Rest {
     }
 }
 
-/// An object: what carries it, and where it stands in the carrier's frame.
+/// Support of an object, and its position in the frame of the support.
 #[derive(Clone, Copy, Debug)]
 struct Body {
     rest: Rest,
     inner: ObjectPose,
 }
 
-/// The frames that move by themselves, at an instant.
+/// Frames that move, at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frames {
-    /// Moves with the belt.
+    /// Frame of the belt.
     pub(super) belt: ObjectPose,
-    /// The tool's tip, turned as the tool is; nothing is known of it where nothing depends on it.
+    /// Frame of the tool's tip. Default where it is not needed.
     pub(super) tool: ObjectPose,
 }
 
-/// The objects.
+/// The objects of the world.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scene {
     bodies: Vec<Body>,
@@ -87,7 +90,7 @@ impl Scene {
     }
 
     pub(super) fn ids(&self) -> impl Iterator<Item = u16> + use<> {
-        // There are never more: the scenario sees to it.
+        // The scenario limits the number of objects.
         0..u16::try_from(self.bodies.len()).unwrap_or(u16::MAX)
     }
 
@@ -97,9 +100,10 @@ impl Scene {
             .map_or(Rest::Floor, |body| body.rest)
     }
 
-    /// What carries the whole stack that the object is part of.
+    /// Support of the whole stack that contains the object.
     pub(super) fn root(&self, object: u16) -> Rest {
         let mut rest = self.rest(object);
+        // At most as many steps as objects: a cycle cannot hang the search.
         for _ in &self.bodies {
             let Rest::Object(below) = rest else { break };
             rest = self.rest(below);
@@ -141,7 +145,7 @@ impl Scene {
         Solid { place, size }
     }
 
-    /// The tool takes an object, and what stands on it.
+    /// Makes the tool hold an object and whatever stands on it.
     pub(super) fn take(&mut self, object: u16, frames: &Frames) {
         let place = self.place(object, frames);
         let inner = frames.tool.to(&place);
@@ -149,8 +153,9 @@ impl Scene {
         self.held = Some(object);
     }
 
-    /// The tool lets go of what it holds: it falls straight down, what stands on it with it. What the tool was pressed
-    /// into by no more than `slack` is what it falls on.
+    /// Releases the held object, which falls straight down with whatever stands on it.
+    ///
+    /// A surface into which the tool was pressed by at most `slack` counts as below it.
     pub(super) fn drop_held(
         &mut self,
         scenario: &Scenario,
@@ -164,7 +169,8 @@ impl Scene {
         Some((object, rest))
     }
 
-    /// A hand puts an object somewhere, out of the tool if it is there, what stands on it with it: it falls onto what is below.
+    /// Moves an object by hand, with whatever stands on it; it falls onto whatever is below. A held
+    /// one leaves the tool.
     pub(super) fn set_down(
         &mut self,
         object: u16,
@@ -185,7 +191,7 @@ impl Scene {
         self.fall(object, from, TOUCHES, scenario, frames)
     }
 
-    /// An object falls straight down from a place, onto the highest body that is under its middle.
+    /// Drops an object straight down, onto the highest surface under its middle.
     pub(super) fn fall(
         &mut self,
         object: u16,
@@ -197,6 +203,7 @@ impl Scene {
         let highest = self
             .grounds(object, scenario, frames)
             .filter(|(_, ground)| ground.contains(from.xy()))
+            // Surfaces above the object do not catch it.
             .filter(|(_, ground)| ground.place.z <= from.z + slack)
             .max_by(|(_, one), (_, other)| one.place.z.total_cmp(&other.place.z));
         let (rest, z) = highest.map_or((Rest::Floor, FLOOR), |(rest, ground)| {
@@ -206,13 +213,14 @@ impl Scene {
         let inner = match rest {
             Rest::Belt => frames.belt.to(&place),
             Rest::Object(below) => self.place(below, frames).to(&place),
+            // Table and floor do not move, so their frame is that of the base.
             _ => place,
         };
         self.put(object, rest, inner);
         rest
     }
 
-    /// What an object can fall on: each with its upper side.
+    /// Surfaces that an object can fall on.
     fn grounds<'a>(
         &'a self,
         object: u16,
@@ -227,6 +235,7 @@ impl Scene {
             .map(|belt| (Rest::Belt, belt.footprint()));
         let tops = self
             .ids()
+            // An object cannot fall onto its own load.
             .filter(move |other| !self.stands_on(*other, object))
             .map(move |other| {
                 (
@@ -237,7 +246,7 @@ impl Scene {
         table.into_iter().chain(belt).chain(tops)
     }
 
-    /// Whether one object is another, or stands on it, on whatever there is between them.
+    /// True if an object is `below`, or stands on it directly or indirectly.
     fn stands_on(&self, object: u16, below: u16) -> bool {
         let mut next = object;
         for _ in &self.bodies {
@@ -264,12 +273,12 @@ impl Solid {
         footprint(&self.size, self.place)
     }
 
-    /// The height of its upper side.
+    /// Height of its upper side.
     pub(super) fn height(&self) -> f64 {
         self.place.z + self.size[2]
     }
 
-    /// Its upper side.
+    /// Upper side.
     pub(super) fn top(&self) -> Footprint {
         let place = ObjectPose {
             z: self.height(),

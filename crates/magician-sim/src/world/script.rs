@@ -1,4 +1,4 @@
-//! What happens by itself: inputs over time, faults, keys and hands.
+//! Playback of scripted events: inputs over time, faults, keys and hands.
 
 use magician_motion::JointAngles;
 
@@ -7,32 +7,32 @@ use crate::profile::{PINS, pin_index};
 use crate::scenario::{Action, Script};
 use crate::{ArmInstant, Micros};
 
-/// A hand that moves the arm is told every so often.
+/// Interval at which a hand that moves the arm is updated, us. A choice: the controller's period.
 const HAND_PERIOD: Micros = 20_000;
 
-/// How far the script has come, and what the inputs read.
+/// Position in the script, and state of the inputs.
 #[derive(Clone, Debug)]
 pub(super) struct ScriptPlayer {
-    /// The next of the script's timed actions.
+    /// Next timed action.
     cursor: usize,
-    /// Which of the actions that wait for an index have been set off.
+    /// True for each index action that was triggered.
     set_off: Vec<bool>,
-    /// Actions that were set off, in order of time.
+    /// Triggered actions that are still due, in order of time.
     soon: Vec<(ArmInstant, Action)>,
     hand: Option<Hand>,
-    /// What drives the inputs; `None` where nothing does.
+    /// Levels and values at the inputs; `None` if nothing is connected.
     digital: [Option<bool>; PINS],
     analog: [Option<u16>; PINS],
 }
 
-/// A hand on its way.
+/// A movement by hand in progress.
 #[derive(Clone, Copy, Debug)]
 struct Hand {
     from: JointAngles,
     to: JointAngles,
     start: ArmInstant,
     over: Micros,
-    /// How much of the way has been told.
+    /// Part of the movement that was reported.
     told: Micros,
 }
 
@@ -50,6 +50,7 @@ impl Hand {
         let (from, to) = (self.from.to_array(), self.to.to_array());
         let joints = std::array::from_fn(|joint| {
             let (from, to): (f64, f64) = (from[joint], to[joint]);
+            // The end is exact, without the rounding of the interpolation.
             if elapsed >= self.over {
                 to
             } else {
@@ -70,7 +71,7 @@ impl ScriptPlayer {
             digital: [None; PINS],
             analog: [None; PINS],
         };
-        // What the inputs read at power-up is not a change.
+        // Values of the inputs at power-up are not changes.
         while let Some((ArmInstant::ZERO, Action::Digital { .. } | Action::Analog { .. })) =
             script.timed.get(player.cursor)
         {
@@ -87,7 +88,7 @@ impl ScriptPlayer {
         self.analog[pin_index(address)?]
     }
 
-    /// Whether the script has yet to change an input of that address.
+    /// True if the script will still change an input.
     pub(super) fn will_change(&self, script: &Script, input: u8) -> bool {
         let rest = script.timed.get(self.cursor..).unwrap_or_default();
         rest.iter().chain(&self.soon).any(|(_, action)| {
@@ -95,7 +96,7 @@ impl ScriptPlayer {
         })
     }
 
-    /// Changes an input now; whether there is one of that address.
+    /// Changes an input now. Returns false if there is no such address.
     pub(super) fn override_input(&mut self, now: ArmInstant, action: Action) -> bool {
         let (Action::Digital { address, .. } | Action::Analog { address, .. }) = action else {
             return false;
@@ -108,21 +109,22 @@ impl ScriptPlayer {
         true
     }
 
-    /// The inputs may read something else now.
+    /// Reports that inputs may have changed.
     pub(super) fn look_again(&mut self, now: ArmInstant) {
         let look = (now, Action::Do(ExternalEvent::Input));
-        // Once an instant will do.
+        // One report per instant suffices.
         if !self.soon.contains(&look) {
             self.schedule(look.0, look.1);
         }
     }
 
-    /// A queued command comes to its turn.
+    /// Triggers the actions of a queued command that has started.
     pub(super) fn index_started(&mut self, script: &Script, now: ArmInstant, index: u64) {
         for (nth, (wanted, delay, action)) in script.at_index.iter().enumerate() {
             let Some(set_off) = self.set_off.get_mut(nth) else {
                 continue;
             };
+            // Indices start anew after a reset: an action is triggered only once.
             if *wanted == index && !*set_off {
                 *set_off = true;
                 self.schedule(now.after_micros(*delay), *action);
@@ -131,6 +133,7 @@ impl ScriptPlayer {
     }
 
     fn schedule(&mut self, at: ArmInstant, action: Action) {
+        // After those of the same instant: actions keep the order in which they were triggered.
         let place = self.soon.partition_point(|(other, _)| *other <= at);
         self.soon.insert(place, (at, action));
     }
@@ -142,9 +145,11 @@ impl ScriptPlayer {
         [timed, soon, hand].into_iter().flatten().min()
     }
 
-    /// Does what is due, the earliest first.
+    /// Does the earliest action that is due.
     pub(super) fn happen(&mut self, script: &Script, now: ArmInstant) -> Option<ExternalEvent> {
         let at = self.next_event(script).filter(|at| *at <= now)?;
+        // The hand first: a key that is released in the same instant must find the arm where it was
+        // guided.
         if self.hand.is_some_and(|hand| hand.next() == at) {
             return self.move_hand();
         }

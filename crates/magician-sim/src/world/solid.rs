@@ -1,12 +1,12 @@
-//! What a sensor's beam meets.
+//! Intersection of a sensor's line of sight with boxes.
 
 use super::{ObjectPose, rotate};
 use crate::scenario::Beam;
 
-/// Moving farther than this along a belt, nothing is looked for, mm.
+/// Longest belt travel considered, mm. It bounds the polygon and is beyond any belt.
 const FAR: f64 = 1e5;
 
-/// A box and where it stands.
+/// A box at a position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solid {
     pub(super) place: ObjectPose,
@@ -15,19 +15,21 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    /// A point in the frame of the box's middle.
+    /// A point in the frame of the box's centre.
     fn local(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [x, y] = self.place.local([x, y]);
         [x, y, z - self.place.z - self.size[2] / 2.0]
     }
 
-    /// How far along the beam it meets the box, from 0 at the sensor to 1 where it sees no farther.
+    /// Position along the beam at which it enters the box: 0 at the sensor, 1 at the end of its
+    /// range. `None` if it misses.
     pub(super) fn meets(&self, beam: &Beam) -> Option<f64> {
         let (from, to) = (self.local(beam.from), self.local(beam.to));
         let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
         for axis in 0..3 {
             let (start, way) = (from[axis], to[axis] - from[axis]);
             let half = self.size[axis] / 2.0;
+            // Parallel to this pair of sides: no division.
             if way == 0.0 {
                 if start.abs() > half {
                     return None;
@@ -41,10 +43,12 @@ impl Solid {
         (enters <= leaves).then_some(enters)
     }
 
-    /// From which shift to which the beam meets the box when it is shifted in a direction, mm.
+    /// Range of shifts along a direction for which the beam hits the box, mm; `None` if there is
+    /// none.
     ///
-    /// With `u` along the beam and `s` the shift, the beam's point is in the box when it keeps to six linear
-    /// inequalities in `u` and `s`: the two of them make a convex polygon, whose extent in `s` is the answer.
+    /// Let `u` be the position on the beam and `s` the shift. The beam's point is in the box if `u`
+    /// and `s` satisfy six linear inequalities, which form a convex polygon. Its extent in `s` is
+    /// the result.
     pub(super) fn meets_shifted(&self, beam: &Beam, direction: f64) -> Option<[f64; 2]> {
         let (from, to) = (self.local(beam.from), self.local(beam.to));
         let [shift_x, shift_y] = rotate([1.0, 0.0], direction - self.place.yaw);
@@ -66,7 +70,7 @@ impl Solid {
     }
 }
 
-/// What is left of a convex polygon where `room`, which is linear, is not negative.
+/// Clips a convex polygon to the half plane where the linear function `room` is not negative.
 fn clip(polygon: &[[f64; 2]], room: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
     let mut left = Vec::with_capacity(polygon.len() + 1);
     let next = polygon.iter().cycle().skip(1);

@@ -1,4 +1,4 @@
-//! Everything that a world which is not empty knows.
+//! State of a world that is not empty.
 
 use std::sync::Arc;
 
@@ -20,31 +20,31 @@ use crate::scenario::{Action, Scenario, SensorKind};
 mod arm;
 mod events;
 
-/// A world that is not empty.
+/// State of a world that is not empty.
 #[derive(Clone, Debug)]
 pub(super) struct WorldState {
     scenario: Arc<Scenario>,
-    /// The latest instant that the world was told.
+    /// Latest instant known.
     now: ArmInstant,
     script: ScriptPlayer,
     scene: Scene,
     belt: Belt,
-    /// What the belt does next by itself.
+    /// Next event that the belt causes.
     traffic: Option<Traffic>,
     tool: ToolState,
     grips: GripCount,
-    /// What the tool touches.
+    /// Bodies that the tool touches.
     contacts: Vec<(Body, Contact)>,
-    /// The carried object that each sensor sees.
+    /// Carried object that each sensor sees.
     carried: Vec<Option<u16>>,
-    /// What the path under way will bring.
+    /// Predicted changes of the running path.
     changes: Changes,
-    /// For each object a bit for each sensor that has seen it.
+    /// For each object one bit for each sensor that has seen it.
     seen_by: Vec<u8>,
-    /// The second of two events of one instant.
+    /// Second of two events of one instant.
     pending: Option<ExternalEvent>,
     ink: Ink,
-    /// Whether a path is under way.
+    /// True while a path is under way.
     moves: bool,
     events: WorldEvents,
 }
@@ -100,12 +100,13 @@ impl WorldState {
     }
 }
 
-/// Frames.
+/// Frames of reference.
 impl WorldState {
-    /// The tool's tip on an arm that stands so.
+    /// Position of the tool's tip for an arm in this state.
     fn tip(&self, joint_state: &JointState) -> ObjectPose {
         let geometry = Geometry::magician(self.scenario.tool().bias());
         let pose = geometry.forward(&joint_state.joints);
+        // The rail runs along Y of the arm's base.
         ObjectPose {
             x: pose.x,
             y: pose.y + joint_state.rail,
@@ -121,7 +122,7 @@ impl WorldState {
         }
     }
 
-    /// The frames for what the tool has no part in.
+    /// Frames for queries that do not involve the tool.
     fn frames_of_ground(&self, now: ArmInstant) -> Frames {
         Frames {
             belt: frame_of_belt(&self.scenario, &self.belt, now),
@@ -175,19 +176,20 @@ impl WorldState {
         self.at_port(now, SensorKind::Infrared, port).is_some()
     }
 
-    /// The object that the sensor of a connector sees.
+    /// Object that the sensor of a connector sees.
     fn at_port(&self, now: ArmInstant, kind: SensorKind, port: Port) -> Option<u16> {
         let sensors = self.scenario.sensors();
         let nth = sensors
             .iter()
             .position(|sensor| sensor.kind == kind && sensor.port == port)?;
+        // A carried object comes from the prediction, anything else from the positions now.
         self.carried.get(nth).copied().flatten().or_else(|| {
             let frames = self.frames_of_ground(now);
             traffic::before(&self.scenario, &self.scene, &frames, nth)
         })
     }
 
-    /// Remembers what the sensors see.
+    /// Records which objects the sensors see.
     fn mark_seen(&mut self, now: ArmInstant) {
         let frames = self.frames_of_ground(now);
         for nth in 0..self.scenario.sensors().len() {

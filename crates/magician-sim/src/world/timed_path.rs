@@ -1,34 +1,34 @@
-//! Where the arm really goes for a while.
+//! True motion of the arm over a span of time.
 
 use magician_motion::JointAngles;
 
 use crate::ArmInstant;
 
-/// Where the arm really is: after lost steps, not where the controller believes.
+/// True state of the arm: after lost steps it differs from the commanded one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointState {
-    /// The joints, deg.
+    /// Joints, deg.
     pub joints: JointAngles,
-    /// The carriage on the rail, mm along Y of the arm's base.
+    /// Carriage of the rail, mm along Y of the arm's base.
     pub rail: f64,
 }
 
-/// A stretch of the arm's motion, as a function of the arm's time.
+/// A piece of the arm's motion as a function of the arm's time.
 pub struct TimedPath<'a> {
-    /// When it begins.
+    /// Start.
     pub from: ArmInstant,
-    /// When it ends.
+    /// End.
     pub to: ArmInstant,
     at: &'a dyn Fn(ArmInstant) -> JointState,
 }
 
 impl<'a> TimedPath<'a> {
-    /// The path that `at` describes from one instant to another.
+    /// Creates the path that `at` describes between two instants.
     pub fn new(from: ArmInstant, to: ArmInstant, at: &'a dyn Fn(ArmInstant) -> JointState) -> Self {
         Self { from, to, at }
     }
 
-    /// The joint state at an instant of the path.
+    /// State at an instant, clamped to the path.
     #[must_use]
     pub fn at(&self, now: ArmInstant) -> JointState {
         (self.at)(now.clamp(self.from, self.to))

@@ -1,21 +1,21 @@
-//! The tool as the world feels it, and how often it took hold of something.
+//! State of the tool as seen by the world, and counts of its grips.
 
-/// The tool as the world feels it.
+/// State of the tool as seen by the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolState {
-    /// There is vacuum at the suction cup.
+    /// True if there is vacuum at the suction cup.
     pub sucking: bool,
-    /// The gripper is closed.
+    /// True if the gripper is closed.
     pub closed: bool,
-    /// Power of the laser, 0 to 100 percent; 0 is off.
+    /// Laser power, 0 to 100 percent; 0 is off.
     pub laser: f64,
 }
 
-/// How often the tool has tried to take something since power-up.
+/// Counts of grips since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GripCount {
-    /// Times that suction or gripper began to grip with nothing held.
+    /// Times that suction or gripper started to grip with nothing held.
     pub begun: u64,
-    /// Times that it took an object.
+    /// Times that an object was taken.
     pub taken: u64,
 }

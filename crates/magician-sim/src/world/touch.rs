@@ -1,35 +1,40 @@
-//! How deep the tool is in bodies, and what it can take.
+//! Contact of the tool with bodies, and the objects within its grasp.
+//!
+//! Bodies are boxes, and the tool is a few points: one at the tip, three for an open gripper, plus
+//! the underside of a held object. Depth is measured downwards from the upper side of a body. A
+//! tool that appears deep inside a body must have come from its side.
 
 use super::scene::{Frames, Scene};
 use super::solid::Solid;
 use super::{Body, Footprint, ObjectPose, ToolState};
 use crate::scenario::{Scenario, Tool, ToolKind};
 
-/// Less than this is a rounding error and no touch, mm.
+/// Smallest depth that counts as a touch, mm; it absorbs rounding.
 const TOUCH: f64 = 1e-3;
-/// A tool that is deeper than this at the instant at which it comes to a body has come from the side, mm.
+/// Depth at first contact above which the tool came from the side, mm. Between two samples of a
+/// motion from above, bisection finds it at a depth far below this.
 const FROM_THE_SIDE: f64 = 0.1;
-/// A tool that stalled stalls again when it is deeper by this, mm.
+/// Additional depth at which a stalled tool stalls again, mm.
 const DEEPER: f64 = 0.01;
-/// How far below its palm the gripper's fingers reach, mm (G).
+/// Length of the gripper's fingers below its palm, mm (G).
 pub(super) const FINGERS: f64 = 20.0;
-/// The least that the fingers have to reach down beside an object to hold it, mm (G).
+/// Least overlap of the fingers with an object to hold it, mm (G).
 const BITE: f64 = 2.0;
-/// How far above an object the suction cup may end and still take it, mm (G).
+/// Largest gap between suction cup and object at which it is still taken, mm (G).
 const SUCK: f64 = 1.0;
 
-/// How the tool is at a body; nothing is said of a body that it is clear of.
+/// Kind of contact of the tool with a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Contact {
-    /// It touches it, no deeper than it gives way.
+    /// Touching, no deeper than the tool gives way.
     Touch,
-    /// It came from the side against an object, which gives way.
+    /// Ran into an object from the side; the object yields.
     Knock,
-    /// It presses harder than it gives way.
+    /// Pressing harder than the tool gives way.
     Stall,
 }
 
-/// The tool in the world, at an instant.
+/// The tool in the world at an instant.
 pub(super) struct Reach<'a> {
     pub(super) scenario: &'a Scenario,
     pub(super) scene: &'a Scene,
@@ -42,7 +47,7 @@ impl Reach<'_> {
         self.scenario.tool()
     }
 
-    /// The points of the tool that touch bodies, in the base frame.
+    /// Points of the tool that can touch, in the base frame.
     fn points(&self) -> [Option<ObjectPose>; 3] {
         let tip = &self.frames.tool;
         let at = |y: f64, z: f64| {
@@ -57,21 +62,24 @@ impl Reach<'_> {
                 let half = self.tool().opening / 2.0;
                 [at(half, 0.0), at(-half, 0.0), at(0.0, FINGERS)]
             }
+            // All other tools are a single point.
             _ => [at(0.0, 0.0), None, None],
         }
     }
 
-    /// The upper side of a body that can be touched.
+    /// Upper side of a body; `None` if it cannot be touched.
     pub(super) fn top(&self, body: Body) -> Option<Footprint> {
         match body {
             Body::Table => Some(self.scenario.table()?.footprint()),
             Body::Belt => Some(self.scenario.conveyor()?.footprint()),
+            // What the tool carries moves with it.
             Body::Object(object) if self.scene.is_carried(object) => None,
             Body::Object(object) => Some(self.solid(object).top()),
         }
     }
 
-    /// How far tool or held object are below the upper side of a body that they are over, mm.
+    /// Greatest depth of tool or held object below the upper side of a body under it, mm. `None` if
+    /// clear.
     pub(super) fn depth(&self, body: Body) -> Option<f64> {
         let top = self.top(body)?;
         let of_points = self.points().into_iter().flatten().filter_map(|point| {
@@ -80,13 +88,14 @@ impl Reach<'_> {
         });
         let of_held = self.scene.held().and_then(|object| {
             let held = self.solid(object);
+            // The underside of the held object is a face, not a point: any overlap counts.
             let depth = top.place.z - held.place.z;
             (depth > TOUCH && top.overlaps(&held.footprint())).then_some(depth)
         });
         of_points.chain(of_held).reduce(f64::max)
     }
 
-    /// The lowest that anything of the tool or the held object is, mm.
+    /// Lowest point of the tool or the held object, mm.
     pub(super) fn lowest(&self) -> f64 {
         let held = self.scene.held().map(|object| self.solid(object).place.z);
         held.map_or(self.frames.tool.z, |z| z.min(self.frames.tool.z))
@@ -96,12 +105,13 @@ impl Reach<'_> {
         self.scene.solid(object, self.scenario, &self.frames)
     }
 
-    /// How far the tool gives way, mm.
+    /// Distance that the tool gives way, mm.
     pub(super) fn give(&self) -> f64 {
         self.tool().give
     }
 
-    /// How the tool is at a body, when it was so the instant before; deeper than `limit` it stalls.
+    /// Contact with a body, given the contact an instant before. Deeper than `limit` the tool
+    /// stalls.
     pub(super) fn contact(
         &self,
         body: Body,
@@ -111,17 +121,19 @@ impl Reach<'_> {
         let depth = self.depth(body)?;
         let yields = matches!(body, Body::Object(_));
         Some(match before {
+            // A knocked object yields until the tool is clear again.
             Some(Contact::Knock) => Contact::Knock,
             None if depth > FROM_THE_SIDE && yields => Contact::Knock,
-            // The side of the table or of the belt does not give way.
+            // The sides of table and belt do not yield.
             None if depth > FROM_THE_SIDE => Contact::Stall,
             _ if depth > limit => Contact::Stall,
             _ => Contact::Touch,
         })
     }
 
-    /// How the tool is at a body when a path begins, and how deep it may go there without a stall. One that is
-    /// pressed in already, because it stalled there, stalls again only if it goes deeper.
+    /// Contact with a body at the start of a path, and the depth down to which it does not stall.
+    ///
+    /// A tool pressed in already, after a stall, stalls again only if it goes deeper.
     pub(super) fn at_start(&self, body: Body, before: Option<Contact>) -> (Option<Contact>, f64) {
         let give = self.give();
         let depth = self.depth(body);
@@ -134,7 +146,7 @@ impl Reach<'_> {
         (contact, pressed.map_or(give, |depth| depth + DEEPER))
     }
 
-    /// The object that the tool takes if it closes or sucks now: of several, the highest.
+    /// Object that the tool takes if it closes or sucks now; of several, the highest.
     pub(super) fn within_grasp(&self) -> Option<u16> {
         let objects = self
             .scene
@@ -156,7 +168,7 @@ impl Reach<'_> {
         match self.tool().kind {
             ToolKind::Suction => (-self.tool().give - TOUCH..=SUCK).contains(&above),
             ToolKind::Gripper => {
-                // The fingers close along the tool's Y.
+                // The fingers close along Y of the tool.
                 let [_, across] = tip.local(solid.place.xy());
                 let reach = footprint.reach(tip.yaw + 90.0);
                 let fits = across.abs() + reach <= self.tool().opening / 2.0;

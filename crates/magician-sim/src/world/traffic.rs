@@ -1,4 +1,7 @@
-//! What the belt does by itself: it carries objects before the sensors, past them, and off its end.
+//! Events that the belt causes: it carries objects past sensors and off its end.
+//!
+//! The belt moves linearly, so the edges of an object reach a beam at closed-form times. Only the
+//! last microseconds are searched, because rounding may shift an edge by one.
 
 use std::time::Duration;
 
@@ -8,27 +11,26 @@ use super::scene::{Frames, Rest, Scene};
 use crate::ArmInstant;
 use crate::scenario::Scenario;
 
-/// What the belt does next.
+/// The next event that the belt causes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Traffic {
     pub(super) at: ArmInstant,
-    /// The object that it runs off its end; else one comes before a sensor or past it.
+    /// Object that runs off the end; `None` if an object enters or leaves a sensor.
     pub(super) falls: Option<u16>,
 }
 
-/// How many microseconds are looked at for the one at which a sensor sees something else: where an edge is reached is
-/// exact but for rounding.
+/// Microseconds searched around a computed edge: its time is exact except for rounding.
 const EDGE: Duration = Duration::from_micros(3);
 
-/// From one instant to the next.
+/// Resolution of the arm's clock.
 const INSTANT: Duration = Duration::from_micros(1);
 
-/// Every instant from one to another.
+/// Every microsecond from one instant to another.
 fn instants(from: ArmInstant, to: ArmInstant) -> impl Iterator<Item = ArmInstant> {
     (from.as_micros()..=to.as_micros()).map(ArmInstant::from_micros)
 }
 
-/// What the belt does next after an instant.
+/// Returns the next event of the belt after an instant.
 pub(super) fn next(
     scenario: &Scenario,
     scene: &Scene,
@@ -63,7 +65,7 @@ pub(super) fn next(
     falls.chain(sights).min_by_key(|traffic| traffic.at)
 }
 
-/// The object, not carried by the tool, that a sensor sees: the nearest.
+/// Nearest object that a sensor sees, without those that the tool carries.
 pub(super) fn before(
     scenario: &Scenario,
     scene: &Scene,
@@ -78,7 +80,8 @@ pub(super) fn before(
         .map(|(object, _)| object)
 }
 
-/// The belt has run an object off its end: it falls beside the end, what stands on it with it.
+/// Drops an object off the end of the belt, with whatever stands on it. It falls just beside the
+/// end.
 pub(super) fn run_off(
     scenario: &Scenario,
     scene: &mut Scene,
@@ -91,8 +94,9 @@ pub(super) fn run_off(
     };
     let belt = conveyor.frame();
     let along = belt.to(&solid.place);
+    // Far enough out that it cannot land on the belt again.
     let clear = solid.footprint().reach(belt.yaw);
-    // It leaves over the end that it is nearer to.
+    // The object leaves over the closer end.
     let x = if along.x > conveyor.length / 2.0 {
         conveyor.length + clear
     } else {
@@ -120,8 +124,9 @@ impl Watch<'_> {
         }
     }
 
-    /// When the middle of an object on the belt is beyond its end.
+    /// Instant at which the middle of an object on the belt is beyond the end.
     fn falls(&self, object: u16) -> Option<ArmInstant> {
+        // Only the bottom object of a stack runs off; the others fall with it.
         if self.scene.rest(object) != Rest::Belt {
             return None;
         }
@@ -138,7 +143,7 @@ impl Watch<'_> {
         instants(at, at + EDGE).find(|at| off(*at))
     }
 
-    /// When the first sensor sees the object come or go.
+    /// Instant at which a sensor first sees the object come or go.
     fn sensor_changes(&self, object: u16) -> Option<ArmInstant> {
         let belt = self.scenario.conveyor()?;
         let solid = self
@@ -153,6 +158,7 @@ impl Watch<'_> {
             };
             let sees_now = sees(self.now);
             let edge = |shift: f64| {
+                // Start a little early: an edge reached just now must not be skipped by rounding.
                 let at = self.belt.time_at(travel + shift, self.now - EDGE)?;
                 let from = (at - INSTANT).max(self.now + INSTANT);
                 instants(from, at + EDGE).find(|at| sees(*at) != sees_now)

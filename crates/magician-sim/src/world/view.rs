@@ -1,4 +1,4 @@
-//! Questions about the world at an instant.
+//! View of the world at an instant.
 
 use magician_protocol::Port;
 
@@ -16,13 +16,13 @@ pub struct WorldView<'a> {
 }
 
 impl<'a> WorldView<'a> {
-    /// The object of that name.
+    /// Returns the object of that name; `None` if there is none.
     #[must_use]
     pub fn object(&self, name: &str) -> Option<ObjectView<'a>> {
         self.objects().find(|object| object.name() == name)
     }
 
-    /// Every object, in the order of the scenario.
+    /// All objects, in the order of the scenario.
     pub fn objects(&self) -> impl Iterator<Item = ObjectView<'a>> + use<'a> {
         let state = self.state;
         state.into_iter().flat_map(|(state, frames)| {
@@ -31,26 +31,26 @@ impl<'a> WorldView<'a> {
         })
     }
 
-    /// The object that the tool holds.
+    /// Object that the tool holds; `None` if it holds nothing.
     #[must_use]
     pub fn held(&self) -> Option<ObjectView<'a>> {
         self.objects().find(ObjectView::is_held)
     }
 
-    /// How often the tool tried to take something, and did.
+    /// Counts of attempted and successful grips.
     #[must_use]
     pub fn grip_count(&self) -> GripCount {
         self.state
             .map_or_else(GripCount::default, |(state, _)| state.grip_count())
     }
 
-    /// Where the tool's tip really is, and how it is turned.
+    /// True position and yaw of the tool's tip; `None` in an empty world.
     #[must_use]
     pub fn tip(&self) -> Option<ObjectPose> {
         self.state.map(|(_, frames)| frames.tool)
     }
 
-    /// How far the belt has run in its direction, mm.
+    /// Travel of the belt in its direction, mm.
     #[must_use]
     pub fn belt_travel(&self) -> f64 {
         self.state
@@ -79,7 +79,7 @@ impl<'a> ObjectView<'a> {
         })
     }
 
-    /// Its name.
+    /// Name.
     #[must_use]
     pub fn name(&self) -> &'a str {
         &self.object.name
@@ -91,37 +91,37 @@ impl<'a> ObjectView<'a> {
         self.object.size
     }
 
-    /// Its colour.
+    /// Colour.
     #[must_use]
     pub fn color(&self) -> Color {
         self.object.color
     }
 
-    /// Where it is.
+    /// Position.
     #[must_use]
     pub fn place(&self) -> ObjectPose {
         self.place
     }
 
-    /// What it rests on.
+    /// Support.
     #[must_use]
     pub fn rest(&self) -> Rest {
         self.state.rest(self.id)
     }
 
-    /// Whether it stands on the conveyor's belt itself.
+    /// True if it stands directly on the conveyor's belt.
     #[must_use]
     pub fn on_belt(&self) -> bool {
         self.rest() == Rest::Belt
     }
 
-    /// Whether it stands on the table itself.
+    /// True if it stands directly on the table.
     #[must_use]
     pub fn on_table(&self) -> bool {
         self.rest() == Rest::Table
     }
 
-    /// Whether it stands on the object of that name itself.
+    /// True if it stands directly on the object of that name.
     #[must_use]
     pub fn on(&self, name: &str) -> bool {
         let Rest::Object(below) = self.rest() else {
@@ -131,19 +131,20 @@ impl<'a> ObjectView<'a> {
         below.is_some_and(|below| below.name == name)
     }
 
-    /// Whether the tool holds it; what stands on a held object is carried, not held.
+    /// True if the tool holds it. An object that stands on a held one is carried, not held.
     #[must_use]
     pub fn is_held(&self) -> bool {
         self.rest() == Rest::Tool
     }
 
-    /// Whether it has fallen off everything.
+    /// True if it fell off everything.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.rest() == Rest::Floor
     }
 
-    /// Whether the sensor of a connector has seen it since power-up. One behind another was not seen.
+    /// True if the sensor of a connector has seen it since power-up. An object hidden by another
+    /// was not seen.
     #[must_use]
     pub fn seen_by(&self, port: Port) -> bool {
         let sensors = self.state.scenario().sensors().iter().enumerate();

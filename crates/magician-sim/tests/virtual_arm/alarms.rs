@@ -1,4 +1,4 @@
-//! Alarms: what raises them, what they hold, and how they go.
+//! Alarms: their causes, their hold on the queue, and their end.
 
 use super::arm::{SECOND, USB, arm, arm_with, home, joints_to, ptp, running_arm, wait};
 use magician_motion::ToolBias;
@@ -78,7 +78,7 @@ fn out_of_a_limit_is_refused_into_it_is_made_and_the_bit_drops_by_itself() {
     assert!(bench.alarms().is_empty(), "inside again");
     bench.rest();
     assert_eq!(bench.joints()[0], 100.0);
-    // The hold is latched: it outlives the bit.
+    // The hold is latched: it outlives the alarm bit.
     assert!(bench.state().queue.held);
     assert_eq!(bench.current_index(), 0);
     bench.set(&ClearAlarmsState {});
@@ -87,7 +87,7 @@ fn out_of_a_limit_is_refused_into_it_is_made_and_the_bit_drops_by_itself() {
 
 #[test]
 fn a_line_that_leaves_the_workspace_on_its_way_ends_there_with_2x() {
-    // Both ends are in reach at the same radius, the middle is too near to the base.
+    // Both ends are in reach at the same radius; the middle is too close to the base.
     let mut bench = running_arm();
     bench.enqueue(&ptp(1, [30.0, 180.0, 0.0, 0.0]));
     bench.rest();
@@ -218,7 +218,7 @@ fn events_that_nobody_reads_are_counted_not_kept() {
     assert!(bench.state().events_lost >= 744);
 }
 
-/// What is out of reach of the wrist may be in reach of the tool that is really on it.
+/// A pose out of reach of the wrist may be in reach of the mounted tool.
 #[test]
 fn a_pose_out_of_reach_of_an_arm_without_a_tool_says_that_its_tool_is_unknown() {
     let told = |tool: ToolBias, target: [f32; 4]| {
@@ -234,14 +234,15 @@ fn a_pose_out_of_reach_of_an_arm_without_a_tool_says_that_its_tool_is_unknown() 
         let told: Vec<_> = bench.events().iter().filter_map(told).collect();
         (bench.alarms(), told)
     };
-    // In reach of the suction cup only.
+    // In reach with the suction cup only.
     let far = [300.0, 0.0, 0.0, 0.0];
     assert_eq!(told(ToolBias::NONE, far), (vec![0x11], vec![0x11]));
     assert_eq!(told(ToolBias::SUCTION, far), (vec![], vec![]));
     // J1 at 180 degrees.
     let behind = [-200.0, 0.0, 0.0, 180.0];
     assert_eq!(told(ToolBias::NONE, behind), (vec![0x12], vec![0x12]));
-    // With a tool the alarm stands alone, and so does one that the tool has nothing to do with.
+    // With a tool set the alarm stands alone, and so does an alarm that does not depend on the
+    // tool.
     assert_eq!(
         told(ToolBias::SUCTION, [900.0, 0.0, 0.0, 0.0]),
         (vec![0x11], vec![])

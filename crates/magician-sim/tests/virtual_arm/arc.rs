@@ -1,10 +1,10 @@
-//! Arcs and circles over the wire (document 1.12, model section 9).
+//! Arcs and circles over the protocol (document 1.12, model section 9).
 
 use super::arm::{TestArm, joints_to, lasts, ptp, running_arm, trapezoid};
 use magician_protocol::commands::*;
 use std::f64::consts::PI;
 
-/// Where the arcs begin: on a circle of 40 mm round (200, 0).
+/// Start of the arcs: on a circle of 40 mm around (200, 0).
 const START: [f32; 4] = [200.0, -40.0, 0.0, 0.0];
 const VIA: [f32; 4] = [240.0, 0.0, 0.0, 123.0];
 const END: [f32; 4] = [200.0, 40.0, 0.0, 30.0];
@@ -31,8 +31,8 @@ fn at_start() -> TestArm {
     bench
 }
 
-/// Lets it run and looks every millisecond: how far from the middle of the circle the tool was, the least and the most,
-/// and how near it came to the point on the way.
+/// Samples the motion every millisecond: smallest and greatest distance of the tool from the middle
+/// of the circle, and its smallest distance from the point on the way.
 fn look(bench: &mut TestArm) -> (f64, f64, f64) {
     let (mut least, mut most, mut nearest) = (f64::MAX, 0.0_f64, f64::MAX);
     while bench.state().moving {
@@ -71,7 +71,7 @@ fn half_a_circle_takes_its_length_at_the_speeds_of_point_to_point_moves() {
         velocity_ratio: 50.0,
         acceleration_ratio: 25.0,
     });
-    // These are stored, and nothing takes them.
+    // These are stored without effect.
     bench.set(&ArcParams {
         xyz_velocity: 1.0,
         r_velocity: 1.0,
@@ -107,7 +107,7 @@ fn an_arc_is_round_and_goes_through_its_point() {
     let (least, most, nearest) = look(&mut bench);
     assert!(least > 39.99 && most < 40.01, "{least} to {most}");
     assert!(nearest < 0.2, "{nearest}");
-    // The other way round, by a point on the other side.
+    // In the other sense, by a point on the other side.
     let mut bench = at_start();
     bench.enqueue(&arc([160.0, 0.0, 0.0, 0.0], END));
     let (least, most, nearest) = look(&mut bench);

@@ -1,4 +1,4 @@
-//! Sentences of the contract that no other test holds the arm to.
+//! Statements of the contract that no other test checks.
 
 use super::arm;
 use super::arm::{SECOND, arm, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait};
@@ -22,7 +22,7 @@ fn bias(x_bias: f32, y_bias: f32) -> EndEffectorParams {
     }
 }
 
-/// Ctrl is echoed as it came, whatever its bits, for every command; only a full queue adds bit 2.
+/// Ctrl is echoed bit for bit for every command; only a full queue adds bit 2.
 #[test]
 fn every_ctrl_of_every_command_is_echoed_to_the_bit() {
     for row in TABLE {
@@ -42,7 +42,7 @@ fn every_ctrl_of_every_command_is_echoed_to_the_bit() {
     }
 }
 
-/// Bit 1 alone decides queueing (errata E07), of rows that the document does not queue, too.
+/// Bit 1 alone decides queueing (errata E07), also of rows that the document does not queue.
 #[test]
 fn whatever_can_be_set_can_be_queued_with_or_without_rw() {
     for row in TABLE.iter().filter(|row| !row.steers_queue()) {
@@ -58,7 +58,7 @@ fn whatever_can_be_set_can_be_queued_with_or_without_rw() {
     }
 }
 
-/// Without rw a command that steers the queue does nothing, whatever isQueued says.
+/// Without rw a command that steers the queue does nothing, with or without isQueued.
 #[test]
 fn queue_steering_with_rw_0_is_answered_empty_and_does_nothing() {
     let mut bench = running_arm();
@@ -264,13 +264,13 @@ fn a_motion_at_once_while_it_brakes_finishes_the_braked_command() {
     assert_eq!(bench.joints()[0], 0.0);
 }
 
-/// The factor is the profile's: 0.949 s of 100 deg/s2 take 0.949 / factor seconds to brake.
+/// The factor is that of the profile: 0.949 s at 100 deg/s2 take 0.949 / factor seconds to brake.
 #[test]
 fn a_force_stop_brakes_by_the_profiles_factor_times_the_acceleration_in_force() {
     for factor in [0.5, 1.0, 2.0, 5.0] {
         let mut bench = arm_with(|profile| profile.stop.force_factor = factor);
         bench.start();
-        // The ceiling of 300 deg/s2 counts, then the ratio; the factor comes after both.
+        // The ceiling of 300 deg/s2 applies first, then the ratio, then the factor.
         bench.set(&PtpJointParams {
             velocity: [200.0; 4],
             acceleration: [600.0; 4],
@@ -318,7 +318,7 @@ fn queued_parameters_count_for_the_moves_behind_them_only() {
     );
 }
 
-/// The bias that is queued behind a move changes the tool's place, not the joints, and what comes after.
+/// A bias queued behind a move changes the pose, not the joints, and the moves after it.
 #[test]
 fn a_queued_bias_takes_effect_at_its_turn() {
     let mut bench = arm_with(|profile| profile.power_up.tool = ToolBias::NONE);
@@ -438,12 +438,12 @@ fn asking_for_a_time_while_moving_counts_from_where_the_arm_is() {
         z: -8.485_281,
         r: 0.0,
     };
-    // 50 mm are left: twice the root of 50 / 100.
+    // 50 mm are left: 2 * sqrt(50 / 100) s.
     assert_eq!(bench.get_with::<PtpTime>(&query).ptp_time, 1415);
     assert_eq!(bench.rest(), SECOND, "and the motion goes on");
 }
 
-/// A bit that is level-like drops on a way out of the limit and back to it.
+/// A limit alarm drops on a way out of the limit that leads back to it.
 #[test]
 fn a_limit_bit_drops_on_a_line_that_ends_at_the_limit_again() {
     let mut bench = arm();
@@ -454,7 +454,7 @@ fn a_limit_bit_drops_on_a_line_that_ends_at_the_limit_again() {
     });
     bench.set(&joints_to([0.0, 80.0, 20.0, 0.0]));
     assert_eq!(bench.alarms(), [0x48]);
-    // The same stretch further round: in its middle the chord is nearer to the base.
+    // The same line further round: in its middle it is closer to the base.
     bench.set(&ptp(5, [20.0, 75.0, 20.0, 0.0]));
     assert_eq!(bench.alarms(), [0x48]);
     bench.pass(100_000);
@@ -489,7 +489,7 @@ fn replies_of_two_links_that_talk_at_once_do_not_mix() {
     let frames: Vec<FrameBuf> = (0..60)
         .map(|count: u8| FrameBuf::new(110, Ctrl(3 | (count << 4)), &[1, 0, 0, 0]).unwrap())
         .collect();
-    // Byte by byte in turns.
+    // Alternately, byte by byte.
     for (a, b) in frames[..15].iter().zip(&frames[15..30]) {
         for (a, b) in a.bytes().iter().zip(b.bytes()) {
             bench.arm.receive(usb, &[*a]);
@@ -507,7 +507,7 @@ fn replies_of_two_links_that_talk_at_once_do_not_mix() {
     }
 }
 
-/// An expired link has said nothing: it stays the one silent longest.
+/// An expired link has not sent anything: it remains the one silent for longest.
 #[test]
 fn silence_is_no_sign_of_life() {
     let mut arm = Controller::default();
@@ -535,7 +535,7 @@ fn what_is_not_simulated_is_told_once_a_row_and_counted() {
     }
 }
 
-/// A speed as good as none makes a motion that outlasts the clock; when time is up it is at its target.
+/// At a speed close to zero a motion outlasts the clock; at the end of time it is at its target.
 #[test]
 fn at_the_end_of_time_motions_still_end_where_they_lead() {
     let mut bench = running_arm();
@@ -555,7 +555,7 @@ fn at_the_end_of_time_motions_still_end_where_they_lead() {
     assert_eq!(bench.current_index(), 2);
 }
 
-/// Laser, suction and gripper stay as they are whatever stops.
+/// Laser, suction cup and gripper keep their state through stops.
 #[test]
 fn stops_and_clears_leave_the_tool_alone() {
     let mut bench = running_arm();

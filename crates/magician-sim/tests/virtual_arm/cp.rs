@@ -1,4 +1,5 @@
-//! Continuous path over the wire: times, ends, corners, and what stops it (document 1.11, model section 8).
+//! Continuous paths over the protocol: times, ends, corners, and stops (document 1.11, model
+//! section 8).
 
 use super::arm;
 use super::arm::{SECOND, TestArm, arm, lasts, ptp, running_arm};
@@ -8,10 +9,10 @@ use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Flag};
 use magician_sim::ExternalEvent;
 
-/// From here all ways of these tests are free.
+/// All paths of these tests are free of limits from here.
 const START: [f32; 4] = [200.0, 0.0, 0.0, 0.0];
 
-/// Something done to an arm on its way.
+/// An action on a moving arm.
 type Act<'a> = &'a dyn Fn(&mut TestArm);
 
 fn to([x, y, z]: [f32; 3]) -> CpCmd {
@@ -70,7 +71,7 @@ fn speeds(plan_acc: f32, junction_vel: f32) -> CpParams {
     }
 }
 
-/// The tool's speed over the next millisecond, mm/s, which passes.
+/// Speed of the tool over the next millisecond, mm/s; that millisecond passes.
 fn speed(bench: &mut TestArm) -> f64 {
     let before = bench.state().pose;
     bench.pass(1000);
@@ -162,7 +163,7 @@ fn relative_segments_count_from_the_end_of_the_one_before() {
     bench.enqueue(&by([-10.0, 0.0, 1.0]));
     run(&mut bench);
     assert_eq!(bench.pose()[..3], [200.0, 20.0, 6.0]);
-    // And after another motion from where that has led.
+    // After another motion, from where that one ended.
     bench.enqueue(&ptp(7, [0.0, -20.0, -6.0, 0.0]));
     bench.enqueue(&by([0.0, 0.0, 3.0]));
     bench.rest();
@@ -194,7 +195,7 @@ fn in_real_time_a_segment_takes_a_period_and_corners_do_not_count() {
 
 #[test]
 fn segments_that_come_in_time_lose_none() {
-    // Whatever is known a second before the end is known in time: the ramp down takes a second.
+    // Segments known a second before the end are known in time: the ramp down takes a second.
     let mut bench = at_start();
     bench.enqueue(&by([0.0, 60.0, 0.0]));
     bench.pass(300_000);
@@ -213,7 +214,7 @@ fn a_path_that_runs_dry_rests_at_its_end_and_begins_again() {
     bench.pass(SECOND);
     bench.enqueue(&by([0.0, 25.0, 0.0]));
     lasts(bench.rest(), 1.0);
-    // Anything that is no segment ends the path as well.
+    // Any other command ends the path as well.
     bench.set(&QueuedCmdStopExec {});
     bench.enqueue(&by([0.0, -25.0, 0.0]));
     bench.enqueue(&arm::wait(0));
@@ -346,7 +347,8 @@ fn a_segment_out_of_reach_is_refused_and_the_path_rests_before_it() {
     assert_eq!(bench.alarms(), [0x11], "the next one");
     bench.set(&ClearAllAlarmsState {});
     bench.rest();
-    // What cannot be reached is no place to count from: the last one counts from where the arm stands.
+    // The unreachable point is not a start for the next: the last segment counts from where the arm
+    // stands.
     assert_eq!(bench.pose()[..3], [200.0, 50.0, 0.0]);
     assert!(bench.alarms().is_empty());
 }
@@ -373,7 +375,7 @@ fn impossible_segments_are_dropped_silently_where_the_profile_says_so() {
 fn a_segment_that_leaves_the_limits_on_its_way_ends_there() {
     let mut bench = running_arm();
     bench.no_tool();
-    // From one side of the base to the other the straight way leads too near to it.
+    // From one side of the base to the other the straight line leads too close to it.
     bench.enqueue(&ptp(1, [40.0, 140.0, 0.0, 0.0]));
     bench.rest();
     bench.set(&QueuedCmdStopExec {});
@@ -385,7 +387,7 @@ fn a_segment_that_leaves_the_limits_on_its_way_ends_there() {
     assert!(!bench.state().moving && !bench.state().laser);
     assert_eq!(bench.current_index(), 3);
     let [x, y, z, _] = bench.pose();
-    // J2 - J3 = -70 is a sphere of 50.4 mm round the origin.
+    // J2 - J3 = -70 is a sphere of 50.4 mm around the origin.
     let limit = (135.0_f32.powi(2) + 147.0_f32.powi(2)
         - 2.0 * 135.0 * 147.0 * 70.0_f32.to_radians().sin())
     .sqrt();
@@ -430,7 +432,7 @@ fn speeds_that_are_none_are_refused_and_a_segment_of_no_length_is_not_missed() {
 
 #[test]
 fn the_sum_of_a_path_does_not_depend_on_how_early_it_is_sent() {
-    // A ring in chords of 2 mm, in time for the look-ahead of a full queue, sent whole and one after the other.
+    // A ring in chords of 2 mm, within the look-ahead of a full queue, sent at once and one by one.
     let chords: Vec<CpCmd> = (1..=30)
         .map(|at| {
             let (sin, cos) = (f64::from(at) * 12.0_f64).to_radians().sin_cos();
@@ -456,7 +458,7 @@ fn the_sum_of_a_path_does_not_depend_on_how_early_it_is_sent() {
     assert_eq!(fresh.get::<CpParams>(), speeds(100.0, 100.0));
 }
 
-/// The arm brakes along its path and does not stop dead before a segment that leads nowhere.
+/// The arm brakes along its path and does not stop at once before an impossible segment.
 #[test]
 fn a_path_comes_to_rest_before_a_segment_that_cannot_be() {
     for bad in [[900.0, 0.0, 0.0], [f32::NAN, 0.0, 0.0]] {

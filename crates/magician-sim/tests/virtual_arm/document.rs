@@ -1,4 +1,4 @@
-//! Text that people write: bounded, and every refusal in one line that says where.
+//! Text files: bounded in size, and each error in one line with its position.
 
 use magician_sim::document::{self, DocumentError, MOST_BYTES};
 use magician_sim::{Flash, Profile};
@@ -40,7 +40,7 @@ fn profiles_and_flashes_are_refused_in_one_line() {
     );
     assert_eq!(error.lines().count(), 1);
 
-    // The line itself is not told: it may hold the password of a network.
+    // The line itself is not quoted: it may contain the password of a network.
     let flash = magician_sim::Controller::default().flash().to_toml();
     let flash = flash.replace("password = \"\"", "password = \"secret\" \"");
     let error = Flash::from_toml(&flash).unwrap_err().to_string();

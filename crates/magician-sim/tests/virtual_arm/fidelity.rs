@@ -1,5 +1,5 @@
-//! What a strict controller makes of what is only assumed. That each assumption is counted and refused where a command rests on it is
-//! held by the conformance cases (`magician-conform/tests/assumptions`).
+//! Behaviour of a strict controller. The conformance cases (`magician-conform/tests/assumptions`)
+//! check that each assumption is counted, and refused where a command relies on it.
 
 use super::arm;
 use std::collections::BTreeSet;
@@ -11,19 +11,19 @@ use magician_sim::fidelity::{Assumption, Confidence, Strictness};
 use magician_sim::world::ExternalEvent;
 use magician_sim::{Controller, Event, Profile, Refusal};
 
-/// Sends at once, whatever the answer.
+/// Sends a set; returns all replies.
 fn now<T: Writable>(bench: &mut TestArm, value: &T) -> Vec<FrameBuf> {
     let frame = FrameBuf::encode(T::ROW.id, Ctrl::SET, value).expect("fits");
     bench.send(frame.bytes())
 }
 
-/// Queues, whatever the answer.
+/// Queues a command; returns all replies.
 fn queue<T: Writable>(bench: &mut TestArm, value: &T) -> Vec<FrameBuf> {
     let frame = FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).expect("fits");
     bench.send(frame.bytes())
 }
 
-/// Asks, whatever the answer.
+/// Sends a get; returns all replies.
 fn ask<T: Readable<Query = NoArgs>>(bench: &mut TestArm) -> Vec<FrameBuf> {
     let frame = FrameBuf::encode(T::ROW.id, Ctrl::GET, &NoArgs).expect("fits");
     bench.send(frame.bytes())
@@ -42,7 +42,7 @@ fn strict() -> TestArm {
     arm_with(|profile| profile.fidelity.strict = true)
 }
 
-/// Why a strict arm would not, in the order of the refusals.
+/// Assumptions that a strict arm refused, in order.
 fn refusals(bench: &mut TestArm) -> Vec<Assumption> {
     let assumption = |event| match event {
         Event::Refused {
@@ -54,7 +54,7 @@ fn refusals(bench: &mut TestArm) -> Vec<Assumption> {
     bench.events().into_iter().filter_map(assumption).collect()
 }
 
-/// What is refused leaves everything but the queue's numbers as it was.
+/// A refused command changes nothing but the queue's indices.
 #[test]
 fn what_strict_refuses_is_not_carried_out() {
     let mut bench = strict();
@@ -137,7 +137,7 @@ fn a_first_use_is_told_once_and_all_are_counted() {
     assert!(listed.iter().all(|(_, uses)| *uses > 0));
 }
 
-/// A strict arm still does what hosts do every day: connect, set, home, move, wait, read.
+/// A strict arm still does everyday work: connect, set, home, move, wait, read.
 #[test]
 fn a_day_s_work_needs_no_choice() {
     let mut bench = TestArm {
@@ -168,7 +168,7 @@ fn a_day_s_work_needs_no_choice() {
     assert_eq!(refusals(&mut bench), []);
 }
 
-/// A choice says why it is kept; a fact has nothing to say.
+/// A choice that is kept states its reason; a fact does not.
 #[test]
 fn the_list_is_of_one_mind() {
     for assumption in Assumption::ALL {

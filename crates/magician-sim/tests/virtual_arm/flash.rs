@@ -1,4 +1,4 @@
-//! What the arm keeps without power, and how it is kept as text (model sections 6 and 12).
+//! Contents of the flash, and their text form (model sections 6 and 12).
 
 use super::arm::{TestArm, arm, arm_with, ptp, running_arm, wait};
 use magician_protocol::commands::*;
@@ -10,7 +10,7 @@ fn text(of: &str) -> Text {
     Text::new(of).unwrap()
 }
 
-/// Sets one of everything that is kept.
+/// Sets one of every stored value.
 fn fill(bench: &mut TestArm) {
     let device_name = text("Ada \"=\n\u{e4}");
     bench.set(&DeviceName { device_name });
@@ -62,7 +62,7 @@ fn fill(bench: &mut TestArm) {
     bench.set(&QueuedCmdStopDownload {});
 }
 
-/// The answers to gets of all that is kept.
+/// Answers to gets of all stored values.
 fn kept(bench: &mut TestArm) -> Vec<Vec<u8>> {
     [0u8, 1, 140, 141, 142, 151, 152, 153, 154, 155, 156]
         .into_iter()

@@ -1,7 +1,8 @@
 //! Golden exchanges. Do not change a byte here to make a test pass.
 //!
-//! Requests are frames that real hosts sent to real arms or that the vendor's staff published; replies that a real arm
-//! was seen to give carry "captured". The rest follows from the protocol document and its errata.
+//! Requests are frames that real hosts sent to real arms, or that the vendor's staff published.
+//! Replies of a real arm are marked "captured". Everything else follows from the protocol document
+//! and its errata.
 
 use super::arm;
 use super::arm::{arm, arm_with, hex, homing_lasts, running_arm};
@@ -13,7 +14,8 @@ fn exchanges_of_a_fresh_arm() {
         ("AA AA 04 03 01 01 00 FB", "AA AA 02 03 01 FC"),
         // a host of today: rail of the second generation
         ("AA AA 04 03 01 01 01 FA", "AA AA 02 03 01 FC"),
-        // computed from the kinematics in binary64: x 259.10413 with the suction cup, z -8.485281, J2 and J3 45
+        // computed from the kinematics in binary64: x 259.10413 with the suction cup, z -8.485281,
+        // J2 and J3 45
         (
             "AA AA 02 0A 00 F6",
             "AA AA 22 0A 00 54 8D 81 43 00 00 00 00 B6 C3 07 C1 00 00 00 00 \
@@ -43,7 +45,7 @@ fn exchanges_of_a_fresh_arm() {
     }
 }
 
-/// An arm that was never told of a tool reports the wrist.
+/// An arm without a tool bias reports the wrist.
 #[test]
 fn the_pose_without_a_tool() {
     // computed from the kinematics in binary64: x 199.40411, z -8.485281, J2 and J3 45
@@ -140,7 +142,7 @@ fn streams_with_noise_and_damage() {
     for (stream, replies) in streams {
         bench.arm.close(arm::USB);
         if replies.is_empty() {
-            // A third AA is read as a length; silence gives it up and uncovers the frame.
+            // A third AA is read as a length; silence ends the candidate and uncovers the frame.
             assert!(bench.send(&hex(stream)).is_empty());
             bench.arm.expire(arm::USB);
             bench.exchange("", "AA AA 06 F7 00 20 00 00 00 E9");
@@ -169,7 +171,7 @@ fn a_staff_post_moves_home_sucks_and_waits() {
     bench.rest();
     assert_eq!(bench.joints(), [10.0, 20.0, 30.0, 40.0]);
     assert_eq!(bench.current_index(), 5);
-    // The wait of 1500 ms stood between.
+    // The wait of 1500 ms is included.
     assert!(bench.arm.now().as_micros() as f64 > 1e6 * (homing_lasts(0.0) + 1.5));
 }
 

@@ -9,7 +9,7 @@ use magician_protocol::commands::*;
 use magician_sim::scenario::Scenario;
 use magician_sim::{Controller, Event, ExternalEvent, LimitChoice, Profile, World};
 
-/// An arm that really stands there when it is switched on.
+/// An arm that has these true joints at power-up.
 fn standing_at(joints: [f64; 4]) -> TestArm {
     let mut bench = TestArm {
         arm: Controller::new(Profile::continuous()).standing_at(joints.into()),
@@ -21,7 +21,7 @@ fn standing_at(joints: [f64; 4]) -> TestArm {
 
 fn about(lasted: Micros, seconds: f64) {
     let lasted = lasted as f64 / 1e6;
-    // Each of the stages is rounded up to whole microseconds.
+    // Each stage is rounded up to whole microseconds.
     assert!(
         (lasted - seconds).abs() < 1e-5,
         "{lasted} s, not {seconds} s"
@@ -212,7 +212,7 @@ fn a_home_point_out_of_reach_is_stored_and_passed_over_when_homing_gets_there() 
     }
 }
 
-/// Instants within each stage, from the middle: two searching, backing off, both creeps, going home.
+/// Instants in the middle of each stage: two searches, backing off, both creeps, and the move home.
 const WITHIN: [(Micros, bool); 6] = [
     (300_000, false),
     (4 * SECOND, false),

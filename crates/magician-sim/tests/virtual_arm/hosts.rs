@@ -1,4 +1,4 @@
-//! What hosts in the wild rely on; each test is a habit of programs that people have.
+//! Behaviour that known hosts rely on; each test is a habit of an existing program.
 
 use super::arm::{SECOND, USB, arm, home, joints_to, ptp, running_arm, wait};
 use magician_protocol::commands::*;

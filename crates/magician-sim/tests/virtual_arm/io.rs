@@ -1,4 +1,4 @@
-//! Pins: what they put out, what they read, and the tools that hang on them (model section 13).
+//! Pins: outputs, inputs, and the tools driven by them (model section 13).
 
 use super::arm::{TestArm, arm, arm_with, grip, joints_to, multiplex, output, running_arm, suck};
 use magician_protocol::commands::*;
@@ -200,7 +200,7 @@ fn suction_cup_and_gripper_share_one_pump() {
     assert!(!bench.state().suction.reached && !bench.state().gripper.reached);
     bench.pass(200_000);
     assert!(bench.state().gripper.reached);
-    // Pump off for the one is pump off for the other.
+    // Switching the pump off for one tool switches it off for the other.
     bench.set(&SetEndEffectorSuctionCup {
         enable_ctrl: Flag::OFF,
         suck: Flag::ON,
@@ -212,7 +212,7 @@ fn suction_cup_and_gripper_share_one_pump() {
 #[test]
 fn valve_and_pump_can_be_worked_as_pins() {
     let mut bench = arm();
-    // Without the function the levels have no effect.
+    // Without the output function the levels have no effect.
     output(&mut bench, 16, true);
     output(&mut bench, 17, true);
     assert!(!bench.state().suction.commanded);
@@ -227,7 +227,7 @@ fn valve_and_pump_can_be_worked_as_pins() {
         output(&mut bench, address, true);
         assert!(bench.state().suction.commanded);
     }
-    // The pins hold the wires against the command.
+    // Pins override the commands of the tools.
     bench.set(&suck(false));
     assert!(bench.state().suction.commanded);
     multiplex(&mut bench, 16, IoFunction::None);
@@ -279,7 +279,7 @@ fn the_laser_burns_for_its_command_or_its_pins() {
     assert_eq!(bench.state().laser_power, 100.0);
     output(&mut bench, 2, false);
     assert!(!bench.state().laser);
-    // A command does not get past a supply that its pin holds off.
+    // A command cannot override a supply that its pin holds off.
     bench.set(&laser(true));
     assert!(!bench.state().laser);
     multiplex(&mut bench, 2, IoFunction::None);

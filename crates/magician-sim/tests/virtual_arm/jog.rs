@@ -1,4 +1,4 @@
-//! Jogging over the wire: ramps, limits, and what the queue makes of it (document 1.9, model section 10).
+//! Jogs over the protocol: ramps, limits, and the queue (document 1.9, model section 10).
 
 use super::arm::{SECOND, TestArm, arm_with, jog, joints_to, ptp, running_arm, wait};
 use magician_motion::JointAngles;
@@ -23,7 +23,7 @@ fn near(value: f64, expected: f64) {
     );
 }
 
-/// How far an axis has come in so many seconds from rest.
+/// Distance of an axis after a time from rest.
 fn way(seconds: f64, velocity: f64, acceleration: f64) -> f64 {
     let ramp = velocity / acceleration;
     0.5 * velocity * ramp + velocity * (seconds - ramp)
@@ -31,7 +31,7 @@ fn way(seconds: f64, velocity: f64, acceleration: f64) -> f64 {
 
 #[test]
 fn a_joint_ramps_runs_and_ramps_down() {
-    // 15 deg/s, J4 30, times a ratio of 50; 50 deg/s2 whatever the ratio.
+    // 15 deg/s (J4: 30) at a ratio of 50; 50 deg/s2 at any ratio.
     for axis in 1..=4u8 {
         let velocity = if axis == 4 { 15.0 } else { 7.5 };
         for positive in [true, false] {
@@ -62,7 +62,7 @@ fn a_joint_ramps_runs_and_ramps_down() {
 
 #[test]
 fn a_coordinate_moves_alone_and_r_is_kept() {
-    // 60 mm/s times 50 %, 60 mm/s2.
+    // 60 mm/s at 50 %, 60 mm/s2.
     for axis in 1..=3u8 {
         for positive in [true, false] {
             let mut bench = running_arm();
@@ -152,7 +152,7 @@ fn another_axis_waits_until_the_first_stands() {
     bench.pass(SECOND);
     near(joints(&bench)[0], stands);
     near(joints(&bench)[1], 45.0 + way(1.0, 7.5, 50.0));
-    // What is to follow may change its mind, and be told to stop, while the first slows down.
+    // The continuation may be changed, and cancelled, while the first jog slows down.
     bench.set(&jog(true, command(3, true)));
     bench.set(&jog(true, command(4, true)));
     bench.set(&jog(true, STOP));
@@ -180,15 +180,16 @@ fn a_limit_ends_a_jog_with_its_alarm_and_the_way_back_is_open() {
         bench.rest();
         assert_eq!(bench.alarms(), [code]);
         assert_eq!(joints(&bench)[at], limit);
-        // Further out it does not go.
+        // It goes no further out.
         bench.set(&jog(true, command(axis, positive)));
         assert_eq!((bench.rest(), bench.alarms()), (0, vec![code]));
         assert_eq!(joints(&bench)[at], limit);
-        // Clearing does not help there.
+        // Clearing the alarms does not help there.
         bench.set(&ClearAllAlarmsState {});
         assert_eq!(bench.alarms(), [code]);
         let held = bench.enqueue(&wait(0));
-        // Back it goes while the alarm stands, and the alarm drops; the queue is held until it is cleared.
+        // A jog back works while the alarm stands, and the alarm drops. The queue stays held until
+        // a clear.
         bench.set(&jog(true, command(axis, !positive)));
         bench.pass(SECOND);
         assert!(joints(&bench)[at].abs() < limit.abs());
@@ -322,7 +323,7 @@ fn a_force_stop_ends_a_jog_and_a_stop_of_the_queue_does_not() {
     bench.pass(SECOND);
     near(joints(&bench)[0], way(2.0, 7.5, 50.0));
     bench.set(&QueuedCmdForceStopExec {});
-    // Twice the acceleration in force for points: 200 deg/s2 times 50 %.
+    // Twice the PTP acceleration in force: 200 deg/s2 at 50 %.
     near(bench.rest() as f64 / 1e6, 7.5 / 200.0);
     assert!(bench.alarms().is_empty());
 }

@@ -1,4 +1,5 @@
-//! Lost steps: they are found when a host asks, hold the queue, and homing cures them (model section 12).
+//! Lost steps: detected when a host asks, they hold the queue; homing is the remedy (model section
+//! 12).
 
 use super::arm::{TestArm, arm, home, joints_to, running_arm, wait};
 use magician_protocol::commands::*;
@@ -57,7 +58,7 @@ fn it_holds_the_queue_until_homing_has_cured_it() {
     assert!(bench.state().queue.held);
     assert_eq!(bench.rest(), 0);
 
-    // Cleared without a cure it comes back.
+    // Cleared without homing, the alarm comes back.
     bench.set(&QueuedCmdClear {});
     bench.set(&ClearAllAlarmsState {});
     bench.set(&LostStepCmd {});

@@ -1,4 +1,5 @@
-//! The virtual arm as hosts and its world meet it, one program: `cargo test --test virtual_arm queue::` does those of a file.
+//! Integration tests of the virtual arm in one program. `cargo test --test virtual_arm queue::`
+//! runs those of one file.
 
 mod arm;
 mod host;

@@ -1,4 +1,4 @@
-//! Point-to-point motion: times, ends, and what the pose says on the way.
+//! Point-to-point motion: times, ends, and the pose on the way.
 
 use super::arm;
 use super::arm::{SECOND, arm, arm_with, joints_to, lasts, ptp, running_arm};
@@ -142,7 +142,7 @@ fn speeds_beyond_the_ceilings_are_set_to_them() {
     };
     assert_eq!(bench.get::<PtpJointParams>(), most);
     bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
-    // 300 deg/s2, a triangle that never gets to 320 deg/s.
+    // 300 deg/s2: a triangle that does not reach 320 deg/s.
     lasts(bench.rest(), 2.0 * (90.0_f64 / 300.0).sqrt());
 }
 
@@ -168,7 +168,7 @@ fn the_bias_moves_the_reported_pose_at_once_and_no_joint() {
     assert_eq!(bench.pose()[0], 259.104_13);
     assert_eq!(bench.joints(), joints);
     assert_eq!(bench.get::<HomeParams>().x, 259.104_13);
-    // And on the way, too.
+    // The same on the way.
     bench.set(&ptp(7, [0.0, 50.0, 0.0, 0.0]));
     bench.pass(500_000);
     let before = bench.get::<Pose>();

@@ -1,4 +1,4 @@
-//! Programs in the flash: stored through the queue, run by the base key (model section 12).
+//! Stored programs: downloaded through the queue, run by the base key (model section 12).
 
 use super::arm::{
     Micros, SECOND, TestArm, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait,
@@ -17,7 +17,7 @@ fn download(bench: &mut TestArm, total_loop: u32, lines: impl FnOnce(&mut TestAr
     bench.set(&QueuedCmdStopDownload {});
 }
 
-/// 10 degrees one way, a wait of a second, as often as it is told.
+/// A program of 10 degrees in one direction and a wait of a second, with this many passes.
 fn downloaded(loops: u32) -> TestArm {
     let mut bench = running_arm();
     download(&mut bench, loops, |bench| {
@@ -137,7 +137,7 @@ fn a_path_of_the_host_comes_to_rest_before_it() {
     assert!(bench.state().program);
     bench.rest();
     assert_eq!(bench.current_index(), 22);
-    // 61 mm along x in two parts, and 10 degrees between them.
+    // 61 mm along x in two segments, with 10 degrees between them.
     let (pose, began) = (bench.state().pose, 259.104_13);
     let turned = pose.y.hypot(pose.x) - began;
     assert!((40.0..61.0).contains(&turned), "{turned}");
@@ -170,7 +170,7 @@ fn a_path_in_the_program_flows() {
     assert_eq!(stored.rest(), lasted, "it looks ahead as the queue does");
     assert_eq!(stored.state().pose, live.state().pose);
 
-    // And over more lines than are read ahead.
+    // With more lines than are read ahead.
     let mut long = running_arm();
     download(&mut long, 2, |bench| {
         for _ in 0..20 {

@@ -1,4 +1,5 @@
-//! The 20 ms law on the wire: recordings of real arms, the phase of the periods, and what acts when.
+//! The 20 ms law over the protocol: recordings of real arms, the phase of the periods, and the
+//! start of actions.
 
 use super::arm::*;
 use magician_motion::{Geometry, Pose, ToolBias};
@@ -7,7 +8,7 @@ use magician_sim::{Controller, Profile};
 
 const PERIOD_US: u64 = 20_000;
 
-/// Public recording of a real arm: see the head of each file.
+/// Public recording of a real arm; the head of each file describes it.
 const RECORDING: &str = include_str!("data/jog-recording.tsv");
 const COMMANDS: &str = include_str!("data/jog-commands.tsv");
 
@@ -29,7 +30,7 @@ fn number(text: &str) -> f64 {
     text.parse().expect("a number")
 }
 
-/// Largest distance of the poses of an arm from those recorded, mm: the worst of x, y and z.
+/// Largest distance between the poses of an arm and the recorded ones, mm: the worst of x, y and z.
 fn worst(mut profile: Profile) -> f64 {
     let mut recorded = rows(RECORDING).map(|row| {
         let [at, x, y, z] = row[..] else {
@@ -38,7 +39,7 @@ fn worst(mut profile: Profile) -> f64 {
         (number(at) as u64, [x, y, z].map(number))
     });
     let (_, [x, y, z]) = recorded.next().expect("a pose");
-    // Which tool the arm was told is not known. With none J2 stays far from its limit.
+    // The recorded arm's tool is not known. Without one J2 stays far from its limit.
     profile.power_up.tool = ToolBias::NONE;
     let geometry = Geometry::magician(profile.power_up.tool);
     let joints = geometry
@@ -48,7 +49,7 @@ fn worst(mut profile: Profile) -> f64 {
     let mut bench = TestArm {
         arm: Controller::new(profile),
     };
-    // The recording begins in the middle of a period. A jog needs no cleared alarm.
+    // The recording starts in the middle of a period. A jog needs no cleared alarm.
     let begin = PERIOD_US / 2;
     let mut commands = rows(COMMANDS)
         .map(|row| {
@@ -110,7 +111,7 @@ fn a_command_acts_with_the_next_period_of_the_clock() {
         bench.arm.advance(at(next - 1));
         assert_eq!(bench.state().joints, first.joints);
         bench.arm.advance(at(next));
-        // 50 deg/s2: one degree a second more in each period.
+        // 50 deg/s2: each period adds one degree per second.
         assert!(
             (bench.state().joints.j1 - 0.02).abs() < 1e-9,
             "{:?}",

@@ -1,4 +1,4 @@
-//! Firmware profiles: read, checked, refused with a reason.
+//! Firmware profiles: parsing, validation, and errors.
 
 use magician_motion::{ArmModel, ToolBias};
 use magician_sim::{Profile, ProfileError};
@@ -18,7 +18,7 @@ fn the_pattern_and_an_empty_file_are_the_built_in_profile() {
     assert_eq!(Profile::default().arm_model(), ArmModel::MAGICIAN);
 }
 
-/// Each value of the pattern alone is a profile, also where a section has one of several values.
+/// Each single value of the pattern is a valid profile, also where a section has several.
 #[test]
 fn a_profile_gives_what_differs() {
     let pattern = Profile::pattern();

@@ -1,4 +1,4 @@
-//! Properties over random lives of an arm: cuts change nothing, nothing panics, everything ends.
+//! Properties of random runs: cuts do not matter, nothing panics, everything ends.
 
 use super::host;
 use magician_motion::{Geometry, ToolBias};
@@ -9,10 +9,11 @@ use magician_sim::{
 };
 use proptest::prelude::*;
 
-/// The period in which the arm moves.
+/// Period of the arm.
 const PERIOD_US: u64 = 20_000;
 
-/// A number as a host, a bad host or chance sends it. Boxed: strategies lie on the stack with all that they may become.
+/// A number as sent by a good host, a bad host, or chance. Boxed, because strategies are large on
+/// the stack.
 fn number() -> BoxedStrategy<f32> {
     prop_oneof![
         4 => -200.0f32..300.0,
@@ -26,7 +27,7 @@ fn number() -> BoxedStrategy<f32> {
     .boxed()
 }
 
-/// A frame of a command of the table, its numbers of any kind.
+/// A frame of a command in the table, with numbers of any kind.
 fn request() -> impl Strategy<Value = Vec<u8>> {
     let ids: Vec<u8> = TABLE.iter().map(|row| row.id).collect();
     let any_command = (
@@ -76,7 +77,7 @@ fn request() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// Commands of paths, arcs and jogs, most of them such as a host might send.
+/// Commands of paths, arcs and jogs, most of them plausible.
 fn paths() -> BoxedStrategy<Vec<u8>> {
     let queued = || prop::sample::select(vec![1u8, 3, 3, 3, 3]);
     let near = || prop::array::uniform3(-25.0f32..25.0);
@@ -148,7 +149,7 @@ fn frame(id: u8, ctrl: u8, params: &[u8]) -> Vec<u8> {
         .to_vec()
 }
 
-/// A path, and what may come between: stop, start, clear, force stop, alarms cleared.
+/// A path with interruptions: stop, start, clear, forced stop, cleared alarms.
 fn interfered() -> impl Strategy<Value = Vec<u8>> {
     let near = prop::array::uniform3(-12.0f32..12.0);
     let place = prop::array::uniform3(-60.0f32..60.0);
@@ -160,11 +161,11 @@ fn interfered() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// How far beyond a limit a motion may be seen, degrees: where it crosses is found to the microsecond, in which the fastest joint turns
-/// by 0.0003 degrees.
+/// Tolerance for a motion beyond a limit, degrees. A crossing is exact to a microsecond, in which
+/// the fastest joint turns by 0.0003 degrees.
 const BEYOND: f64 = 3e-4;
 
-/// Whether the joints are within the controller's limits (model section 4).
+/// True if the joints are within the controller's limits (model section 4).
 fn within_limits(state: &ControllerState) -> bool {
     let [j1, j2, j3, j4] = state.joints.to_array();
     let within =
@@ -176,7 +177,7 @@ fn within_limits(state: &ControllerState) -> bool {
         && within(j2 - j3, -70.0, 55.0)
 }
 
-/// Orders for pins, tools, triggers, motors and the rail.
+/// Commands for pins, tools, triggers, motors and the rail.
 fn connectors() -> impl Strategy<Value = Vec<u8>> {
     let pin = prop::sample::select(vec![1u8, 2, 4, 9, 14, 15, 16, 17, 21]);
     let ctrl = || prop::sample::select(vec![1u8, 3, 3]);
@@ -224,7 +225,7 @@ fn connectors() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// What happens in a life: a host sends, or the world does something to the arm.
+/// An action in a run: the host sends, or an external event.
 #[derive(Clone, Debug)]
 enum Deed {
     Send(Vec<u8>),
@@ -233,7 +234,7 @@ enum Deed {
     Voltage(u8, u16),
 }
 
-/// What keys, hands and mishaps do to the arm.
+/// Key presses, hands and faults.
 fn external_event() -> impl Strategy<Value = ExternalEvent> {
     let degrees = prop_oneof![4 => -20.0f64..20.0, 1 => number().prop_map(f64::from)];
     let joint_state = (
@@ -254,7 +255,7 @@ fn external_event() -> impl Strategy<Value = ExternalEvent> {
     ]
 }
 
-/// A life: time passes, and something is done.
+/// A run: pauses and actions.
 fn life() -> impl Strategy<Value = Vec<(u64, Deed)>> {
     let pause =
         prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
@@ -274,12 +275,12 @@ fn life() -> impl Strategy<Value = Vec<(u64, Deed)>> {
     prop::collection::vec((pause, deed), 1..40)
 }
 
-/// Does something to an arm.
+/// Applies an action to an arm.
 fn act(arm: &mut Controller, deed: &Deed) {
     act_by(arm, deed, |arm, bytes| arm.receive(LinkId(0), bytes));
 }
 
-/// Does something to an arm; how bytes are sent is the caller's.
+/// Applies an action to an arm; the caller decides how bytes are sent.
 fn act_by(arm: &mut Controller, deed: &Deed, send: impl FnOnce(&mut Controller, &[u8])) {
     match deed {
         Deed::Send(bytes) => send(arm, bytes),
@@ -293,7 +294,7 @@ fn act_by(arm: &mut Controller, deed: &Deed, send: impl FnOnce(&mut Controller, 
     }
 }
 
-/// The end of everything that a hand or a program may keep going.
+/// Ends everything that a hand or a stored program may keep going.
 fn let_go(arm: &mut Controller) {
     if arm.state().program {
         arm.press(Press::Short);
@@ -301,7 +302,7 @@ fn let_go(arm: &mut Controller) {
     arm.unlock(false);
 }
 
-/// The end of a trigger, which may wait for ever; whether there was one.
+/// Ends a trigger that may wait forever. Returns true if there was one.
 fn give_up(arm: &mut Controller) -> bool {
     let waits = arm.state().awaits_input.is_some();
     if waits {
@@ -311,7 +312,7 @@ fn give_up(arm: &mut Controller) -> bool {
     waits
 }
 
-/// Everything that can be seen of an arm, bit for bit.
+/// Complete visible state of an arm, bit for bit.
 fn fingerprint(arm: &Controller) -> String {
     let state = arm.state();
     let bits = |values: [f64; 4]| values.map(f64::to_bits);
@@ -332,7 +333,7 @@ fn switched_on() -> Controller {
     arm
 }
 
-/// Lives a life; the replies and the states at every deed, as one text.
+/// Executes a run; returns the replies and the states after each action as text.
 fn live(
     life: &[(u64, Deed)],
     mut advance: impl FnMut(&mut Controller, ArmInstant),
@@ -349,7 +350,7 @@ fn live(
     story
 }
 
-/// Adds all that is to be seen of an arm to its story.
+/// Appends the visible state of an arm to the log.
 fn tell(arm: &mut Controller, story: &mut String) {
     while let Some(reply) = arm.poll_transmit(LinkId(0)) {
         story.push_str(&format!("{reply:?}\n"));
@@ -451,8 +452,8 @@ proptest! {
                 arm.advance(before.now.after_micros(1000).min(until));
                 let now = arm.state();
                 prop_assert!(within_limits(&now), "{now:?}");
-                // No pose between two periods. A segment of less than one and a half periods is done in one, so that it is up to
-                // half as fast again.
+                // Poses change only with a period. A segment of less than one and a half periods is
+                // done in one, so it is up to half faster.
                 let period = before.now.as_micros() / PERIOD_US != now.now.as_micros() / PERIOD_US;
                 let way = now.pose.distance_to(&before.pose);
                 let most = if period { 1.5 * f64::from(junction_vel) * PERIOD_US as f64 / 1e6 } else { 0.0 };
@@ -528,7 +529,7 @@ proptest! {
             arm.advance(arm.now().after_micros(*pause));
             act(&mut arm, deed);
         }
-        // Somewhere on the way to the next deed.
+        // At some point before the next action.
         let pause = after.first().map_or(0, |(pause, _)| *pause);
         let to = arm.now().after_micros(pause);
         arm.advance(arm.now().after_micros(within % (pause + 1)));
@@ -572,7 +573,8 @@ proptest! {
     }
 }
 
-/// The hostile host of the fuzz target and the long run: no panic, nothing that never ends, an arm of sound mind.
+/// The hostile host of the fuzz target and the soak run: no panic, no endless motion, a consistent
+/// arm.
 #[test]
 fn a_hostile_host() {
     for seed in 1..=60u64 {

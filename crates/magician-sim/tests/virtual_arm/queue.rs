@@ -1,4 +1,4 @@
-//! The queue's rules: places, indices, start, stop, force stop, clear, waits.
+//! Rules of the queue: places, indices, start, stop, forced stop, clear, waits.
 
 use super::arm::{SECOND, arm, arm_with, hex, home, jog, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::*;
@@ -241,7 +241,7 @@ fn queue_steering_is_never_queued_itself() {
         assert_eq!(reply.frame().params(), [0u8; 0], "id {id}");
     }
     assert_eq!(bench.enqueue(&wait(0)), 1);
-    // 246 and 247 answer their value whatever Ctrl says.
+    // Ids 246 and 247 answer their value with any Ctrl.
     assert_eq!(
         bench.frame(247, Ctrl::QUEUED, &[]).frame().params().len(),
         4
@@ -257,7 +257,7 @@ fn a_queued_frame_of_the_wrong_size_takes_an_index_and_does_nothing() {
     assert_eq!(reply.frame().params(), [1, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(bench.current_index(), 1);
     assert_eq!(bench.joints(), before);
-    // At once: an empty reply, and nothing happens.
+    // Immediate: an empty reply, and no effect.
     assert_eq!(bench.frame(84, Ctrl::SET, &[1]).frame().params(), [0u8; 0]);
     assert!(!bench.state().moving);
     assert!(bench.alarms().is_empty());

@@ -17,7 +17,7 @@ fn with_l(on: bool) -> SetDeviceWithL {
     }
 }
 
-/// An arm on a rail, the queue started, everything at full speed: 100 mm/s and 100 mm/s2 on the rail.
+/// An arm on a rail with a started queue and ratios of 100 %: 100 mm/s and 100 mm/s2 on the rail.
 fn on_rail() -> TestArm {
     let mut bench = running_arm();
     bench.set(&with_l(true));
@@ -76,7 +76,7 @@ fn the_carriage_moves_alone_by_the_law_of_the_axes() {
     let mut bench = on_rail();
     assert_eq!(bench.state().rail, Some(0.0));
     let index = bench.enqueue(&rail_to(300.0));
-    // A second of ramp each, two in between: 50 + 200 + 50 mm.
+    // Two ramps of a second each, and two seconds between: 50 + 200 + 50 mm.
     assert_eq!(bench.arm.poll_timeout(), Some(instant(4 * SECOND)));
     for (at, there) in [
         (0.0, 0.0),
@@ -230,7 +230,8 @@ fn an_arm_that_cannot_be_planned_keeps_the_carriage() {
 #[test]
 fn a_slow_arm_that_a_limit_stops_leaves_the_carriage_on_its_way() {
     let mut bench = on_rail();
-    // The arm would need far longer than the carriage; 135 of 240 degrees are past the middle.
+    // The arm alone would need far longer than the carriage; 135 of 240 degrees are past the
+    // middle.
     bench.enqueue(&to(4, [240.0, 45.0, 45.0, 0.0], 20.0));
     bench.rest();
     assert_eq!(bench.joints()[0], 135.0);
@@ -246,7 +247,7 @@ fn a_limit_on_the_arms_way_stops_the_carriage_with_it() {
     assert!(lasting < 4 * SECOND);
     near(bench.joints()[0], 135.0);
     let there = place(&mut bench);
-    // Three quarters of the arm's way, which is a triangle of 4 s: after 2.586 s.
+    // Three quarters of the arm's motion, a triangle of 4 s: after 2.586 s.
     near(there, 208.5786);
     assert_eq!(bench.alarms(), [0x40]);
 }
@@ -281,7 +282,7 @@ fn outputs_count_the_carriages_way_where_the_arm_rests() {
         assert!(high(&bench) && bench.state().moving, "{joint}");
         bench.rest();
     }
-    // Nothing moves: it switches at once.
+    // Nothing moves, so it switches at once.
     arm::output(&mut bench, 18, false);
     bench.enqueue(&command(30.0, 600.0));
     assert!(high(&bench));
@@ -365,7 +366,7 @@ fn a_jog_runs_until_it_is_stopped() {
         acceleration_ratio: 1.0,
     });
     jog(&mut bench, JogCommand::RailPlus);
-    // 50 mm/s at 100 mm/s2: the ratio of the acceleration does not count.
+    // 50 mm/s at 100 mm/s2: the ratio of the acceleration does not apply.
     bench.pass(SECOND / 2);
     near(place(&mut bench), 12.5);
     bench.pass(SECOND);
@@ -394,7 +395,7 @@ fn a_jog_comes_to_rest_at_the_ends() {
     assert!(!bench.state().moving);
     jog(&mut bench, JogCommand::RailMinus);
     bench.pass(10 * SECOND + SECOND / 2);
-    // It slows down already; stopping it now takes it no further than the end.
+    // It slows down already; a stop takes it no further than the end.
     jog(&mut bench, JogCommand::Stop);
     bench.rest();
     near(place(&mut bench), 0.0);
@@ -483,7 +484,7 @@ fn homing_takes_the_carriage_to_its_end() {
     assert_eq!(place(&mut bench), 0.0);
     bench.rest();
     assert!(bench.state().homed);
-    // A base that is quicker at its switch waits there for the carriage.
+    // A base that reaches its switch first waits there for the carriage.
     let mut bench = on_rail();
     bench.enqueue(&to(4, [-130.0, 45.0, 45.0, 0.0], 600.0));
     bench.rest();
@@ -498,7 +499,7 @@ fn homing_takes_the_carriage_to_its_end() {
         "{lasting}, not {searched}"
     );
     assert!(bench.state().homed);
-    // Without the rail it stays.
+    // Without the rail it does not move.
     let mut bench = on_rail();
     bench.enqueue(&rail_to(300.0));
     bench.rest();
@@ -550,7 +551,7 @@ fn a_jog_of_the_arm_waits_for_the_carriage_and_the_other_way_round() {
     assert_eq!(place(&mut bench), 200.0);
     bench.pass(SECOND);
     near(place(&mut bench), 150.0);
-    // What follows can be taken back while the carriage slows down.
+    // The continuation can be cancelled while the carriage slows down.
     bench.set(&base);
     bench.pass(SECOND / 2);
     jog(&mut bench, JogCommand::Stop);

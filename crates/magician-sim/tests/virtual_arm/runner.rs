@@ -1,4 +1,4 @@
-//! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
+//! The runner in virtual time: pacing, speed, silence, and independence of cuts.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, Mutex};
@@ -14,10 +14,10 @@ use proptest::prelude::*;
 const USB: LinkId = LinkId(0);
 const WIFI: LinkId = LinkId(1);
 
-/// Microseconds of the wall's clock.
+/// Microseconds of the wall clock.
 type Micros = u64;
 
-/// A runner told of the wall's clock in microseconds.
+/// A runner with the wall clock in microseconds.
 struct Runner(magician_sim::Runner);
 
 impl Runner {
@@ -53,7 +53,7 @@ impl Runner {
         self.0.poll_transmit(HostInstant::from_micros(now), link)
     }
 
-    /// What the arm's clock shows.
+    /// Reading of the arm's clock.
     fn arm_now(&self) -> u64 {
         self.controller().now().as_micros()
     }
@@ -93,7 +93,7 @@ fn wait(ms: u32) -> Vec<u8> {
     frame(110, Ctrl::QUEUED, &ms.to_le_bytes())
 }
 
-/// Clears the alarm of power-up and lets the queue run.
+/// Clears the alarm of power-up and starts the queue.
 fn start() -> Vec<u8> {
     [frame(20, Ctrl::SET, &[]), frame(240, Ctrl::SET, &[])].concat()
 }
@@ -120,12 +120,12 @@ fn number(reply: &FrameBuf) -> u64 {
     low(&params[..params.len().min(8)])
 }
 
-/// Every reply that has come to a peer by an instant.
+/// Replies that have reached a peer by an instant.
 fn replies(runner: &mut Runner, now: Micros, link: LinkId) -> Vec<FrameBuf> {
     std::iter::from_fn(|| runner.poll_transmit(now, link)).collect()
 }
 
-/// The next reply on a link and when it came.
+/// Next reply on a link, and its time.
 fn reply(runner: &mut Runner, now: &mut Micros, link: LinkId) -> FrameBuf {
     loop {
         if let Some(reply) = runner.poll_transmit(*now, link) {
@@ -139,7 +139,7 @@ fn reply(runner: &mut Runner, now: &mut Micros, link: LinkId) -> FrameBuf {
     }
 }
 
-/// Sends requests one by one, each when the last has been answered; how many a second.
+/// Sends requests one by one, each after the answer to the last; returns the number per second.
 fn stop_and_wait(request: &[u8], turnaround: Micros) -> f64 {
     let mut runner = runner(Speed::default(), paced(turnaround));
     let mut now = 0;
@@ -324,7 +324,7 @@ fn at_full_speed_nothing_scheduled_runs_at_wall_speed() {
     assert_eq!(number(&reply(&mut runner, &mut now, USB)), 63_500);
 }
 
-/// A belt with a cube on it that a sensor waits for, and a button.
+/// A belt with a cube, a sensor that waits for it, and a button.
 const CELL: &str = r#"
     table = { height = -70 }
     conveyor = { start = [200, -100], direction = 90, length = 200, width = 60, height = -40, stepper = 0 }
@@ -341,7 +341,7 @@ fn runner_in(scenario: &str) -> Runner {
 #[test]
 fn at_full_speed_the_world_waits_for_the_host() {
     let mut runner = runner_in(CELL);
-    // 5000 pulses a second: 33.4 mm/s.
+    // 5000 pulses per second: 33.4 mm/s.
     let belt = frame(135, Ctrl::SET, &[0, 1, 0x88, 0x13, 0, 0]);
     runner.receive(0, USB, &[start(), belt].concat());
     assert_eq!(runner.arm_now(), 0);
@@ -353,9 +353,9 @@ fn at_full_speed_the_world_waits_for_the_host() {
     assert!((look.belt_travel() - 100.14).abs() < 0.01);
     assert!(look.object("cube").unwrap().on_belt());
     replies(&mut runner, 3_000_000, USB);
-    assert_eq!(runner.poll_timeout(), Some(5_000_000)); // the button, and not at once
+    assert_eq!(runner.poll_timeout(), Some(5_000_000)); // the button, at its time
 
-    // What the arm does takes no wall time, and the world goes along.
+    // The arm's own work takes no wall time, and the world follows its clock.
     runner.receive(3_000_000, USB, &wait(1_500));
     assert_eq!(runner.arm_now(), 4_500_000);
     runner.handle_timeout(3_400_000);
@@ -392,7 +392,7 @@ fn at_full_speed_what_the_line_brings_later_is_read_later() {
     for _ in 0..3 {
         reply(&mut runner, &mut now, USB);
     }
-    // 28 bytes after the beginning, the wait left out.
+    // 28 bytes later, without the wait.
     assert_eq!(number(&reply(&mut runner, &mut now, USB)), 10_002);
 }
 
@@ -482,14 +482,14 @@ fn room_shrinks_by_what_is_under_way() {
 fn what_is_on_its_way_when_the_cable_is_pulled_is_lost() {
     for line in [LineTiming::default(), paced(2_000)] {
         let mut runner = runner(Speed::default(), line);
-        // Two unread replies, a request and a half on the line.
+        // Two unread replies, and a request and a half on the line.
         runner.receive(0, USB, &[get_pose(), get_pose()].concat());
         runner.receive(0, WIFI, &[get_pose(), get_pose()[..4].to_vec()].concat());
         runner.unplug();
         assert!(!runner.plugged());
         assert_eq!(runner.poll_timeout(), None, "{line:?}");
         runner.plug();
-        // The other half does not make a request, and is forgotten before the next.
+        // The other half is not a request, and is dropped before the next one.
         runner.receive(10, WIFI, &get_pose()[4..]);
         let mut now = 10;
         runner.receive(now, USB, &current_index());
@@ -541,7 +541,7 @@ fn a_slow_arm_answers_later_and_in_order() {
         reply(&mut runner, &mut now, USB);
         assert_eq!(now, 300_000 + quick);
 
-        // The quick answer waits for the slow one before it.
+        // The fast answer waits for the slow one before it.
         let begin = now;
         runner.receive(now, USB, &get_pose());
         runner.handle_timeout(now + 1_000);
@@ -595,7 +595,7 @@ fn requests() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// Runs a script of (pause, link, bytes); all replies with the time at which they were due.
+/// Executes a script of (pause, link, bytes); returns all replies with their times.
 fn transcript(
     speed: Speed,
     line: LineTiming,
@@ -667,7 +667,7 @@ proptest! {
             runner.receive(now, USB, &bytes);
             replies(&mut runner, now, USB);
         }
-        // Whatever came before, after a silence the next request is answered.
+        // Whatever came before: after a silence the next request is answered.
         now += 10_000_000;
         runner.handle_timeout(now);
         replies(&mut runner, now, USB);
@@ -676,7 +676,7 @@ proptest! {
     }
 }
 
-/// Wants to see every 20 ms and counts them.
+/// Asks for a sample every 20 ms and counts them.
 #[derive(Default)]
 struct Counting {
     seen: u64,
@@ -717,7 +717,7 @@ fn an_observer_of_a_leap_over_weeks_does_not_keep_everybody_waiting() {
             most = most.max(counting.lock().unwrap().seen - before);
             replies(&mut runner, wall, USB);
         }
-        // What a caller does at full speed is a pass and a jump.
+        // At full speed the caller does a pass and a jump.
         assert!((1..=200_000).contains(&most), "{speed}: {most}");
         let seen = counting.lock().unwrap().seen;
         assert_eq!(runner.arm_now() / 20_000, seen - 1, "{speed}");
@@ -749,7 +749,7 @@ fn an_observer_is_shown_the_arm_in_good_time() {
     assert_eq!(runner.poll_timeout(), None);
 }
 
-/// The arm's clock goes on from where it is, at either speed, and what an arm is busy with waits for its time or does not.
+/// The arm's clock continues from its reading at either speed; pending work takes its time or none.
 #[test]
 fn the_speed_may_change_on_the_way() {
     let mut runner = runner(Speed::Times(1.0), LineTiming::default());
@@ -772,7 +772,7 @@ fn the_speed_may_change_on_the_way() {
     assert_eq!(at(&runner), (3_200_000, 4));
 }
 
-/// Replies that a peer does not take are there for him, and nothing that is still to happen.
+/// Replies that a peer does not read stay available, and are no future change.
 #[test]
 fn what_has_come_and_is_not_taken_is_no_change() {
     let line = LineTiming {

@@ -1,5 +1,5 @@
-//! Where one kind of motion meets another: what changes under way must not tear the arm from its way, and what is refused
-//! must change nothing.
+//! Transitions between motions: a change during a motion must not move the arm off its path, and a
+//! refused command must change nothing.
 
 use super::arm::{SECOND, TestArm, arm_with, home, jog, joints_to, ptp, running_arm};
 use magician_motion::Geometry;
@@ -11,7 +11,7 @@ use magician_protocol::{Alarm, CpMode, Flag};
 /// Segments along x from here are free.
 const START: [f32; 4] = [180.0, 0.0, 0.0, 0.0];
 
-/// Something done to an arm.
+/// An action on an arm.
 type Act<'a> = &'a dyn Fn(&mut TestArm);
 
 fn segment(cp_mode: CpMode, x: f32) -> CpCmd {
@@ -40,7 +40,7 @@ fn path_of(steps: &[f32]) -> TestArm {
     bench
 }
 
-/// How fast the tool moves, mm/s: over the last millisecond before the event that comes next.
+/// Speed of the tool over the last millisecond before the next event, mm/s.
 fn speed_before_event(bench: &mut TestArm) -> f64 {
     let at = bench.arm.poll_timeout().expect("it moves");
     bench.arm.advance(at - Duration::from_micros(1001));
@@ -49,8 +49,8 @@ fn speed_before_event(bench: &mut TestArm) -> f64 {
     bench.state().pose.distance_to(&before) * 1000.0
 }
 
-/// The tool's bias changes while the arm moves, then something is done to the motion: the joints go on from where they
-/// are, and the pose stays that of the joints and the new tool.
+/// Changes the tool bias during a motion, then acts on the motion. The joints must continue from
+/// where they are, and the pose must be that of the joints with the new tool.
 #[track_caller]
 fn keeps_its_way(mut bench: TestArm, act: impl FnOnce(&mut TestArm)) {
     let before = bench.state().joints.to_array();
@@ -165,7 +165,7 @@ fn jogs_keep_to_the_ceilings_before_the_ratio() {
     assert!((speed - 20.0).abs() < 1e-6, "half of 40, not {speed}");
 }
 
-/// The most that a setting counts as is the profile's, higher than the known firmware's too.
+/// The ceiling is that of the profile, also above that of the known firmware.
 #[test]
 fn a_profile_that_raises_a_ceiling_raises_it() {
     let seconds = |linear_velocity: f64| {
@@ -257,7 +257,7 @@ fn a_path_that_was_broken_off_is_known_anew() {
     let mut bench = path_of(&[10.0, 10.0]);
     bench.enqueue(&segment(CpMode::Absolute, 230.0));
     bench.pass(SECOND / 10);
-    // From there the way to 230 leads back, where it would have led on.
+    // From there the line to 230 leads back instead of on.
     bench.set(&ptp(1, [225.0, 0.0, 0.0, 0.0]));
     while bench.state().queue.running != Some(2) {
         let at = bench.arm.poll_timeout().expect("the path goes on");

@@ -1,4 +1,4 @@
-//! The stepper outputs (document 1.15.6, errata E41).
+//! Stepper outputs (document 1.15.6, errata E41).
 
 use super::arm;
 use super::arm::{SECOND, TestArm, arm, at, running_arm, wait};
@@ -46,7 +46,7 @@ fn a_motor_turns_until_it_is_told_otherwise() {
     bench.set(&steady(0, true, -500));
     bench.pass(4 * SECOND);
     turns(&bench, 0, -500.0, 18_000.0);
-    // Not enabled is at rest, whatever the speed.
+    // A disabled output is at rest at any speed.
     bench.set(&steady(0, false, 700));
     bench.pass(SECOND);
     turns(&bench, 0, 0.0, 18_000.0);
@@ -104,7 +104,7 @@ fn another_order_for_the_motor_finishes_a_queued_run() {
     assert_eq!(bench.current_index(), index);
     bench.pass(SECOND);
     turns(&bench, 0, 200.0, 1200.0);
-    // And a run at once replaces steady turning.
+    // An immediate counted run replaces the constant rate.
     bench.set(&counted(0, -100, 100));
     bench.rest();
     turns(&bench, 0, 0.0, 1100.0);
@@ -121,7 +121,7 @@ fn stop_lets_a_run_finish_and_force_stop_ends_it() {
     bench.set(&QueuedCmdForceStopExec {});
     assert_eq!(bench.current_index(), index);
     turns(&bench, 0, 0.0, 1000.0);
-    // What no command of the queue is busy with turns on.
+    // An output without a queued command keeps turning.
     turns(&bench, 1, 10.0, 10.0);
 }
 
@@ -162,7 +162,7 @@ fn outputs_that_there_are_not_are_refused() {
     let events = bench.events();
     let refused = |event: &&Event| matches!(event, Event::Refused { .. });
     assert_eq!(events.iter().filter(refused).count(), 2);
-    // Four bytes, as a staff post has it: the speed's tail is zeros (errata E11).
+    // Four bytes, as in a post of the vendor's staff: the rest of the speed is zero (errata E11).
     bench.frame(135, Ctrl::SET, &[0, 1, 0x10, 0x27]);
     turns(&bench, 0, 10_000.0, 0.0);
 }
@@ -177,7 +177,8 @@ fn a_reset_stops_the_motors() {
     turns(&bench, 0, 0.0, 0.0);
 }
 
-/// A belt with a cube on it, and a light barrier 100 mm further on; a colour sensor looks at where the cube begins.
+/// A belt with a cube, a light barrier 100 mm further on, and a colour sensor above the start of
+/// the cube.
 const BELT: &str = r#"
 [conveyor]
 start = [260, -300]
@@ -218,7 +219,7 @@ fn a_distance_run_takes_the_belt_to_the_light_barrier() {
         port: Port::Gp2,
         version: None,
     });
-    // Short of the barrier, into it, beyond.
+    // Before the barrier, in it, and beyond.
     let pulses = |mm: f64| (mm * CONVEYOR_PULSES_PER_MM).round() as u32;
     for (mm, seen) in [(95.0, false), (10.0, true), (40.0, false)] {
         bench.enqueue(&counted(0, 10_000, pulses(mm)));

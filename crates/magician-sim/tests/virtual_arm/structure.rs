@@ -1,9 +1,10 @@
-//! Where things stand: parts do not know the device that they are of, and all calls of the controller are in one file.
+//! Structure of the sources: parts do not know the device, and the controller's interface is in one
+//! file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The source files below a folder, with their text without comments.
+/// Source files below a folder, with their text without comments.
 fn sources(folder: &str) -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut folders = vec![root.join(folder)];
@@ -33,7 +34,7 @@ fn has_word(text: &str, word: &str) -> bool {
     text.split(|char| !part(char)).any(|found| found == word)
 }
 
-/// What happens between parts is in these files; handlers and parts are lent what they need.
+/// Only these files connect parts; handlers and parts are passed what they need.
 #[test]
 fn only_what_is_between_the_parts_knows_the_device() {
     const BETWEEN: [&str; 6] = ["mod", "apply", "external", "moving", "request", "schedule"];

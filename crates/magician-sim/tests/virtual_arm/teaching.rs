@@ -1,4 +1,4 @@
-//! Hand teaching: the unlock key, the hand, and the points that hosts ask for (model section 12).
+//! Hand teaching: the unlock key, the hand, and points polled by hosts (model section 12).
 
 use super::arm::{SECOND, TestArm, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::*;
@@ -36,7 +36,7 @@ fn a_hand_places_the_arm_and_the_pose_follows() {
     bench.arm.guide([10.0, 10.0, 10.0, 10.0].into());
     assert_eq!(bench.joints(), [-33.3, 20.1, 30.7, 12.5]);
     assert!(!bench.state().unlocked);
-    // Motion goes on from there.
+    // Motion continues from there.
     bench.enqueue(&joints_to([0.0, 45.0, 45.0, 0.0]));
     bench.rest();
     assert_eq!(bench.current_index(), 1);
@@ -168,7 +168,7 @@ fn a_point_is_there_once_when_the_key_is_released() {
 fn points_are_there_period_by_period_while_the_key_is_held() {
     let mut bench = arm_with(|profile| profile.teach.period = 0.5);
     teach(&mut bench, TeachTrigger::Periodic);
-    // Periods count from when the key was pressed.
+    // Periods count from the key press.
     bench.pass(SECOND * 7 / 10);
     bench.arm.unlock(true);
     assert_eq!(bench.arm.poll_timeout(), None, "nothing happens by itself");

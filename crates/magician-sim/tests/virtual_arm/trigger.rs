@@ -1,4 +1,4 @@
-//! TRIG: the queue waits for an input (document 1.14, errata E35).
+//! TRIG: waiting for an input (document 1.14, errata E35).
 
 use super::arm;
 use super::arm::{SECOND, TestArm, at, multiplex, running_arm, wait};
@@ -16,7 +16,7 @@ fn trig(address: u8, mode: u8, condition: u8, threshold: u16) -> TrigCmd {
     }
 }
 
-/// Pin 9 as input of a kind.
+/// An arm with pin 9 as an input of this kind.
 fn with_input(function: IoFunction) -> TestArm {
     let mut bench = running_arm();
     multiplex(&mut bench, 9, function);
@@ -156,7 +156,7 @@ fn in_a_program_the_base_key_ends_it() {
     assert_eq!(state.awaits_input, Some(9));
     bench.arm.press(Press::Short);
     assert!(!bench.state().program);
-    // Once more, and this time it is met.
+    // Once more; this time the condition is met.
     bench.arm.press(Press::Short);
     bench.arm.set_input(9, true);
     assert_eq!(bench.state().awaits_input, None);
@@ -204,7 +204,7 @@ fn one_without_sense_is_refused_and_finishes() {
         });
         assert!(refused, "{address} {mode} {condition}");
     }
-    // Four bytes, as the document miscounts them, are no trigger at all.
+    // Four bytes, the document's wrong count, are not a trigger.
     let reply = bench.frame(120, Ctrl::QUEUED, &[9, 0, 0, 1]);
     assert_eq!(reply.frame().params().len(), 8);
     assert_eq!(bench.state().queue.running, None);

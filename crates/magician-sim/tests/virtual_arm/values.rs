@@ -1,4 +1,4 @@
-//! What is set is what is read back, bit for bit; what is read before a set is the profile's.
+//! Values read back as they were set, bit for bit; before a set they are those of the profile.
 
 use super::arm;
 use super::arm::{TestArm, arm, arm_with, running_arm};
@@ -8,7 +8,7 @@ use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Row, TABLE, Text};
 use magician_sim::{Controller, Event, ExternalEvent, Profile, Scenario, World};
 
-/// Bytes that are no number's natural value: NaN payloads, signalling NaNs, subnormals among them.
+/// Bytes that are unnatural values: NaN payloads, signalling NaNs and subnormals among them.
 fn pattern(count: usize, seed: u8) -> Vec<u8> {
     let byte = |at: usize| {
         (at as u8)
@@ -19,7 +19,7 @@ fn pattern(count: usize, seed: u8) -> Vec<u8> {
     (0..count).map(byte).collect()
 }
 
-/// Rows whose value is exactly what a set carries.
+/// Rows whose value is exactly the content of a set.
 fn params() -> impl Iterator<Item = &'static Row> {
     TABLE.iter().filter(|row| match (row.value, row.set) {
         (Some(value), Some(set)) => value.name == set.name,
@@ -27,7 +27,8 @@ fn params() -> impl Iterator<Item = &'static Row> {
     })
 }
 
-/// Parameters for a row: fixed layouts of any bits, texts of letters; an EIO address in front where there is one.
+/// Parameters for a row: arbitrary bits for fixed layouts, letters for texts, preceded by an EIO
+/// address if there is one.
 fn sample(row: &Row, seed: u8) -> Vec<u8> {
     let info = row.set.unwrap();
     let mut bytes = match info.fields {
@@ -56,7 +57,7 @@ fn every_parameter_set_reads_back_as_it_was_set() {
             if queued && !row.queueable {
                 continue;
             }
-            // Speeds beyond the ceilings read back as these.
+            // High ceilings, so that these values are stored unchanged.
             let mut bench = arm_with(|profile| {
                 profile.ceilings = Ceilings {
                     joint_velocity: [f64::MAX; 4],
@@ -278,7 +279,7 @@ fn suction_takes_300_ms_and_the_gripper_500() {
     assert!(!bench.state().suction.reached);
     bench.pass(1);
     assert!(bench.state().suction.reached);
-    // Control off is pump off, whatever the second byte says.
+    // Control off switches the pump off, whatever the second byte is.
     bench.frame(62, Ctrl::SET, &[0, 1]);
     assert!(!bench.state().suction.commanded && bench.state().suction.reached);
     bench.pass(300_000);
@@ -301,7 +302,7 @@ fn texts_are_bounded_and_answered_with_one_nul() {
     assert_eq!(bench.frame(0, Ctrl::GET, &[]).frame().params().len(), 24);
     bench.frame(1, Ctrl::SET, b"Hello\0after");
     assert_eq!(bench.frame(1, Ctrl::GET, &[]).frame().params(), b"Hello\0");
-    // The longest that fits a frame, even for texts without a bound.
+    // The longest text that fits a frame, for texts without a bound.
     bench.frame(152, Ctrl::SET, &[b'p'; 248]);
     assert_eq!(
         bench.frame(152, Ctrl::GET, &[]).frame().params(),
@@ -347,8 +348,8 @@ fn what_is_not_simulated_says_so_and_finishes() {
     assert_eq!(bench.current_index(), 1);
 }
 
-/// An arm keeps the tool that was chosen before: a host's choice lasts until a reset, what the profile, a scenario or the
-/// one who switched it on chose, for good.
+/// An arm keeps its tool: a host's choice lasts until a reset, that of the profile, the scenario or
+/// the caller forever.
 #[test]
 fn the_tool_at_power_up_is_the_one_that_was_chosen() {
     let bias = |arm: Controller| {

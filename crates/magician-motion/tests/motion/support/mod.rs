@@ -1,4 +1,4 @@
-//! What several test files start from.
+//! Strategies and helpers shared by the tests.
 #![allow(dead_code)]
 
 use magician_motion::{
@@ -94,7 +94,7 @@ pub(crate) fn planner() -> impl Strategy<Value = Planner> {
     })
 }
 
-/// A planner in continuous time, which closed forms hold for.
+/// A planner in continuous time, for which closed forms hold.
 pub(crate) fn continuous() -> Planner {
     Planner {
         law: MotionLaw::CONTINUOUS,
@@ -102,7 +102,7 @@ pub(crate) fn continuous() -> Planner {
     }
 }
 
-/// Any planner in continuous time, for what holds from microsecond to microsecond.
+/// Any planner in continuous time, for properties that hold at every microsecond.
 pub(crate) fn continuous_planner() -> impl Strategy<Value = Planner> {
     planner().prop_map(|planner| Planner {
         law: MotionLaw::CONTINUOUS,
@@ -110,7 +110,7 @@ pub(crate) fn continuous_planner() -> impl Strategy<Value = Planner> {
     })
 }
 
-/// Continuous time, or periods.
+/// Continuous time or periods.
 pub(crate) fn law() -> impl Strategy<Value = MotionLaw> {
     prop_oneof![Just(MotionLaw::CONTINUOUS), Just(MotionLaw::MAGICIAN)]
 }
@@ -119,7 +119,8 @@ pub(crate) fn as_f32(pose: &Pose) -> [f32; 4] {
     pose.to_array().map(|value| value as f32)
 }
 
-/// So many cases, the same in every run; with `PROPTEST_CASES` so many as that, and others in every run.
+/// This many cases, the same in every run. With `PROPTEST_CASES`, that many, different in every
+/// run.
 pub(crate) fn cases(count: u32) -> ProptestConfig {
     let config = ProptestConfig {
         failure_persistence: None,
@@ -135,7 +136,7 @@ pub(crate) fn cases(count: u32) -> ProptestConfig {
     }
 }
 
-/// The excess over the worst bound, degrees; infinite out of reach.
+/// Excess over the worst bound, degrees; infinite out of reach.
 fn excess(planner: &Planner, limits: &Limits, state: &ArmState, straight: bool) -> f64 {
     let joints = if straight {
         match planner.geometry.inverse(&state.pose) {
@@ -155,7 +156,7 @@ fn excess(planner: &Planner, limits: &Limits, state: &ArmState, straight: bool) 
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Looks along the same motion without limits, sample by sample, and compares.
+/// Samples the same motion without limits and compares.
 pub(crate) fn agrees_with_sampling(
     planner: &Planner,
     straight: bool,
@@ -180,10 +181,10 @@ pub(crate) fn agrees_with_sampling(
     match (seen, crossing) {
         (None, None) => {}
         (Some(t), None) => prop_assert!(false, "outside by {} at {t}, not found", at(t)),
-        // The end of reach, where the motion without limits ends too.
+        // The edge of reach, where the motion without limits ends, too.
         (None, Some(found)) if Some(found) == unlimited.crossing => {}
         (seen, Some(found)) => {
-            // Before it nothing was seen, and just after it there is something to see.
+            // Samples before it are within, and just after it one is beyond.
             if let Some(t) = seen {
                 let seen = planner.law.period_end(t);
                 prop_assert!(found.at_us <= seen + 1, "seen {t}, found {found:?}");
@@ -193,11 +194,11 @@ pub(crate) fn agrees_with_sampling(
             let before = found.at_us.saturating_sub(period_us.max(2));
             prop_assert!(at(before) < 1e-6, "{} before {found:?}", at(before));
             if period_us > 0 {
-                // Between two periods the curve may touch what no pose is beyond.
+                // Between two periods the curve may touch a bound that no reported pose exceeds.
                 return Ok(true);
             }
             let just_after = (1..=400).map(|part| at(found.at_us + (gap * part / 400).max(1)));
-            // An excursion shorter than the samples' distance has its top near by.
+            // An excursion shorter than the distance of samples has its peak close by.
             prop_assert!(
                 just_after.fold(f64::NEG_INFINITY, f64::max) > 0.0,
                 "nothing after {found:?} of {}",
@@ -208,7 +209,7 @@ pub(crate) fn agrees_with_sampling(
     Ok(crossing.is_some())
 }
 
-/// Limits drawn in to what some places need, and a little more: many paths between them then touch the limits.
+/// Limits just wider than some poses need, so that many paths between them touch the limits.
 pub(crate) fn drawn_in(limits: &Limits, places: &[JointAngles], closer: f64) -> Limits {
     let draw = |bound: Bound| {
         let needed = places.iter().map(|joints| bound.value(joints));

@@ -1,4 +1,4 @@
-//! The links of a virtual arm, and what passes on them.
+//! Links of a virtual arm, and their frames.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -10,7 +10,7 @@ use crate::mcap::Micros;
 use crate::mcap::file::File;
 use crate::mcap::frames::{FrameLine, write_frame};
 
-/// The links, as peers speak on them: answers are whole frames.
+/// Links, as their peers use them. Answers are always complete frames.
 #[derive(Default)]
 pub(super) struct Lines(BTreeMap<LinkId, FrameLine>);
 
@@ -28,7 +28,7 @@ impl Lines {
         self.0.entry(link).or_insert_with(unnamed)
     }
 
-    /// Writes what bytes from a peer complete.
+    /// Writes the frames that the bytes of a peer complete.
     pub(super) fn heard<W: Write>(
         &mut self,
         file: &mut File<W>,
@@ -39,7 +39,7 @@ impl Lines {
         self.line(link).heard(file, now, Direction::Request, bytes)
     }
 
-    /// What a peer began will not be completed.
+    /// Gives up a partial frame of a peer.
     pub(super) fn silence<W: Write>(
         &mut self,
         file: &mut File<W>,

@@ -1,4 +1,4 @@
-//! The messages that only a virtual arm can fill: how they follow from its state.
+//! Messages that only a virtual arm can fill, made from its state.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::mcap::message::{Log, Time, Vector3};
 
-/// Something that is so at a time.
+/// A value with the time at which it holds.
 #[derive(Serialize)]
 pub(super) struct At<'a, T> {
     timestamp: Time,
@@ -63,9 +63,9 @@ pub(super) struct Io {
     holding: bool,
     laser: bool,
     laser_power: f64,
-    /// Those that were told anything.
+    /// Pins with any setting.
     pins: Vec<Pin>,
-    /// Pulses a second.
+    /// Pulses per second.
     steppers: [f64; 2],
 }
 
@@ -102,7 +102,7 @@ impl Pin {
     }
 }
 
-/// What JSON has no number for counts as the 0 that it is good for.
+/// Replaces NaN and infinity, which JSON cannot express, by the 0 that they mean to the arm.
 fn finite(value: f32) -> f32 {
     if value.is_finite() { value } else { 0.0 }
 }
@@ -144,7 +144,7 @@ impl Io {
     }
 }
 
-/// The arm as a whole.
+/// State of the arm as a whole.
 #[derive(Clone, PartialEq, Serialize)]
 pub(super) struct Status {
     moving: bool,
@@ -199,6 +199,7 @@ impl Log {
             | Event::BadFrame { .. }
             | Event::UnknownId { .. }
             | Event::Overrun { .. } => Self::WARNING,
+            // Everything else belongs to a normal run.
             _ => Self::INFO,
         };
         Self::new(timestamp, level, words.to_string())

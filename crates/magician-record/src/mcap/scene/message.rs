@@ -1,4 +1,4 @@
-//! The messages, as Foxglove's schemas have them: metres, and every field there.
+//! Messages in the form of Foxglove's schemas: in metres, with all fields present.
 
 use libm::{cos, sin};
 use magician_motion::Shape;
@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use crate::mcap::message::Time;
 
-/// Millionths are enough: a micrometre, and less at the tip of a turned link.
+/// Rounds to millionths: a micrometre, and less at the tip of a turned link. Keeps the JSON short.
 fn short(value: f64) -> f64 {
-    // Without the sign of a zero.
+    // Adding 0 removes the sign of a negative zero.
     (value * 1e6).round() / 1e6 + 0.0
 }
 
@@ -50,7 +50,7 @@ impl Rotation {
         Self { x, y, z, w }
     }
 
-    /// This one, and then another about the axes that stand still.
+    /// Applies this rotation, then another one about fixed axes.
     pub(super) fn then(self, next: Self) -> Self {
         let (a, b) = (next, self);
         Self {
@@ -112,7 +112,7 @@ pub(super) struct Deletion {
 }
 
 impl Deletion {
-    /// Of everything before.
+    /// Deletes all earlier entities.
     pub(super) const fn all(timestamp: Time) -> Self {
         Self {
             timestamp,
@@ -122,14 +122,14 @@ impl Deletion {
     }
 }
 
-/// No time, and then nothing ends.
+/// A lifetime of 0 means that an entity stays.
 #[derive(Default, Serialize)]
 struct Duration {
     sec: u32,
     nsec: u32,
 }
 
-/// Something that there is none of.
+/// Element of a list that is always empty.
 #[derive(Serialize)]
 enum Never {}
 
@@ -171,7 +171,7 @@ impl Entity {
         }
     }
 
-    /// A link in its frame.
+    /// Entity of a link in its frame.
     pub(super) fn solid(
         timestamp: Time,
         frame: &'static str,
@@ -237,7 +237,7 @@ pub(super) struct Color {
 }
 
 impl Color {
-    /// Of `#rrggbb`; black if it is none.
+    /// Parses `#rrggbb`; black if invalid.
     pub(super) fn hex(text: &str) -> Self {
         let number = u32::from_str_radix(text.trim_start_matches('#'), 16).unwrap_or(0);
         let [_, r, g, b] = number.to_be_bytes();
@@ -264,7 +264,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// A list of lines, each from one point to another.
+    /// Line list: each line from one point to another.
     pub(super) fn list(color: Color, points: Vec<Xyz>, indices: Vec<u32>) -> Self {
         Self {
             r#type: 2,

@@ -1,8 +1,8 @@
-//! What was drawn, as lists of lines.
+//! Strokes as lists of lines.
 
 use super::message::{Color, Line, Xyz};
 
-/// With what.
+/// Means of drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::mcap) enum Ink {
     Pen,
@@ -20,24 +20,25 @@ impl Ink {
     }
 }
 
-/// Lines of both kinds.
+/// Lines of pen and laser.
 #[derive(Default)]
 pub(super) struct Strokes {
     all: [Lines; 2],
     new: [Lines; 2],
-    /// There are too many to be written again.
+    /// True if there are too many to be written again.
     many: bool,
 }
 
 #[derive(Clone, Default)]
 struct Lines {
     points: Vec<Xyz>,
-    /// Pairs of points.
+    /// Pairs of indices into `points`.
     ends: Vec<u32>,
 }
 
 impl Lines {
     fn add(&mut self, from: Xyz, to: Xyz) {
+        // Lines that continue each other share a point.
         if self.points.last() != Some(&from) {
             self.points.push(from);
         }
@@ -63,7 +64,7 @@ impl Strokes {
         self.new.iter().any(|lines| !lines.ends.is_empty())
     }
 
-    /// Whether all of them can be written once more.
+    /// True if all of them can be written again.
     pub(super) fn are_kept(&self) -> bool {
         !self.many
     }
@@ -76,7 +77,7 @@ impl Strokes {
         listed(&self.new)
     }
 
-    /// What was new is written.
+    /// Marks the new lines as written.
     pub(super) fn shown(&mut self) {
         self.new = Default::default();
     }

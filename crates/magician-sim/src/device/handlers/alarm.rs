@@ -13,6 +13,7 @@ impl Report for AlarmsState {
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
+            // 16 bytes, as a Magician sends (E20).
             alarms_state: cx.alarms.standing(),
         }
     }
@@ -21,12 +22,14 @@ impl Report for AlarmsState {
 impl Apply for ClearAlarmsState {
     const RESTS_ON: Assumption = Assumption::ClearAlarms;
 
+    // Alarms whose cause persists stay set; the device knows which (`clear_alarms`).
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::ClearAlarms.into()
     }
 }
 
 impl Apply for ClearAllAlarmsState {
+    // Id 21, which the document has for this; most hosts clear with id 20 (E19).
     const RESTS_ON: Assumption = Assumption::ClearBy21;
 
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {

@@ -10,11 +10,12 @@ use crate::device::handlers::{Apply, stored};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
+    // Stored and read back only: arcs take the point-to-point speeds (model section 9).
     ArcParams in motion.arc: Parameters;
     ArcCommonParams in motion.arc_common: ArcRatio;
 }
 
-/// What an arc through two points rests on, a whole circle or not.
+/// Assumptions of an arc through two points, also as part of a circle.
 fn arc_assumptions(
     cx: &Context<'_>,
     basis: Assumption,
@@ -34,6 +35,7 @@ impl Apply for ArcCmd {
     }
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // The planner ignores the r of cirPoint (model section 9).
         let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
         let view = cx.view();
         let planner = view.planner(view.settings.motion.arc_speeds());

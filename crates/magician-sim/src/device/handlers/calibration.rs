@@ -1,4 +1,4 @@
-//! Sensor calibration (document 1.16) and what little is known of its neighbours.
+//! Sensor calibration (document 1.16), and undocumented commands with neighbouring ids.
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::*;

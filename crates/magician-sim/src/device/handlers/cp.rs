@@ -11,6 +11,7 @@ use crate::device::motion::PathPoint;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
+    // Neither has an effect: the vendor's simulator leaves r to drift with J1 (model section 8).
     CpCommonParams in cp_common: StoredWithoutEffect;
     CpRHeadHoldEnable in cp_hold_rotation: StoredWithoutEffect;
 }
@@ -33,14 +34,14 @@ impl Apply for CpParams {
         AssumptionSet::from(<Self as Apply>::RESTS_ON).and_if(beyond, Assumption::BeyondCeilings)
     }
 
-    /// For the segments that begin from now on; with a speed of 0 the path ends at rest.
+    /// Applies to segments that start from now on. With invalid speeds the path ends at rest.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.motion.cp = *self;
         Effect::PathChanged.into()
     }
 }
 
-/// What a segment to a point rests on.
+/// Assumptions of a segment to a point.
 fn segment_assumptions(
     cx: &Context<'_>,
     basis: Assumption,
@@ -66,6 +67,7 @@ impl Apply for CpCmd {
             mode: self.cp_mode,
             numbers: [self.x, self.y, self.z],
         };
+        // A plain segment switches the laser off.
         Effect::Segment(point, 0.0, mode).into()
     }
 }

@@ -13,6 +13,7 @@ impl Report for HomeParams {
     const RESTS_ON: Assumption = Assumption::HomeUnchecked;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        // Until a host sets a home point, the answer is computed from joints (E44).
         match cx.store.settings.home {
             Some(_) => <Self as Report>::RESTS_ON.into(),
             None => AssumptionSet::from(Assumption::HomeUnset)
@@ -32,7 +33,7 @@ impl Report for HomeParams {
 impl Apply for HomeParams {
     const RESTS_ON: Assumption = Assumption::HomeUnchecked;
 
-    /// Stored without a look: whether the arm can get there shows when it homes (model section 11).
+    /// Stored unchecked: an unreachable point shows only when the arm homes (model section 11).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.home = Some(*self);
         Effects::none()
@@ -49,6 +50,7 @@ impl Apply for HomeCmd {
             .and_if(cx.has_rail(), Assumption::RailHome)
             .and_if(cx.alarms.hold_queue(), Assumption::HomeWhileHeld);
         match mode {
+            // A queued homing starts when nothing moves, so it replaces nothing.
             ExecMode::Immediate => set.union(cx.replacing_assumptions()),
             ExecMode::Queued => set,
         }
@@ -59,6 +61,7 @@ impl Apply for HomeCmd {
     }
 }
 
+// Answered from what was set: no source says in which unit the arm reports (E21).
 impl Report for AutoLeveling {
     const RESTS_ON: Assumption = Assumption::StoredWithoutEffect;
 

@@ -1,4 +1,4 @@
-//! The arm's identity (document 1.3), and ids outside the document that report it too.
+//! Identity of the arm (document 1.3), and undocumented ids that report it.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Bytes, NoArgs};
@@ -27,6 +27,7 @@ impl Apply for DeviceSn {
     const RESTS_ON: Assumption = Assumption::Identity;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // Truncated, not refused: the vendor's buffer has that size (model section 15).
         let device_sn = self.device_sn.truncated(MAX_SERIAL);
         cx.store
             .write_flash(|flash| flash.serial = Self { device_sn });
@@ -62,6 +63,7 @@ impl Report for DeviceVersion {
             major_version,
             minor_version,
             revision,
+            // Newer firmware appends bytes of unknown meaning (E16).
             extra: Bytes::default(),
         }
     }
@@ -72,6 +74,7 @@ impl Report for DeviceWithL {
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
+            // The get answers one byte, although the set has two (E15).
             with_l: cx.store.settings.motion.with_rail.with_l,
         }
     }
@@ -80,7 +83,8 @@ impl Report for DeviceWithL {
 impl Apply for SetDeviceWithL {
     const RESTS_ON: Assumption = Assumption::RailSwitch;
 
-    /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
+    /// Applies to commands that start from now on; a moving carriage continues. The version of the
+    /// rail has no effect here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.motion.with_rail = *self;
         Effects::none()
@@ -91,7 +95,7 @@ impl Report for DeviceTime {
     const RESTS_ON: Assumption = Assumption::Clock;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
-        // Wraps after 49.7 days, as the arm's does.
+        // Wraps after 49.7 days: 32 bits of milliseconds (model section 15).
         let g_systick = (cx.now.micros_since(cx.booted) / 1000) as u32;
         Self { g_systick }
     }
@@ -101,13 +105,16 @@ impl Report for DeviceId {
     const RESTS_ON: Assumption = Assumption::DeviceIdWords;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        // Derived from a seed: fixed for each virtual arm, and different between arms (model
+        // section 15).
         let seed = cx.firmware.profile.identity.device_id_seed;
         let device_id = [1, 2, 3].map(|word| (scrambled(seed, word) >> 32) as u32);
         Self { device_id }
     }
 }
 
-/// Bits of a 64-bit seed, well mixed (the finaliser of SplitMix64).
+/// Mixes a 64-bit seed: the finaliser of SplitMix64. Arms with neighbouring seeds get unrelated
+/// ids.
 fn scrambled(seed: u64, word: u64) -> u64 {
     let mut bits = seed.wrapping_add(word.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -11,6 +11,7 @@ use crate::device::handlers::{Apply, stored};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
+    // Stored up to the ceilings, as the vendor's code does (model section 6).
     JogJointParams in motion.jog_joint: Parameters,
         capped |set, ceilings| set.cap(ceilings);
     JogCoordinateParams in motion.jog_coordinate: Parameters,
@@ -32,6 +33,8 @@ impl Apply for JogCmd {
             .and_if(ignored, Assumption::RailIgnored)
             .and_if(rail && !ignored, Assumption::RailRamps);
         match self.cmd {
+            // The order of the arms matters: a stop and an unknown command do the same whatever the
+            // arm does, and an ignored rail command does nothing.
             JogCommand::Stop => set,
             JogCommand::Unknown(_) => set.and(Assumption::UnknownJog),
             _ if ignored => set,
@@ -44,7 +47,7 @@ impl Apply for JogCmd {
         }
     }
 
-    /// In the queue too it has finished at once, and the arm goes on (model section 10).
+    /// Finished at once, in the queue too: the arm jogs on (model section 10).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::Jog(cx.view().jog(self.is_joint.is_on(), self.cmd)).into()
     }

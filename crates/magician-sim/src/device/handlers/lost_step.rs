@@ -8,13 +8,14 @@ use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::Apply;
 use crate::fidelity::Assumption;
 
-/// Differences below this are rounding, deg; the arm's step is 0.01125.
+/// Rounding allowance, deg. The motor step is 0.01125 deg.
 const ROUNDING: f64 = 1e-6;
 
 impl Apply for LostStepParams {
     const RESTS_ON: Assumption = Assumption::LostSteps;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // Takes effect with the next comparison; there is no continuous one (model section 12).
         cx.store.settings.lost_step = *self;
         Effects::none()
     }
@@ -23,9 +24,10 @@ impl Apply for LostStepParams {
 impl Apply for LostStepCmd {
     const RESTS_ON: Assumption = Assumption::LostSteps;
 
-    /// Compares the base encoder and the sensors of J2 and J3 with where the joints are commanded to be. J4 has no
-    /// sensor, so 0x53 is never raised. The alarms hold the queue; homing is the remedy; if they are cleared without it,
-    /// the next comparison raises them again.
+    /// Compares the base encoder and the sensors of J2 and J3 with the commanded joints.
+    ///
+    /// J4 has no sensor, so 0x53 is never raised. The alarms hold the queue, and homing is the
+    /// remedy: cleared without it, they come back with the next comparison.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let threshold = f64::from(cx.store.settings.lost_step.value);
         let codes = [
@@ -35,6 +37,8 @@ impl Apply for LostStepCmd {
         ];
         let mut effects = Effects::none();
         for (code, lost) in codes.into_iter().zip(cx.motion.lost(cx.now)) {
+            // Only J2 and J3 have absolute sensors; whether the arm compares J1 is a choice (model
+            // section 12).
             let base = code == Alarm::LoseStepAxis1;
             if lost.abs() > threshold + ROUNDING
                 && (!base || cx.record.allows(Self::ROW.id, Assumption::LostBase))

@@ -1,5 +1,8 @@
-//! What each command does, by chapter of the document, and what that rests on. A command that has no handler, or a handler that
-//! names no assumption, does not compile.
+//! Handlers of all commands, by chapter of the document, with their assumptions.
+//!
+//! A command without a handler does not compile, and neither does a handler that names no
+//! assumption. Most parameter sets need no code of their own: the macros `stored`, `kept` and
+//! `not_simulated` make their handlers.
 
 mod alarm;
 mod arc;
@@ -26,36 +29,39 @@ use super::context::Context;
 use super::effect::{Effects, ExecMode};
 use crate::fidelity::{Assumption, AssumptionSet};
 
-/// A value that the controller can be asked for.
+/// A value that can be read.
 pub(crate) trait Report: Readable {
-    /// What the value rests on, whatever else.
+    /// Assumption behind the value in any case.
     const RESTS_ON: Assumption;
 
-    /// All that the value rests on now: a strict controller reports none that rests on a choice alone.
+    /// All assumptions behind the value now. A strict controller does not report a value that
+    /// relies on a choice without a source.
     fn assumptions(_cx: &mut Context<'_>, _query: &Self::Query) -> AssumptionSet {
         Self::RESTS_ON.into()
     }
 
-    /// The value at the present instant. Some reads leave a trace: a pin becomes the one addressed last.
+    /// Returns the value at the present instant. Reading may have side effects: a pin becomes the
+    /// one addressed last.
     fn report(cx: &mut Context<'_>, query: &Self::Query) -> Self;
 }
 
-/// Something that can be set or ordered.
+/// A command that can be set or executed.
 pub(crate) trait Apply: Writable {
-    /// What it rests on, whatever else.
+    /// Assumption behind the command in any case.
     const RESTS_ON: Assumption;
 
-    /// All that it rests on now, as far as that shows before it is done: a strict controller does nothing that rests on
-    /// a choice alone.
+    /// All assumptions behind the command now, as far as they show beforehand. A strict controller
+    /// does not carry out a command that relies on a choice without a source.
     fn assumptions(&self, _cx: &Context<'_>, _mode: ExecMode) -> AssumptionSet {
         Self::RESTS_ON.into()
     }
 
-    /// Does it at the present instant, to what it is lent; the effects on the rest of the arm come after it.
+    /// Carries the command out on the borrowed parts, and returns its effects on the rest of the
+    /// arm.
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects;
 }
 
-/// The reply to a get: without parameters where a strict controller has no value to report.
+/// Encodes the reply to a get; without parameters if a strict controller does not report the value.
 fn reply<T: Report>(
     cx: &mut Context<'_>,
     query: &T::Query,
@@ -72,7 +78,7 @@ fn reply<T: Report>(
 
 macro_rules! report {
     ($($value:ident)+) => {
-        /// The reply to a get.
+        /// Encodes the reply to a get.
         pub(crate) fn report(
             cx: &mut Context<'_>,
             get: &Get,
@@ -81,6 +87,8 @@ macro_rules! report {
             use magician_protocol::commands::*;
             match get {
                 $( Get::$value(query) => reply::<$value>(cx, query, ctrl), )+
+                // Outside of this workspace the enum may grow, but our crates depend on each other
+                // by exact version.
                 #[cfg(not(magician_workspace))]
                 _ => unreachable!(),
             }
@@ -90,7 +98,7 @@ macro_rules! report {
 
 macro_rules! apply {
     ($($command:ident)+) => {
-        /// Counts what a set rests on; whether it is carried out.
+        /// Counts the assumptions of a set and returns true if it may be carried out.
         pub(crate) fn allows(cx: &mut Context<'_>, set: &Set, mode: ExecMode) -> bool {
             let assumptions = match set {
                 $( Set::$command(command) => command.assumptions(cx, mode), )+
@@ -100,7 +108,7 @@ macro_rules! apply {
             cx.record.allows_all(set.row().id, assumptions)
         }
 
-        /// Carries out a set; its effects on the rest of the arm are still to be applied.
+        /// Carries out a set and returns its effects on the rest of the arm.
         pub(crate) fn apply(cx: &mut Context<'_>, set: &Set, mode: ExecMode) -> Effects {
             match set {
                 $( Set::$command(command) => command.apply(cx, mode), )+
@@ -114,8 +122,10 @@ macro_rules! apply {
 magician_protocol::for_each_readable!(report);
 magician_protocol::for_each_writable!(apply);
 
-/// A parameter set that is read from one expression and written by another. What was never set may read as another
-/// assumption says. What is beyond a ceiling of motions is stored all the same, or as the ceiling.
+/// Makes the handlers of a parameter set with a read and a write expression.
+///
+/// `if` names the assumption of a value that was never set. `beyond` and `capped` tell values above
+/// a ceiling: stored as sent, or stored as the ceiling (model section 6).
 macro_rules! parameter {
     (
         $layout:ident: $assumption:ident,
@@ -181,6 +191,7 @@ macro_rules! parameter {
             ) -> $crate::device::effect::Effects {
                 let $value = *self;
                 $(
+                    // The value is capped after its assumptions were counted on a copy.
                     let (mut $value, $most) = ($value, &$cx.firmware.model.ceilings);
                     let $capped = &mut $value;
                     let _: bool = $cap;
@@ -192,7 +203,8 @@ macro_rules! parameter {
     };
 }
 
-/// Parameter sets that are stored and read back, and have no other effect on the spot: each with what it rests on.
+/// Makes the handlers of parameter sets that are stored and read back without another effect at
+/// once.
 macro_rules! stored {
     ($(
         $layout:ident in $($field:ident).+: $assumption:ident
@@ -211,19 +223,20 @@ macro_rules! stored {
     )+};
 }
 
-/// Parameter sets as [`stored`], but kept in the flash.
+/// Like [`stored`], but kept in the flash.
 macro_rules! kept {
     ($( $layout:ident in $field:ident: $assumption:ident $(, at first $default:ident)?; )+) => {$(
         $crate::device::handlers::parameter!(
             $layout: $assumption,
             |cx| cx.store.flash().$field,
             |value| cx.store.write_flash(|flash| flash.$field = value)
+            // The flash does not record what was set, so compare with that of a new arm.
             $(, if cx.store.flash().$field == cx.new_flash().$field => $default)?
         );
     )+};
 }
 
-/// Commands that this simulation accepts, answers and finishes, and does not act on.
+/// Makes the handlers of commands that are accepted, answered and finished, but not simulated.
 macro_rules! not_simulated {
     ($( $layout:ident: $assumption:ident; )+) => {$(
         impl $crate::device::handlers::Apply for $layout {

@@ -1,4 +1,4 @@
-//! Where the arm is (document 1.4).
+//! Pose of the arm (document 1.4).
 
 use magician_motion::JointAngles;
 use magician_protocol::commands::*;
@@ -13,7 +13,8 @@ use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! { ArmOrientation in orientation: StoredWithoutEffect; }
 
-/// Angles that ResetPose may give: a full turn either way.
+/// Angles accepted by ResetPose, deg: a full turn either way. A choice; NaN and absurd values are
+/// refused.
 const SENSIBLE: std::ops::RangeInclusive<f64> = -360.0..=360.0;
 
 impl Report for Pose {
@@ -32,6 +33,8 @@ impl Report for Pose {
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        // The commanded pose: steppers run open-loop, so the controller knows no other (model
+        // section 1).
         pose_to_wire(&cx.arm())
     }
 }
@@ -39,7 +42,7 @@ impl Report for Pose {
 impl Report for PoseL {
     const RESTS_ON: Assumption = Assumption::RailPose;
 
-    /// Where the carriage is commanded to be; without a rail where it was last.
+    /// Commanded position of the carriage; without a rail its last one.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let [pose_l] = to_wire([cx.rail()]);
         Self { pose_l }
@@ -60,7 +63,8 @@ impl Report for Kinematics {
 impl Apply for ResetPose {
     const RESTS_ON: Assumption = Assumption::ResetPose;
 
-    /// What the controller believes of J2 and J3: with manual 0 what their sensors read. The arm does not move.
+    /// Sets the reported J2 and J3: to the given angles, or to their sensors if manual is 0. The
+    /// arm does not move.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let read = cx.true_joints();
         let [j2, j3] = if self.manual.is_on() {
@@ -69,6 +73,7 @@ impl Apply for ResetPose {
             [read.j2, read.j3]
         };
         let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
+        // During a motion the reported joints are a function of time, and cannot be set.
         if cx.motion.is_moving() || !sensible {
             return if cx
                 .record

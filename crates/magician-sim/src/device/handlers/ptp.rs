@@ -16,6 +16,7 @@ use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
+    // Stored up to the ceilings; ratios as they are (model section 6).
     PtpJointParams in motion.ptp_joint: Parameters,
         capped |set, ceilings| set.cap(ceilings);
     PtpCoordinateParams in motion.ptp_coordinate: Parameters,
@@ -29,9 +30,12 @@ stored! {
 fn move_to(cx: &mut Context<'_>, to: &PtpMove) -> Effects {
     match request(cx, to) {
         Some(request) => {
+            // Planned at the start of the move, with whatever has been set by then (model section
+            // 7).
             let (rail, outputs) = (rail_target(cx, to), to.outputs.unwrap_or_default());
             Effect::Move(cx.view().plan_move(&request, rail, outputs)).into()
         }
+        // A mode above 9 is consumed without motion (model section 15a).
         None => {
             let raise = Effects::from(Effect::Raise(Alarm::UndefinedInstruction));
             raise.and(Effect::Refuse(Refusal::UnknownMode))
@@ -39,12 +43,13 @@ fn move_to(cx: &mut Context<'_>, to: &PtpMove) -> Effects {
     }
 }
 
-/// The request for the planner; `None` for an unknown mode (errata E28).
+/// Request for the planner; `None` for an unknown mode (errata E28).
 fn request(cx: &Context<'_>, to: &PtpMove) -> Option<Move> {
     to.request(cx.store.settings.motion.jump())
 }
 
-/// Where on the rail a move leads; without the rail its number is ignored (model section 12).
+/// Target on the rail, mm; `None` without a rail, because its number is ignored then (model section
+/// 12).
 fn rail_target(cx: &Context<'_>, to: &PtpMove) -> Option<f64> {
     let rail = f64::from(to.rail.filter(|_| cx.has_rail())?);
     Some(if to.mode.is_relative() {
@@ -54,7 +59,7 @@ fn rail_target(cx: &Context<'_>, to: &PtpMove) -> Option<f64> {
     })
 }
 
-/// What a move rests on that is asked for so.
+/// Assumptions of a move.
 fn move_assumptions(cx: &Context<'_>, to: &PtpMove) -> AssumptionSet {
     let set = AssumptionSet::default()
         .and_if(to.outputs.is_some(), Assumption::OutputShare)
@@ -74,6 +79,7 @@ fn jump_assumptions(cx: &Context<'_>, request: &Move) -> AssumptionSet {
     let target = match request.target {
         Target::Joints(joints) => cx.geometry().forward(&joints).z,
         Target::Pose(pose) | Target::PoseIncrement(pose) => pose.z,
+        // No jump mode has a joint increment as its target (E28).
         Target::JointIncrement(_) => f64::NAN,
     };
     let above = cx.arm().pose.z.max(target) > heights.z_limit;
@@ -121,6 +127,7 @@ impl Report for PtpJumpParams {
     }
 }
 
+// Also sets both heights of PTPJump2Params, as the vendor's code does (E27).
 impl Apply for PtpJumpParams {
     const RESTS_ON: Assumption = Assumption::JumpSetsBoth;
 
@@ -133,7 +140,7 @@ impl Apply for PtpJumpParams {
 impl Report for PtpTime {
     const RESTS_ON: Assumption = Assumption::PtpTime;
 
-    /// Rounded up; 0 for a move that would be refused.
+    /// Duration in ms, rounded up; 0 for a move that would be refused.
     fn report(cx: &mut Context<'_>, query: &GetPtpTime) -> Self {
         let GetPtpTime {
             ptp_mode,

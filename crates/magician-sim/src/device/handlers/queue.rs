@@ -13,8 +13,9 @@ use crate::fidelity::{Assumption, AssumptionSet};
 impl Apply for QueuedCmdStartDownload {
     const RESTS_ON: Assumption = Assumption::OfflineProgram;
 
-    /// The announced length is not binding. While the program runs there is nothing to store it in (model
-    /// section 12).
+    /// Starts a download. The announced length is not binding.
+    ///
+    /// While a program runs the command does nothing, as in the vendor's code (model section 12).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         if cx.queues.program_is_off() {
             Effect::StartDownload {
@@ -33,6 +34,8 @@ impl Apply for QueuedCmdStopDownload {
     const RESTS_ON: Assumption = Assumption::OfflineProgram;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // Another number of commands than announced is kept: the document does not define it (model
+        // section 12).
         let keep = !cx.queues.is_mismatched()
             || cx.record.allows(Self::ROW.id, Assumption::OfflineMismatch);
         Effect::StopDownload { keep }.into()
@@ -53,7 +56,7 @@ impl Apply for QueuedCmdStartExec {
     }
 }
 
-/// What a stop rests on, forced or not.
+/// Assumptions of a stop, forced or not.
 fn stop_assumptions(cx: &Context<'_>) -> AssumptionSet {
     let busy = cx.queues.active().busy();
     let waits = busy.is_some_and(|busy| busy != Busy::Moving);
@@ -106,12 +109,15 @@ impl Report for QueuedCmdCurrentIndex {
     const RESTS_ON: Assumption = Assumption::CurrentIndex;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        // 0 is not an index, so it only means that nothing has finished.
         let unused = cx.hosts().current() == 0 && cx.hosts().running().is_none();
         AssumptionSet::from(Self::RESTS_ON).and_if(unused, Assumption::CurrentAtFirst)
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
+            // The last finished index, also while the next one runs (E37); hosts wait for it (hosts
+            // 6).
             queued_cmd_current_index: cx.hosts().current(),
         }
     }
@@ -126,6 +132,7 @@ impl Report for QueuedCmdLeftSpace {
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        // Four bytes: the answer of the Magician, unlike the M1's eight (E38).
         let left_space = u32::try_from(cx.hosts().left()).unwrap_or(u32::MAX);
         Self { left_space }
     }

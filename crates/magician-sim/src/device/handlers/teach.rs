@@ -1,7 +1,7 @@
 //! Hand teaching (document 1.7, model section 12).
 //!
-//! While the unlock key on the forearm is held the motors are released and a hand may move the arm; the queue waits.
-//! What the controller then reports as a new point is asked for and not sent, so it is worked out when it is asked for.
+//! While the unlock key on the forearm is held the motors are released, a hand may move the arm,
+//! and the queue waits. The host polls for new points; the controller never sends one by itself.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, NoArgs};
@@ -12,14 +12,14 @@ use crate::device::handlers::{Apply, Report};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Context<'_> {
-    /// Finds out whether a point has become due by now.
+    /// Accounts for a periodic point that has fallen due.
     pub(crate) fn look_for_point(&mut self) {
         if (self.teaching).look_for_point(self.now, &self.store.settings) {
             self.record.assume(Assumption::TeachPeriod);
         }
     }
 
-    /// Whether a point waits that was not read yet.
+    /// True if there is a point that was not read.
     pub(crate) fn has_new_point(&mut self) -> bool {
         self.look_for_point();
         self.teaching.has_point()
@@ -38,6 +38,7 @@ impl Apply for HhtTrigMode {
     const RESTS_ON: Assumption = Assumption::TeachSettings;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // Account under the old mode first.
         cx.look_for_point();
         cx.store.settings.teach_mode = *self;
         Effects::none()
@@ -55,7 +56,7 @@ impl Report for HhtTrigOutputEnabled {
 impl Apply for HhtTrigOutputEnabled {
     const RESTS_ON: Assumption = Assumption::TeachSettings;
 
-    /// Disabled, it forgets a point that was not read yet.
+    /// Disabling also drops a point that was not read.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.look_for_point();
         cx.store.settings.teach_enabled = *self;
@@ -73,7 +74,7 @@ impl Report for HhtTrigOutput {
         AssumptionSet::from(Self::RESTS_ON).and_if(cx.has_new_point(), Assumption::PointCleared)
     }
 
-    /// Once for each point: reading it clears it.
+    /// True once for each point: reading clears it (model section 12).
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.look_for_point();
         let new_point = cx.teaching.take_point();

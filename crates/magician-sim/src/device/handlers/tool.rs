@@ -1,4 +1,4 @@
-//! The tool at the end of the arm (document 1.8).
+//! The tool of the arm (document 1.8).
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::*;
@@ -25,9 +25,13 @@ impl Report for EndEffectorParams {
 impl Apply for EndEffectorParams {
     const RESTS_ON: Assumption = Assumption::ToolBias;
 
-    /// The reported pose follows at once: it is computed from the joints when asked for. A motion under way goes where
-    /// it was planned to go, a continuous path comes to rest at the end of its segment.
+    /// Sets the tool bias. The reported pose follows at once, because it is computed from the
+    /// joints.
+    ///
+    /// A running motion goes to its planned target; a continuous path comes to rest at the end of
+    /// its segment.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        // Not checked: no source says that an arm refuses any bias.
         cx.store.settings.motion.tool = *self;
         Effect::ToolChanged.into()
     }
@@ -58,7 +62,7 @@ impl Apply for SetEndEffectorLaser {
 impl Report for EndEffectorSuctionCup {
     const RESTS_ON: Assumption = Assumption::Tools;
 
-    /// As it was set, whichever tool has the air.
+    /// The command as it was set, whichever tool has the air.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let Commanded { control, on } = cx.io.tools.air_set(AirTool::Suction);
         Self {
@@ -87,7 +91,7 @@ impl Apply for SetEndEffectorSuctionCup {
 impl Report for EndEffectorGripper {
     const RESTS_ON: Assumption = Assumption::Tools;
 
-    /// As it was set, whichever tool has the air.
+    /// The command as it was set, whichever tool has the air.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let Commanded { control, on } = cx.io.tools.air_set(AirTool::Gripper);
         Self {

@@ -1,4 +1,4 @@
-//! Waiting for an input (document 1.14).
+//! TRIG: waiting for an input (document 1.14).
 
 use magician_protocol::Writable;
 use magician_protocol::commands::TrigCmd;
@@ -18,8 +18,10 @@ impl Apply for TrigCmd {
         AssumptionSet::from(Self::RESTS_ON).and_if(at_once, Assumption::ImmediateWait)
     }
 
-    /// In the queue it blocks until it is met, however long that takes; at once it has nothing to hold back. One that
-    /// makes no sense would block for ever and is refused.
+    /// Blocks the queue until the condition is met; there is no timeout (model section 14).
+    ///
+    /// An immediate one has nothing to block (E34). An undefined condition would block forever and
+    /// is refused.
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects {
         let Some(trigger) = Trigger::new(self) else {
             return if cx
@@ -31,6 +33,7 @@ impl Apply for TrigCmd {
                 Effects::none()
             };
         };
+        // A condition that holds already must not wait for the next change of the input.
         if mode == ExecMode::Immediate || trigger.is_met(&cx.io.pins, cx.world, cx.now) {
             Effects::none()
         } else {

@@ -1,4 +1,4 @@
-//! Waiting (document 1.13).
+//! WAIT: waiting for a time (document 1.13).
 
 use magician_protocol::commands::WaitCmd;
 
@@ -16,11 +16,12 @@ impl Apply for WaitCmd {
         AssumptionSet::from(Self::RESTS_ON).and_if(at_once, Assumption::ImmediateWait)
     }
 
-    /// In the queue it counts from its start; at once it has nothing to hold back (errata E34).
+    /// In the queue it counts from its start. An immediate one has nothing to block (errata E34).
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects {
         match mode {
             ExecMode::Immediate => Effects::none(),
             ExecMode::Queued => {
+                // The protocol counts milliseconds (E34).
                 let span = Micros::from(self.timeout).saturating_mul(1000);
                 Effect::WaitUntil(cx.now.after_micros(span)).into()
             }

@@ -1,5 +1,5 @@
-//! The Wi-Fi module's settings (document 1.17, model section 15). The flash keeps them, but for the command mode in which
-//! they are set.
+//! Settings of the Wi-Fi module (document 1.17, model section 15). The flash keeps all of them
+//! except the command mode.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, NoArgs};
@@ -21,7 +21,7 @@ impl Report for WifiConfigMode {
 impl Apply for WifiConfigMode {
     const RESTS_ON: Assumption = Assumption::WifiSettings;
 
-    /// When the module leaves its command mode it looks for the network anew.
+    /// Leaving the command mode makes the module join its network again.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.wifi_config = *self;
         cx.store.settings.wifi_begun = cx.now;
@@ -41,10 +41,11 @@ kept! {
 impl Report for WifiConnectStatus {
     const RESTS_ON: Assumption = Assumption::WifiStatus;
 
-    /// Any network that has a name is there, and is joined after a while.
+    /// Reports whether a network with a name has been joined: any name works, after a delay.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let named = !cx.store.flash().wifi_ssid.ssid.as_bytes().is_empty();
         let looks = !cx.store.settings.wifi_config.enable.is_on();
+        // A reset restarts the module as well.
         let begun = cx.store.settings.wifi_begun.max(cx.booted);
         let found = begun.after_micros(micros(cx.firmware.profile.wifi.association));
         Self {

@@ -1,4 +1,4 @@
-//! What the connectors carry: pins, tools, motors and sensors (model section 13).
+//! Connectors: pins, tools, motors and sensors (model section 13).
 
 pub(crate) mod pins;
 pub(crate) mod sensors;
@@ -13,7 +13,7 @@ use sensors::Detectors;
 use steppers::Steppers;
 use tools::Actuators;
 
-/// Everything at the connectors; each keeps its own state.
+/// All connectors; each part keeps its own state.
 #[derive(Clone, Debug)]
 pub(crate) struct Io {
     pub(crate) pins: Pins,
@@ -26,7 +26,7 @@ pub(crate) struct Io {
 }
 
 impl Io {
-    /// As power finds it. The world knows the tool in a state already when the controller resets.
+    /// State at power-up. At a reset the world already knows the tool in the state `reported`.
     pub(crate) fn new(profile: &Profile, reported: ToolState) -> Self {
         let abilities = |at| profile.io.pins.get(at).copied().unwrap_or_default();
         Self {
@@ -44,13 +44,14 @@ impl Io {
         self.reported
     }
 
-    /// Lets the tools follow their wires; what the world is to be told of them, if that is new.
+    /// Updates the tools from the pins that drive them. Returns the new state of the tool if it has
+    /// changed.
     pub(crate) fn update_tools(&mut self, now: ArmInstant) -> Option<ToolState> {
         let tool = self.tools.follow_wires(now, &self.pins);
         (std::mem::replace(&mut self.reported, tool) != tool).then_some(tool)
     }
 
-    /// When a tool or a motor next comes to an end of what it does.
+    /// Next instant at which a tool or a motor finishes something.
     pub(crate) fn next_event(&self, now: ArmInstant) -> Option<ArmInstant> {
         let ends = [self.tools.next_event(now), self.steppers.next_event()];
         ends.into_iter().flatten().min()

@@ -1,60 +1,60 @@
-//! The pins of the connectors: what each was told, what it puts out and what it reads (model section 13).
+//! Pins of the connectors: settings, output signals and input values (model section 13).
 
 use magician_protocol::{Flag, IoFunction};
 
 use crate::profile::{PINS, PinFunctions, pin_index};
 use crate::{ArmInstant, World};
 
-/// Frequencies that a pulse-width output has, Hz (document 1.15.3).
+/// Lowest and highest PWM frequency, Hz (document 1.15.3).
 const FREQUENCIES: [f64; 2] = [10.0, 1e6];
-/// The analog reading at 3.3 V.
+/// Analog value at 3.3 V.
 const FULL_SCALE: u16 = 4095;
 
 /// One of the 20 EIO pins at an instant (model section 13).
 ///
-/// What was set stays set and reads back whatever the pin does; it shows on the pin only while the pin has the function
-/// that puts it out.
+/// Settings stay and read back whatever the pin does. They take effect only while the pin has the
+/// function that puts them out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PinState {
     /// EIO address, 1 to 20.
     pub address: u8,
-    /// The function that it was multiplexed to.
+    /// Function that the pin is multiplexed to.
     pub function: IoFunction,
-    /// Whether the pin has that function; one that it lacks is stored and has no effect.
+    /// True if the pin has that function; one that it lacks is stored without effect.
     pub able: bool,
-    /// The level that was set for it as a digital output.
+    /// Level set for a digital output.
     pub level: bool,
-    /// The frequency that was set for it as a pulse-width output, Hz, as it came.
+    /// Frequency set for a PWM output, Hz, as sent.
     pub frequency: f32,
-    /// The duty cycle that was set for it as a pulse-width output, percent, as it came.
+    /// Duty cycle set for a PWM output, percent, as sent.
     pub duty_cycle: f32,
-    /// What it puts out.
+    /// Signal that the pin puts out.
     pub signal: Signal,
-    /// What GetIODI reads: low unless the pin is a digital input.
+    /// Value of GetIODI: low unless the pin is a digital input.
     pub input: bool,
-    /// What GetIOADC reads, 0 to 4095 for 0 to 3.3 V: 0 unless the pin is an analog input.
+    /// Value of GetIOADC, 0 to 4095 for 0 to 3.3 V: 0 unless the pin is an analog input.
     pub analog: u16,
 }
 
-/// What a pin puts out.
+/// Output signal of a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Signal {
-    /// Nothing: it is an input, has no function, or lacks the one that it was given.
+    /// No signal: the pin is an input, has no function, or lacks its function.
     Undriven,
     /// A digital output, high or low.
     Level(bool),
-    /// A pulse-width output.
+    /// A PWM output.
     Pulses {
-        /// Pulses a second, 10 to 1,000,000.
+        /// Frequency, Hz, 10 to 1,000,000.
         frequency: f64,
-        /// Share of the time that it is high, 0 to 100 percent.
+        /// Duty cycle, 0 to 100 percent.
         duty_cycle: f64,
     },
 }
 
 impl Signal {
-    /// How much of the time the pin is high, 0 to 100 percent; `None` when it puts out nothing.
+    /// Share of the time that the pin is high, 0 to 100 percent; `None` if it puts out nothing.
     #[must_use]
     pub fn share(self) -> Option<f64> {
         match self {
@@ -65,7 +65,7 @@ impl Signal {
     }
 }
 
-/// What one pin was told.
+/// Settings of one pin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pin {
     pub(crate) function: IoFunction,
@@ -86,11 +86,12 @@ impl Pin {
         match self.function {
             IoFunction::DigitalOutput if able.digital_output => Signal::Level(self.level.is_on()),
             IoFunction::Pwm if able.pwm => self.pulses(),
+            // Inputs, no function, and functions that this pin lacks.
             _ => Signal::Undriven,
         }
     }
 
-    /// Values out of range count as the nearest in range; without a number there are no pulses.
+    /// PWM signal, clamped to its ranges; NaN gives no pulses.
     fn pulses(&self) -> Signal {
         if self.frequency.is_nan() || self.duty_cycle.is_nan() {
             return Signal::Level(false);
@@ -103,13 +104,13 @@ impl Pin {
     }
 }
 
-/// The pins, by address less one.
+/// The pins, indexed by address less one.
 #[derive(Clone, Debug)]
 pub(crate) struct Pins {
     pins: [Pin; PINS],
-    /// What each can do.
+    /// Functions that each pin has.
     abilities: [PinFunctions; PINS],
-    /// What a get without an address asks for (errata E39).
+    /// Address that a get without one refers to (errata E39).
     last_address: u8,
 }
 
@@ -118,18 +119,20 @@ impl Pins {
         Self {
             pins: [Pin::NEW; PINS],
             abilities,
+            // Pin 1 at first (E39).
             last_address: 1,
         }
     }
 
-    /// The pin of an address, `None` when there is none; it is now the one addressed last.
+    /// Returns the pin of an address and makes it the one addressed last. `None` if there is no
+    /// such pin.
     pub(crate) fn addressed(&mut self, address: u8) -> Option<&mut Pin> {
         let pin = self.pins.get_mut(pin_index(address)?)?;
         self.last_address = address;
         Some(pin)
     }
 
-    /// Address and pin of a get; an address that there is not reads as a pin that was told nothing.
+    /// Returns address and pin of a get. A missing address reads as an unset pin.
     pub(crate) fn asked(&mut self, address: Option<u8>) -> (u8, Pin) {
         let address = address.unwrap_or(self.last_address);
         (
@@ -155,13 +158,14 @@ pub(crate) fn can_do(pin: PinFunctions, function: IoFunction) -> bool {
         | IoFunction::DigitalInputPullUp
         | IoFunction::DigitalInputPullDown => pin.digital_input,
         IoFunction::AnalogInput => pin.analog_input,
+        // A function number that no source names.
         IoFunction::Unknown(_) => false,
     }
 }
 
-/// What they do.
+/// Functions and values.
 impl Pins {
-    /// What a pin can do; nothing where there is none.
+    /// Functions that a pin has; none if there is no such pin.
     pub(crate) fn abilities_of(&self, address: u8) -> PinFunctions {
         pin_index(address)
             .and_then(|at| self.abilities.get(at))
@@ -169,12 +173,12 @@ impl Pins {
             .unwrap_or_default()
     }
 
-    /// What a pin puts out.
+    /// Output signal of a pin.
     pub(crate) fn signal(&self, address: u8) -> Signal {
         self.at(address).signal(self.abilities_of(address))
     }
 
-    /// The function of a pin, if it has it.
+    /// Function of a pin, `None` if the pin lacks it.
     fn function(&self, address: u8) -> IoFunction {
         let function = self.at(address).function;
         if can_do(self.abilities_of(address), function) {
@@ -184,13 +188,16 @@ impl Pins {
         }
     }
 
-    /// What a digital input reads: without a connection what its resistor pulls it to. A pin that is none reads low.
+    /// Value of a digital input. Without a connection it is what the resistor pulls it to; a pin
+    /// that is not a digital input reads low.
     pub(crate) fn digital(&self, address: u8, world: &World, now: ArmInstant) -> bool {
         let floating = match self.function(address) {
             IoFunction::DigitalInput | IoFunction::DigitalInputPullDown => false,
             IoFunction::DigitalInputPullUp => true,
+            // Not a digital input.
             _ => return false,
         };
+        // An analog voltage on a digital input switches at half of the supply.
         let analog = || Some(world.analog(now, address)? > FULL_SCALE / 2);
         world
             .digital(now, address)
@@ -198,11 +205,12 @@ impl Pins {
             .unwrap_or(floating)
     }
 
-    /// What an analog input reads: 0 without a connection. A pin that is none reads 0.
+    /// Value of an analog input: 0 without a connection, and for a pin that is not an analog input.
     pub(crate) fn analog(&self, address: u8, world: &World, now: ArmInstant) -> u16 {
         if self.function(address) != IoFunction::AnalogInput {
             return 0;
         }
+        // A digital level reads as one of the ends of the range.
         let level = || {
             let high = world.digital(now, address)?;
             Some(if high { FULL_SCALE } else { 0 })

@@ -1,12 +1,12 @@
-//! Which of the connectors' sensors are on (document 1.15.7 and 1.15.8).
+//! Enabled sensors at the connectors (document 1.15.7 and 1.15.8).
 
 use magician_protocol::{Flag, Port};
 
-/// Which connectors a kind of sensor was enabled at.
+/// Connectors at which a kind of sensor is enabled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Detectors {
     enabled: [bool; 4],
-    /// What a get without a connector asks for.
+    /// Connector that a get without one refers to.
     last: Port,
 }
 
@@ -14,13 +14,14 @@ impl Default for Detectors {
     fn default() -> Self {
         Self {
             enabled: [false; 4],
+            // GP1 at power-up: a choice (model section 15a).
             last: Port::Gp1,
         }
     }
 }
 
 impl Detectors {
-    /// Whether there is such a connector.
+    /// Enables or disables the sensor at a connector. Returns false if there is no such connector.
     pub(crate) fn enable(&mut self, port: Port, enabled: Flag) -> bool {
         let Some(place) = self.enabled.get_mut(usize::from(u8::from(port))) else {
             return false;
@@ -30,7 +31,7 @@ impl Detectors {
         true
     }
 
-    /// The connector that a get asks for, if the sensor there is on.
+    /// Connector that a get refers to; `None` if its sensor is off.
     pub(crate) fn asked(&self, port: Option<Port>) -> Option<Port> {
         let port = port.unwrap_or(self.last);
         let enabled = self.enabled.get(usize::from(u8::from(port)));

@@ -1,37 +1,42 @@
-//! The two stepper outputs: they turn steadily until they are told otherwise, or for a number of pulses.
+//! The two stepper outputs: they run at a constant rate until the next command, or for a number of
+//! pulses.
+//!
+//! Position is a closed form of time, as for the arm. A counted run ends on its exact number of
+//! pulses, which rounding to microseconds would miss.
 
 use crate::ArmInstant;
 use crate::convert::micros;
 
-/// Pulses that move the vendor's conveyor belt by 1 mm: 16,000 a turn of its roller, 34 mm across (model section 13).
+/// Pulses per mm of the vendor's conveyor belt: 16,000 per turn of a roller 34 mm across (model
+/// section 13).
 pub const CONVEYOR_PULSES_PER_MM: f64 = 16_000.0 / (34.0 * std::f64::consts::PI);
 
-/// No stepper follows faster pulses, pulses/s; more counts as this.
+/// Highest rate, pulses/s; higher ones are clamped. A choice that keeps positions finite.
 const FASTEST: f64 = 1e6;
 
 /// A stepper output at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct StepperState {
-    /// Pulses a second; the sign is the direction, 0 is rest.
+    /// Rate in pulses per second; the sign is the direction, 0 is rest.
     pub pulses_per_second: f64,
-    /// Pulses since power-up, those backwards taken off.
+    /// Pulses since power-up; backward pulses count negative.
     pub pulses: f64,
-    /// When it comes to rest by itself.
+    /// Instant at which it stops by itself; `None` without a count.
     pub ends: Option<ArmInstant>,
 }
 
-/// One output, as a function of time since it was told last.
+/// One output, as a function of the time since its last command.
 #[derive(Clone, Copy, Debug, Default)]
 struct Motor {
     rate: f64,
     since: ArmInstant,
-    /// Pulses up to then.
+    /// Pulses counted by the last command.
     counted: f64,
     run: Option<Run>,
 }
 
-/// A number of pulses and no more.
+/// A run of a given number of pulses.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     ends: ArmInstant,
@@ -50,18 +55,18 @@ impl Motor {
     }
 }
 
-/// The outputs.
+/// The two outputs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Steppers {
     motors: [Motor; 2],
 }
 
-/// What a command has made of an output.
+/// Result of a command for an output.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turned {
-    /// Its new rate, if that is another one.
+    /// New rate, if it has changed.
     pub(crate) rate: Option<f64>,
-    /// Whether it counts pulses from now on.
+    /// True if it counts pulses from now on.
     pub(crate) counts: bool,
 }
 
@@ -72,13 +77,14 @@ impl Steppers {
         self.motors.map(|motor| motor.state(now))
     }
 
-    /// When one next comes to rest by itself.
+    /// Next instant at which an output stops by itself.
     pub(crate) fn next_event(&self) -> Option<ArmInstant> {
         let ends = |motor: &Motor| motor.run.map(|run| run.ends);
         self.motors.iter().filter_map(ends).min()
     }
 
-    /// Turns an output at a rate from now on, for so many pulses if that is given; `None` where there is no output.
+    /// Runs an output at a rate, for a number of pulses if given. `None` if there is no such
+    /// output.
     pub(crate) fn turn(
         &mut self,
         now: ArmInstant,
@@ -86,7 +92,9 @@ impl Steppers {
         rate: f64,
         pulses: Option<u32>,
     ) -> Option<Turned> {
+        // Both signs: the sign is the direction.
         let rate = rate.clamp(-FASTEST, FASTEST);
+        // Neither a standing motor nor zero pulses may block the queue.
         let nothing = rate == 0.0 || pulses == Some(0);
         let motor = self.motors.get_mut(output)?;
         let counted = motor.state(now).pulses;
@@ -111,14 +119,14 @@ impl Steppers {
         })
     }
 
-    /// The pulses at which an output has come to rest by now, if it has counted what it was to.
+    /// Pulses at which an output has stopped, if its count has been reached by now.
     pub(crate) fn due(&self, now: ArmInstant, output: usize) -> Option<f64> {
         let run = self.motors.get(output)?.run?;
         (run.ends <= now).then_some(run.counted)
     }
 
-    /// What an output that has come to rest has counted: exactly what it was to, without what rounding its end to a
-    /// microsecond made of it.
+    /// Sets the exact count of an output that has stopped, without the rounding of its end to a
+    /// microsecond.
     pub(crate) fn set_counted(&mut self, output: usize, counted: f64) {
         if let Some(motor) = self.motors.get_mut(output) {
             motor.counted = counted;

@@ -1,7 +1,8 @@
-//! What the tool does: one air line for suction cup and gripper, and the laser (model section 13).
+//! Tools: one air line for suction cup and gripper, and the laser (model section 13).
 //!
-//! The pump, the valve and the laser's two wires are EIO pins of the arm. The firmware drives them for the commands of
-//! the end effectors, unless a pin is multiplexed to an output: then its wire follows the pin.
+//! Pump, valve and the two wires of the laser are EIO pins. The firmware drives them for the
+//! commands of the end effectors, unless a pin is multiplexed to an output: then the wire follows
+//! that pin.
 
 use magician_protocol::Flag;
 
@@ -19,7 +20,7 @@ const LASER_SUPPLY: u8 = 2;
 /// EIO address of the laser's modulation.
 const LASER_POWER: u8 = 4;
 
-/// Which tool the air line is for: they share the pump, so only one of them works.
+/// Tool that has the air line. Both share the pump, so only one of them works.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum AirTool {
     #[default]
@@ -27,7 +28,7 @@ pub(crate) enum AirTool {
     Gripper,
 }
 
-/// Two flags as a host set them.
+/// The two flags of a tool command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Commanded {
     pub(crate) control: Flag,
@@ -40,21 +41,21 @@ impl Commanded {
     }
 }
 
-/// A tool that takes its time to do what it is told.
+/// State of a tool that takes time to act.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Output {
-    /// What it was told.
+    /// Commanded state.
     pub commanded: bool,
-    /// What it has come to.
+    /// State that it has reached.
     pub reached: bool,
 }
 
-/// What takes its time to come to what it is told.
+/// A tool that takes time to act.
 #[derive(Clone, Copy, Debug, Default)]
 struct Actuator {
     commanded: bool,
-    /// The state before, until `settled`.
+    /// State before the command, valid until `settled`.
     before: bool,
     settled: ArmInstant,
 }
@@ -72,6 +73,7 @@ impl Actuator {
 
     fn command(&mut self, commanded: bool, now: ArmInstant, delay: Micros) {
         let was = self.at(now);
+        // Repeating a command does not restart its delay.
         if commanded != was.commanded {
             *self = Self {
                 commanded,
@@ -88,24 +90,24 @@ pub(crate) struct Actuators {
     laser_set: Commanded,
     suction_set: Commanded,
     gripper_set: Commanded,
-    /// The tool whose command came last, and that command: it has the pump.
+    /// Tool of the last command, and that command: it has the pump.
     air: (AirTool, Commanded),
-    /// Power of the laser along a continuous path, percent.
+    /// Laser power along a continuous path, percent.
     path_power: f64,
     suction: Actuator,
     gripper: Actuator,
-    /// The laser's power, percent.
+    /// Power that the laser really has, percent.
     laser: f64,
     vacuum_delay: Micros,
     gripper_delay: Micros,
 }
 
-/// What the wires to the tools carry.
+/// Signals on the wires to the tools.
 #[derive(Clone, Copy, Debug)]
 struct Wires {
     pump: bool,
     valve: bool,
-    /// Power of the laser, percent.
+    /// Laser power, percent.
     laser: f64,
 }
 
@@ -118,7 +120,7 @@ impl Actuators {
         }
     }
 
-    /// A command for a tool of the air line.
+    /// Sets the command of a tool on the air line; that tool takes the pump.
     pub(crate) fn set_air(&mut self, tool: AirTool, commanded: Commanded) {
         match tool {
             AirTool::Suction => self.suction_set = commanded,
@@ -127,12 +129,12 @@ impl Actuators {
         self.air = (tool, commanded);
     }
 
-    /// A command for the laser.
+    /// Sets the command of the laser.
     pub(crate) fn set_laser(&mut self, commanded: Commanded) {
         self.laser_set = commanded;
     }
 
-    /// The command that a tool of the air line had last, whichever has the air.
+    /// Last command of a tool on the air line, whichever has the air.
     pub(crate) fn air_set(&self, tool: AirTool) -> Commanded {
         match tool {
             AirTool::Suction => self.suction_set,
@@ -140,18 +142,20 @@ impl Actuators {
         }
     }
 
-    /// The command that the laser had last.
+    /// Last command of the laser.
     pub(crate) fn laser_set(&self) -> Commanded {
         self.laser_set
     }
 
-    /// The laser burns with so much power along a continuous path; 0 turns it off.
+    /// Sets the laser power along a continuous path, percent; 0 switches it off.
     pub(crate) fn burn(&mut self, power: f64) {
+        // Also false for NaN: what is not a power must not burn.
         self.path_power = if power > 0.0 { power.min(100.0) } else { 0.0 };
     }
 
-    /// What the firmware makes of the laser, percent.
+    /// Laser power that the firmware drives, percent.
     fn laser_driven(&self) -> f64 {
+        // SetEndEffectorLaser knows on and off only.
         if self.laser_set.is_on() {
             100.0
         } else {
@@ -167,12 +171,12 @@ impl Actuators {
         self.gripper.at(now)
     }
 
-    /// Power of the laser, percent; 0 is off.
+    /// Laser power, percent; 0 is off.
     pub(crate) fn laser_power(&self) -> f64 {
         self.laser
     }
 
-    /// When a tool next comes to what it was commanded to.
+    /// Next instant at which a tool reaches its commanded state.
     pub(crate) fn next_event(&self, now: ArmInstant) -> Option<ArmInstant> {
         [self.suction.settled, self.gripper.settled]
             .into_iter()
@@ -180,14 +184,17 @@ impl Actuators {
             .min()
     }
 
-    /// What the wires carry: each what its pin puts out, else what the firmware drives it to.
+    /// Signals on the wires: that of the pin if it is an output, else that of the firmware.
     fn wires(&self, pins: &Pins) -> Wires {
         let (_, commanded) = self.air;
         let laser_driven = self.laser_driven();
         let level = |address, driven: bool| {
+            // A pin multiplexed to an output overrides the firmware, as users drive the tools by
+            // pins.
             let share = pins.signal(address).share();
             share.map_or(driven, |share| share > 0.0)
         };
+        // The laser needs both: supply on EIO 2 and PWM on EIO 4 (model section 13).
         let supplied = level(LASER_SUPPLY, laser_driven > 0.0);
         let power = pins.signal(LASER_POWER).share().unwrap_or(laser_driven);
         Wires {
@@ -197,10 +204,10 @@ impl Actuators {
         }
     }
 
-    /// Lets the tools follow their wires; what the world then feels of them.
+    /// Updates the tools from their wires and returns the state that the world feels.
     pub(crate) fn follow_wires(&mut self, now: ArmInstant, pins: &Pins) -> ToolState {
         let Wires { pump, valve, laser } = self.wires(pins);
-        // The pump blows while the valve is closed: there is no vacuum then, and the gripper opens.
+        // With the valve closed the pump blows: there is no vacuum, and the gripper opens.
         let active = pump && valve;
         let (tool, _) = self.air;
         let has_air = |wanted| active && tool == wanted;

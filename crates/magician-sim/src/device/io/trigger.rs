@@ -1,4 +1,4 @@
-//! What a TRIG waits for (document 1.14).
+//! Condition of a TRIG (document 1.14).
 
 use magician_protocol::commands::TrigCmd;
 use magician_protocol::{TriggerCondition, TriggerMode};
@@ -7,7 +7,7 @@ use super::pins::Pins;
 use crate::profile::pin_index;
 use crate::{ArmInstant, World};
 
-/// What the queue waits for.
+/// Condition on an input that the queue waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Trigger {
     address: u8,
@@ -24,7 +24,7 @@ enum Condition {
 }
 
 impl Trigger {
-    /// `None` for a pin that there is not and a condition without meaning (errata E35).
+    /// Decodes a TRIG. `None` for a missing pin or an undefined condition (errata E35).
     pub(crate) fn new(order: &TrigCmd) -> Option<Self> {
         use TriggerCondition::{Above, AtLeast, DifferentOrAtMost, EqualOrBelow};
         let TrigCmd {
@@ -41,17 +41,18 @@ impl Trigger {
             (TriggerMode::Analog, DifferentOrAtMost) => Condition::AtMost(threshold),
             (TriggerMode::Analog, AtLeast) => Condition::AtLeast(threshold),
             (TriggerMode::Analog, Above) => Condition::Above(threshold),
+            // Digital inputs know the first two conditions only.
             _ => return None,
         };
         Some(Self { address, condition })
     }
 
-    /// EIO address of the input that it waits for.
+    /// EIO address of the input.
     pub(crate) fn address(&self) -> u8 {
         self.address
     }
 
-    /// Whether the input reads what it waits for.
+    /// True if the input meets the condition.
     pub(crate) fn is_met(&self, pins: &Pins, world: &World, now: ArmInstant) -> bool {
         let analog = || pins.analog(self.address, world, now);
         match self.condition {

@@ -1,20 +1,23 @@
-//! Homing: J1 looks for its switch, then the arm goes to the home point (model section 11).
+//! Homing: J1 finds its switch, then the arm moves to the home point (model section 11).
 //!
-//! J1 turns negative until its switch closes, backs off, and creeps on in two steps; where the switch closes again J1 is
-//! set. The switch stands where the base really is, so an arm that does not know its base angle finds it. The command
-//! runs through every stage; a stop, another motion or a reset ends it at whichever it is.
+//! J1 turns in the negative direction until its switch closes, backs off, and creeps back in two
+//! steps; where the switch closes again J1 is set. The switch is at a true angle of the base, so an
+//! arm that does not know its base angle finds it. One command runs through all stages. A stop,
+//! another motion or a reset ends it at any stage.
 
 use magician_motion::{JointAngles, Limits, Move, MoveKind, Planner, Target};
 
 use super::plan::NoPlan;
 use super::{ArmView, MotionKind, Outputs, RailPath, Stage, Start};
 
-/// The base at the switch: closer than the arm's step of 0.01125 deg.
+/// Distance from the switch at which it counts as closed, deg: below the motor step of 0.01125 deg.
 const AT_SWITCH: f64 = 1e-3;
 
 impl ArmView<'_> {
-    /// What comes after a stage; `None` when the switch has closed for the last time. The switch is felt, not counted:
-    /// a base that has slipped away from it goes on, and one that has slipped past it tries again.
+    /// Returns the stage after a finished one; `None` when the switch has closed for the last time.
+    ///
+    /// The true angle decides, not the commanded one: a base that has slipped away from the switch
+    /// continues, and one that has slipped past it backs off and tries again.
     pub(crate) fn stage_after(&self, stage: Stage) -> Option<Stage> {
         let off = self.motion.true_pose(self.now).joints.j1 - self.firmware.model.homing.switch;
         match stage {
@@ -28,7 +31,8 @@ impl ArmView<'_> {
         }
     }
 
-    /// The first stage takes the carriage on the rail to its end, and lasts until it is there.
+    /// Plans one stage of the search. The rail's carriage goes to its end along with the first
+    /// stage, which lasts until it is there.
     pub(crate) fn plan_search(&self, stage: Stage) -> Result<Start, NoPlan> {
         let rules = &self.firmware.model.homing;
         let [creep, touch] = rules.creep;
@@ -38,13 +42,16 @@ impl ArmView<'_> {
             Stage::Creep => (rules.switch + rules.back_off / 2.0, creep),
             Stage::Touch => (rules.switch, touch),
         };
+        // Relative to the true angle: before homing the commanded angle of J1 is unrelated to it.
         let way = target - self.motion.true_pose(self.now).joints.j1;
         let request = Move {
             target: Target::JointIncrement(JointAngles::from([way, 0.0, 0.0, 0.0])),
             kind: MoveKind::Joint,
         };
         let mut speeds = rules.speeds();
+        // Only J1 moves, at the speed of the stage; the acceleration is that of the final move.
         speeds.joint_velocity[0] = velocity;
+        // Limits refer to the commanded angle, so they mean nothing until J1 is referenced.
         let planner = Planner {
             limits: Limits::NONE,
             ..self.planner(speeds)
@@ -59,7 +66,8 @@ impl ArmView<'_> {
         })
     }
 
-    /// The end of homing: a joint move to the home point that was set, or else to the joints at which homing ends.
+    /// Plans the end of homing: a joint move to the home point, or to the default joints if none is
+    /// set.
     pub(crate) fn plan_home_point(&self) -> Result<Start, NoPlan> {
         match self.settings.home_point() {
             Some(target) => self.plan_home(target),
@@ -67,7 +75,7 @@ impl ArmView<'_> {
         }
     }
 
-    /// The end of homing when no home point is set.
+    /// Plans the end of homing without a home point.
     pub(crate) fn plan_home_joints(&self) -> Result<Start, NoPlan> {
         self.plan_home(Target::Joints(self.firmware.model.homing.joints))
     }
@@ -77,7 +85,7 @@ impl ArmView<'_> {
         self.plan_joint_move(&planner, target)
     }
 
-    /// The carriage's part of homing, for a motion that begins now: to the end of the rail where it is 0.
+    /// Plans the carriage's part of homing, to the end of the rail at 0.
     fn plan_rail_home(&self) -> RailPath {
         if self.settings.motion.has_rail() {
             RailPath::home(

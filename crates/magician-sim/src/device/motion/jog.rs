@@ -1,4 +1,9 @@
-//! Jogging: one axis at a time, until it is told to stop or a limit stops it (model section 10).
+//! Jogging: one axis moves until a command or a limit stops it (model section 10).
+//!
+//! What a jog command does depends on what is under way: the same axis passes through standstill,
+//! another axis takes over the signed speed (as recorded from a real arm), and a stop ramp is only
+//! given a new continuation. The rail never takes over a speed: it waits until the arm rests, and
+//! the arm waits for the rail.
 
 use magician_motion::{Jog, JogAxis, MotionError, Plan, Trajectory};
 use magician_protocol::JogCommand;
@@ -8,19 +13,19 @@ use super::{ArmView, Jogged, MotionKind, Outputs, RailPath, Start};
 use crate::Micros;
 use crate::profile::JogAxisChange;
 
-/// What becomes of a jog. Nothing waits for one: its command has finished at once.
+/// Result of a jog command. No queued command waits for it: it has finished at once.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "it lives for a call")]
 pub(crate) enum JogPlan {
-    /// It goes on as it does.
+    /// Nothing changes.
     Unchanged,
-    /// It begins in place of what moves.
+    /// A motion starts and replaces the running one.
     Begin(Start),
-    /// What moves goes on as this.
+    /// The running motion continues as this one.
     Continue(Start),
-    /// It slows down already: only what follows changes.
+    /// The running stop ramp gets another continuation.
     Then(MotionKind),
-    /// It cannot be planned.
+    /// The jog cannot be planned.
     Refused(NoPlan),
 }
 
@@ -30,17 +35,19 @@ impl From<Result<Start, NoPlan>> for JogPlan {
     }
 }
 
-/// The axis and direction of a command; `None` for what is no axis of the arm.
+/// Axis and direction of a command; `None` if it is not an axis of the arm.
 fn jog_of(is_joint: bool, command: JogCommand) -> Option<Jog> {
     let (number, positive) = command.axis()?;
     Jog::numbered(is_joint, number, positive)
 }
 
 impl ArmView<'_> {
-    /// Begins to jog, or turns a jog round, or slows it down to a stop. Without a rail its jogs are ignored.
+    /// Plans the effect of a jog command: start, reversal or stop. Jogs of a disabled rail are
+    /// ignored.
     pub(crate) fn jog(&self, is_joint: bool, command: JogCommand) -> JogPlan {
         let on_rail = |positive| Some(Jogged::Rail { positive });
         let jogged = match command {
+            // Without a rail its commands are accepted and do nothing (model section 12).
             JogCommand::RailPlus | JogCommand::RailMinus if !self.settings.motion.has_rail() => {
                 return JogPlan::Unchanged;
             }
@@ -50,14 +57,18 @@ impl ArmView<'_> {
         };
         match jogged {
             Some(jogged) => self.jog_along(jogged),
+            // Command 0, and anything undefined, stops the jog (assumption `UnknownJog`).
             None => self.stop_jog(None),
         }
     }
 
-    /// On the same axis the speed passes through zero; another axis takes over the speed with its sign, or waits until
-    /// the one under way rests.
+    /// Plans a jog in place of the running motion.
+    ///
+    /// The same axis passes through standstill. Another axis takes over the signed speed, or waits
+    /// until the running jog rests, depending on the profile.
     fn jog_along(&self, jogged: Jogged) -> JogPlan {
         match (jogged, self.motion.kind()) {
+            // The same axis: its own speed is the entry speed, also against the new direction.
             (Jogged::Arm(jog), Some(MotionKind::Jog(running))) if running.axis == jog.axis => {
                 self.plan_jog(jog, self.jog_velocity(jog.axis)).into()
             }
@@ -74,11 +85,12 @@ impl ArmView<'_> {
                 _,
                 Some(MotionKind::Jog(_) | MotionKind::JogStop { .. } | MotionKind::RailJog { .. }),
             ) => self.stop_jog(Some(jogged)),
+            // Not a jog: it is replaced, as by any immediate motion (model section 14).
             _ => self.jog_from_rest(jogged),
         }
     }
 
-    /// Whether a command jogs another axis than the one under way.
+    /// True if a command jogs another axis than the running jog.
     pub(crate) fn jogs_another(&self, is_joint: bool, command: JogCommand) -> bool {
         let asked = jog_of(is_joint, command).map(|jog| jog.axis);
         match self.motion.kind() {
@@ -89,7 +101,7 @@ impl ArmView<'_> {
         }
     }
 
-    /// Jogs from rest. What else moves is replaced, unless there are no speeds to jog with.
+    /// Plans a jog from rest. Any other motion is replaced, unless the speeds are invalid.
     pub(crate) fn jog_from_rest(&self, jogged: Jogged) -> JogPlan {
         match jogged {
             Jogged::Arm(jog) => self.plan_jog(jog, 0.0).into(),
@@ -98,13 +110,14 @@ impl ArmView<'_> {
     }
 
     fn jog_velocity(&self, axis: JogAxis) -> f64 {
+        // At rest the entry speed is 0.
         (self.motion.under_way.as_ref()).map_or(0.0, |motion| {
             let elapsed = motion.elapsed(self.now);
             motion.trajectory.velocity_along(axis, elapsed)
         })
     }
 
-    /// Jogs from a speed on the same axis.
+    /// Plans a jog from an entry speed on the same axis.
     fn plan_jog(&self, jog: Jog, entry: f64) -> Result<Start, NoPlan> {
         let ceilings = &self.firmware.model.ceilings;
         let rates = self.settings.motion.jog(jog.axis, ceilings)?;
@@ -113,7 +126,7 @@ impl ArmView<'_> {
         Ok(self.start_jog(MotionKind::Jog(jog), &plan, jog.axis))
     }
 
-    /// Slows a jog down with the acceleration of jogging; `then` follows when it stands.
+    /// Plans the stop of a jog at the jog acceleration; `then` follows when it rests.
     fn stop_jog(&self, then: Option<Jogged>) -> JogPlan {
         let Some(motion) = &self.motion.under_way else {
             return JogPlan::Unchanged;
@@ -121,9 +134,11 @@ impl ArmView<'_> {
         let axis = match motion.kind {
             MotionKind::Jog(jog) => jog.axis,
             MotionKind::JogStop { axis, .. } => {
+                // Already braking: only the continuation changes.
                 return JogPlan::Then(MotionKind::JogStop { axis, then });
             }
             MotionKind::RailJog { .. } => return self.rail_jog_stop(then),
+            // A stop does not affect a motion that is not a jog.
             _ => return JogPlan::Unchanged,
         };
         let ceilings = &self.firmware.model.ceilings;
@@ -136,6 +151,7 @@ impl ArmView<'_> {
 
     fn start_jog(&self, kind: MotionKind, plan: &Plan, axis: JogAxis) -> Start {
         let alarm = plan.crossing.map(|crossing| {
+            // A straight jog raises the alarm of a path, a joint jog that of its bound.
             if matches!(axis, JogAxis::X | JogAxis::Y | JogAxis::Z)
                 || !matches!(crossing.cause, MotionError::Limit { .. })
             {
@@ -148,32 +164,38 @@ impl ArmView<'_> {
     }
 }
 
-/// The carriage.
+/// Jogs of the rail.
 impl ArmView<'_> {
-    /// Jogs the carriage towards the end of the rail, where it comes to rest without an alarm. Against the way that it
-    /// moves it first comes to rest; told again the direction that it has, it goes on as it does.
+    /// Plans a jog of the carriage towards an end of the rail, where it rests without an alarm.
+    ///
+    /// Against its present direction it first comes to rest. A repeated command in the same
+    /// direction changes nothing.
     fn rail_jog(&self, positive: bool) -> JogPlan {
         let Some(rates) = self.settings.motion.rail_jog() else {
             return JogPlan::Refused(NoPlan::RailSpeed);
         };
         let (length, sign) = (self.motion.rail.length, if positive { 1.0 } else { -1.0 });
         let (from, velocity) = match self.rail_jogging() {
+            // Restarting the ramp would slow the carriage down.
             Some((path, _)) if path.heading() == sign => return JogPlan::Unchanged,
             Some((path, elapsed)) => (path.sample(elapsed), path.velocity(elapsed)),
             None => (self.rail(), 0.0),
         };
+        // The ends of the rail stop a jog without an alarm (model section 15a).
         let to = if positive { length } else { 0.0 };
         let path = RailPath::slowing(self.law(), from, velocity, rates.acceleration, length);
         self.start_rail_jog(path.then_going(self.law(), to, &rates), None)
     }
 
-    /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog, and `then` follows.
+    /// Plans the stop of a rail jog at the jog acceleration; `then` follows.
     fn rail_jog_stop(&self, then: Option<Jogged>) -> JogPlan {
         let rates = self.settings.motion.rail_jog();
+        // With invalid speeds it stops at once.
         let deceleration = rates.map_or(f64::INFINITY, |rates| rates.acceleration);
         let Some((path, elapsed)) = self.rail_jogging() else {
             return JogPlan::Unchanged;
         };
+        // Already braking: only the continuation changes.
         if path.heading() == 0.0 {
             return JogPlan::Then(MotionKind::RailJog { then });
         }
@@ -183,7 +205,7 @@ impl ArmView<'_> {
         self.start_rail_jog(path, then)
     }
 
-    /// The jog of the carriage that is under way, and how long it has been.
+    /// Path of the running rail jog, and the time since its start.
     fn rail_jogging(&self) -> Option<(RailPath, Micros)> {
         let motion = self.motion.under_way.as_ref()?;
         let jogs = matches!(motion.kind, MotionKind::RailJog { .. });

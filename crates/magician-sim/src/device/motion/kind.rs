@@ -1,49 +1,49 @@
-//! What a motion is for: that decides what follows its end, and what a stop makes of it.
+//! Kinds of motions. The kind decides what follows the end of a motion, and how a stop affects it.
 
 use magician_motion::{Jog, JogAxis};
 
 use super::path::Segment;
 
-/// What a motion is for.
+/// Purpose of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum MotionKind {
-    /// A move to a target.
+    /// A move to a target, an arc or a circle.
     Move,
     /// A segment of a continuous path.
     Segment(Segment),
     /// A jog: it runs until a limit or a command stops it.
     Jog(Jog),
-    /// The end of a jog, and the jog that follows it.
+    /// The stop ramp of a jog, and the jog that follows it.
     JogStop { axis: JogAxis, then: Option<Jogged> },
-    /// Homing, while it looks for the switch of J1.
+    /// A stage of the search for the switch of J1.
     Search(Stage),
-    /// The end of a motion that was force-stopped.
+    /// The ramp of a forced stop.
     Brake,
-    /// A jog of the carriage on the rail, or its end and the jog that follows it.
+    /// A jog of the rail's carriage or its stop ramp, and the jog that follows it.
     RailJog { then: Option<Jogged> },
 }
 
-/// A part of the search for the switch of J1.
+/// Stage of the search for the switch of J1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
     /// Fast, to the switch.
     Seek,
-    /// Off the switch again.
+    /// Away from the switch.
     BackOff,
     /// Slowly, half of the way back.
     Creep,
-    /// Slower still, until the switch closes.
+    /// More slowly still, until the switch closes.
     Touch,
 }
 
-/// What a jog moves, and which way.
+/// Axis and direction of a jog.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Jogged {
     /// An axis of the arm.
     Arm(Jog),
     /// The carriage on the rail.
     Rail {
-        /// Whether its place grows.
+        /// True if its position grows.
         positive: bool,
     },
 }

@@ -1,4 +1,5 @@
-//! The joint limits as alarms, and when one drops because its joint has come back inside (model section 4).
+//! Limit alarms of the joints, and the moment at which one drops because its joint is back inside
+//! (model section 4).
 
 use magician_motion::{Bound, JointAngles, Limits, Trajectory};
 use magician_protocol::{Alarm, AlarmSet};
@@ -6,10 +7,11 @@ use magician_protocol::{Alarm, AlarmSet};
 use super::Motion;
 use crate::{ArmInstant, Micros};
 
-/// A joint this close to a bound stands at it, deg; the arm's step is 0.01125.
+/// Distance from a bound at which a joint counts as standing at it, deg. The motor step is 0.01125
+/// deg, and the planner stops on the bound itself.
 const AT: f64 = 1e-6;
 
-/// The alarm of a bound, 0x40 to 0x49: raised when a motion ends there.
+/// Alarm of a bound, 0x40 to 0x49. It is raised when a motion ends there.
 pub(crate) fn limit_alarm(bound: Bound) -> u8 {
     match bound {
         Bound::J1Max => Alarm::LimitAxis1Pos,
@@ -25,7 +27,7 @@ pub(crate) fn limit_alarm(bound: Bound) -> u8 {
     }
 }
 
-/// Whether the joints stand at a bound or beyond it.
+/// True if the joints are at a bound or beyond it.
 fn is_at(bound: Bound, limits: &Limits, joints: &JointAngles) -> bool {
     let (value, limit) = (bound.value(joints), limits.at(bound));
     if bound.is_upper() {
@@ -36,7 +38,7 @@ fn is_at(bound: Bound, limits: &Limits, joints: &JointAngles) -> bool {
 }
 
 impl Motion {
-    /// Whether the joints stand at the limit that an alarm is about: its cause stands.
+    /// True if the cause of a limit alarm persists: a joint is at its limit.
     pub(crate) fn limit_stands(&self, now: ArmInstant, limits: &Limits, code: u8) -> bool {
         let joints = self.joints(now);
         Bound::ALL
@@ -44,7 +46,7 @@ impl Motion {
             .any(|bound| limit_alarm(bound) == code && is_at(bound, limits, &joints))
     }
 
-    /// Finds out when the motion takes a joint back inside whose limit alarm is among those that stand.
+    /// Computes when the motion takes a joint back inside, among those whose limit alarm stands.
     pub(crate) fn watch_limits(&mut self, now: ArmInstant, limits: &Limits, standing: AlarmSet) {
         let Some(motion) = &mut self.under_way else {
             return;
@@ -65,11 +67,13 @@ impl Motion {
     }
 }
 
-/// A motion is sampled so often for where it comes inside, one that goes out and back included.
+/// Number of samples over a motion, including one that goes out and comes back.
 const SAMPLES: Micros = 64;
 
-/// The first microsecond after `from` that is inside, if a motion gets there; one that is inside for less than a
-/// [`SAMPLES`]th of its time may be taken for one that does not.
+/// First microsecond after `from` that is inside, by sampling and bisection.
+///
+/// A motion that is inside for less than 1/64 of its time may be missed; the alarm then drops at
+/// its end.
 fn first_inside(from: Micros, to: Micros, outside: impl Fn(Micros) -> bool) -> Option<Micros> {
     let span = to.saturating_sub(from);
     let look = |step: Micros| from + span / SAMPLES * step + span % SAMPLES * step / SAMPLES;

@@ -1,8 +1,11 @@
-//! Where the arm is and how it moves (model sections 4, 7, 11 and 14).
+//! State and motion of the arm (model sections 4, 7, 11 and 14).
 //!
-//! All that moves is a [`Trajectory`](magician_motion::Trajectory): it has a beginning and an end, and is asked where it
-//! is. What it is for, and what follows it, is its [`MotionKind`]. Planning looks at an [`ArmView`] and changes nothing;
-//! [`Motion`] changes when a plan begins or ends.
+//! Everything that moves is a [`Trajectory`](magician_motion::Trajectory), which answers where it
+//! is at any time. Its [`MotionKind`] says what follows its end. Planning works on an [`ArmView`]
+//! and changes nothing; [`Motion`] changes only when a plan begins or ends.
+//!
+//! The commanded state and the true pose are separate: GetPose reports the commanded one, and lost
+//! steps or an unknown base angle are the difference, which only the world and homing see.
 
 mod homing;
 mod jog;

@@ -6,24 +6,27 @@ use magician_protocol::{PoCmd, PoList};
 use super::RailPath;
 use crate::Micros;
 
-/// The ways of arm and carriage that make one motion.
+/// Paths of arm and carriage in one motion.
 type Trajectories<'a> = (&'a Trajectory, &'a RailPath);
 
-/// The outputs of one move, and which of them have been switched.
+/// Outputs of one move, and which of them have been switched.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outputs {
     list: PoList,
-    /// A bit for each entry.
+    /// One bit for each entry.
     switched: u64,
-    /// The next entry and when it is due, from the start of the move.
+    /// Next entry and its time from the start of the move.
     next: Option<(Micros, usize)>,
 }
 
+// `switched` has a bit for each entry.
 const _: () = assert!(PoList::CAPACITY <= u64::BITS as usize);
 
 impl Outputs {
-    /// The outputs of a move, each due when its share of the path is done. One that the move never gets to, because a
-    /// limit ends it before, is never switched. Where the arm rests the path is the carriage's.
+    /// Creates the outputs of a move. Each is due when its share of the path is done.
+    ///
+    /// An output beyond a limit that ends the move is never switched. If only the carriage moves,
+    /// its path counts.
     pub(crate) fn new(list: PoList, way: Trajectories<'_>) -> Self {
         let mut outputs = Self {
             list,
@@ -34,12 +37,12 @@ impl Outputs {
         outputs
     }
 
-    /// When the next one is due, from the start of the move.
+    /// Time of the next output, from the start of the move.
     pub(crate) fn next_due(&self) -> Option<Micros> {
         self.next.map(|(at, _)| at)
     }
 
-    /// The next one that is due by then; it counts as switched.
+    /// Returns the next output that is due, and marks it as switched.
     pub(crate) fn take_due(&mut self, elapsed: Micros, way: Trajectories<'_>) -> Option<PoCmd> {
         let (_, entry) = self.next.filter(|(at, _)| *at <= elapsed)?;
         self.switched |= 1 << entry;
@@ -52,6 +55,7 @@ impl Outputs {
         self.next = entries
             .filter(|(entry, _)| self.switched & (1 << entry) == 0)
             .filter_map(|(entry, output)| {
+                // A ratio above 100 is clamped to the end of the path by `time_at_progress`.
                 let share = f64::from(output.ratio) / 100.0;
                 let due = if arm.duration_us() == 0 && rail.duration() > 0 {
                     rail.time_at_progress(share)

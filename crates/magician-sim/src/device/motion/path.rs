@@ -1,50 +1,54 @@
-//! Continuous paths: one segment after the other without a stop between (model section 8).
+//! Segments of continuous paths (model section 8).
 
 use magician_motion::{CpSegment, JointAngles, KinematicLimits, LookAhead, Planner, Pose};
 use magician_protocol::CpMode;
 
 use crate::convert::from_wire;
 
-/// Where a segment leads, as its command says.
+/// Target of a segment, as its command gives it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathPoint {
     pub(crate) mode: CpMode,
     pub(crate) numbers: [f32; 3],
 }
 
-/// Where a segment leads, and how it gets there from the end of the one before.
+/// Line of a segment from the end of the previous one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PathLine {
     to: [f64; 3],
     segment: CpSegment,
-    /// Whether its end can be reached: the arm comes to rest before one that cannot.
+    /// False if its end is out of reach: the arm comes to rest before it.
     reachable: bool,
 }
 
-/// A segment under way: what it needs to be planned anew when more becomes known of what follows.
+/// A running segment, with everything needed to replan it when more of the path becomes known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Segment {
     way: PathLine,
     look_ahead: LookAhead,
-    /// It came through the queue, and the queue's next segments follow it without a stop.
+    /// True if it came through the queue, so that the next queued segment may follow without a
+    /// stop.
     queued: bool,
 }
 
 impl PathLine {
-    /// The way of a segment that begins at a point.
+    /// Resolves the line of a segment that starts at a point.
     pub(crate) fn from(planner: &Planner, start: [f64; 3], point: PathPoint) -> Self {
         let mut to = from_wire(point.numbers);
+        // Relative to the end of the previous segment, not to the present position (model section
+        // 8).
         if point.mode == CpMode::Relative {
             for (to, start) in to.iter_mut().zip(start) {
                 *to += start;
             }
         }
         let [x, y, z] = to;
+        // r does not matter: only J1 to J3 decide whether the point is in reach.
         let joints = planner.geometry.inverse(&Pose::new(x, y, z, 0.0));
         Self {
             to,
             segment: CpSegment::between(start, to),
-            // J4 stands still, so its limits have no part in it.
+            // J4 does not move on a path, so its limits do not apply: any allowed angle will do.
             reachable: joints.is_ok_and(|joints| {
                 let j4 = planner.limits.j4.min;
                 planner.limits.check(&JointAngles { j4, ..joints }).is_ok()
@@ -52,12 +56,12 @@ impl PathLine {
         }
     }
 
-    /// Where it ends.
+    /// End of the line.
     pub(crate) fn to(&self) -> [f64; 3] {
         self.to
     }
 
-    /// Whether it leads nowhere.
+    /// True if the line has no length.
     pub(crate) fn is_empty(&self) -> bool {
         self.segment.is_empty()
     }
@@ -72,12 +76,12 @@ impl Segment {
         }
     }
 
-    /// Where it ends.
+    /// End of the segment.
     pub(super) fn to(&self) -> [f64; 3] {
         self.way.to
     }
 
-    /// The speeds along it.
+    /// Velocity and acceleration along it.
     pub(super) fn rates(&self) -> KinematicLimits {
         self.look_ahead.rates(&self.way.segment)
     }
@@ -86,8 +90,9 @@ impl Segment {
         self.queued
     }
 
-    /// The speed at which it may end before what follows it at once.
+    /// Highest exit speed, given the lines that follow without a stop.
     pub(crate) fn exit_speed<'a>(&self, next: impl Iterator<Item = &'a PathLine>) -> f64 {
+        // Lines beyond one out of reach do not matter: the path ends before it.
         let next = next.take_while(|way| way.reachable);
         let next = next.map(|way| &way.segment);
         self.look_ahead.exit_speed(&self.way.segment, next)

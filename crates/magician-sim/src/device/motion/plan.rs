@@ -1,4 +1,4 @@
-//! What is planned when a command asks for motion, and the alarms that planning raises.
+//! Plans for commands that move the arm, and the alarms that planning raises.
 
 use magician_motion::{
     ArmState, Crossing, Limits, LookAhead, MotionError, Move, MoveKind, Plan, Planner, Target,
@@ -11,31 +11,31 @@ use super::{ArmView, MotionKind, Outputs, RailPath, Segment, Start};
 use crate::Micros;
 use crate::fidelity::Assumption;
 
-/// Why a motion is not begun.
+/// Reason why a motion cannot start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum NoPlan {
-    /// The arm has no way there.
+    /// The arm's part cannot be planned.
     Arm(MotionError),
-    /// The carriage on the rail has none: its place is no number.
+    /// The target of the rail is NaN or infinite.
     RailPlace,
-    /// The carriage has no speed.
+    /// The speed of the rail is invalid.
     RailSpeed,
 }
 
 impl NoPlan {
-    /// The alarm that says so.
+    /// Alarm that reports the reason.
     pub(crate) fn alarm(&self) -> u8 {
         match self {
             Self::Arm(MotionError::Limit { .. }) => Alarm::PlanInvLimit,
             Self::Arm(MotionError::Speed { .. }) | Self::RailSpeed => Alarm::PlanSpeedInputParam,
             Self::Arm(MotionError::Coincident) => Alarm::PlanPushDataRepeat,
             Self::Arm(MotionError::Collinear) => Alarm::PlanArcInputParam,
-            // Out of reach, and whatever else cannot be calculated.
+            // Out of reach, or not computable for another reason.
             Self::Arm(_) | Self::RailPlace => Alarm::PlanInvCalc,
         }
     }
 
-    /// What the alarm rests on; that of the carriage rests on nothing that is counted.
+    /// Assumption behind the alarm; `None` for the rail.
     pub(crate) fn assumption(&self) -> Option<Assumption> {
         match self {
             Self::Arm(MotionError::Speed { .. }) => Some(Assumption::NoSpeed),
@@ -55,7 +55,7 @@ impl From<MotionError> for NoPlan {
 }
 
 impl Start {
-    /// A motion of the arm alone: the carriage stays where it is.
+    /// Creates a motion of the arm alone; the carriage stands.
     pub(super) fn of_arm(
         view: &ArmView<'_>,
         kind: MotionKind,
@@ -73,13 +73,15 @@ impl Start {
 }
 
 impl ArmView<'_> {
-    /// A move. If the carriage on the rail has somewhere to go, both begin and end together (model section 7).
+    /// Plans a move. If the carriage has to move, arm and carriage begin and end together (model
+    /// section 7).
     pub(crate) fn plan_move(
         &self,
         request: &Move,
         rail_to: Option<f64>,
         outputs: PoList,
     ) -> Result<Start, NoPlan> {
+        // The rail first: its duration is the minimum for the arm, and the arm's then for the rail.
         let rail = self.plan_rail(rail_to.unwrap_or(self.rail()))?;
         let planner = self.planner(self.settings.motion.speeds());
         let Plan {
@@ -98,7 +100,7 @@ impl ArmView<'_> {
         })
     }
 
-    /// A path in space that has been planned: an arc, a circle.
+    /// Wraps a planned path in space: an arc or a circle.
     pub(crate) fn plan_path(&self, plan: Result<Plan, MotionError>) -> Result<Start, NoPlan> {
         let plan = plan?;
         let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
@@ -110,7 +112,7 @@ impl ArmView<'_> {
         ))
     }
 
-    /// The end of a forced stop; `None` where nothing moves, or it brakes already.
+    /// Plans the ramp of a forced stop; `None` if nothing moves or it brakes already.
     pub(crate) fn plan_brake(&self) -> Option<Start> {
         let motion = self.motion.under_way.as_ref()?;
         if motion.kind == MotionKind::Brake {
@@ -120,7 +122,9 @@ impl ArmView<'_> {
             motion.elapsed(self.now),
             self.firmware.profile.stop.force_factor,
         );
+        // The PTP acceleration counts, whatever kind of motion is braked (model section 14).
         let mut planner = self.planner(self.settings.motion.speeds());
+        // During the search for the switch the commanded J1 is unrelated to its limits.
         if let MotionKind::Search(_) = motion.kind {
             planner.limits = Limits::NONE;
         }
@@ -134,7 +138,7 @@ impl ArmView<'_> {
         })
     }
 
-    /// The last part of homing, a joint move to a point.
+    /// Plans the last part of homing, a joint move.
     pub(super) fn plan_joint_move(
         &self,
         planner: &Planner,
@@ -155,9 +159,10 @@ impl ArmView<'_> {
     }
 }
 
-/// The carriage on the rail.
+/// The rail.
 impl ArmView<'_> {
-    /// The carriage's way to a place, which the ends of the rail bound without an alarm (model section 15a).
+    /// Plans the carriage's way to a position, clamped to the ends of the rail without an alarm
+    /// (model section 15a).
     fn plan_rail(&self, to: f64) -> Result<RailPath, NoPlan> {
         if !to.is_finite() {
             return Err(NoPlan::RailPlace);
@@ -167,8 +172,8 @@ impl ArmView<'_> {
             .ok_or(NoPlan::RailSpeed)
     }
 
-    /// The carriage's end of an emergency stop: by itself, in the time that it needs (model section 14 says it of the
-    /// arm's joints only).
+    /// Plans the carriage's part of a forced stop, in the time that it needs by itself. Model
+    /// section 14 defines the forced stop for the arm's joints only.
     fn brake_rail(&self, path: &RailPath, elapsed: Micros) -> RailPath {
         let factor = self.firmware.profile.stop.force_factor;
         let rates = self.settings.motion.rail();
@@ -185,13 +190,13 @@ impl ArmView<'_> {
 
 /// Continuous paths.
 impl ArmView<'_> {
-    /// The law of segments at the speeds that are set now.
+    /// Look-ahead at the present settings.
     pub(crate) fn look_ahead(&self) -> Result<LookAhead, MotionError> {
         let model = &self.firmware.model;
         LookAhead::new(&self.settings.motion.cp(model), &model.ceilings, model.law)
     }
 
-    /// A segment from where the arm is.
+    /// Plans a segment from where the arm stands.
     pub(crate) fn plan_segment(
         &self,
         planner: &Planner,
@@ -205,10 +210,12 @@ impl ArmView<'_> {
         Ok(Start::of_arm(self, kind, plan.trajectory, alarm))
     }
 
-    /// The rest of the segment under way with another speed at its end; `None` where that changes nothing or cannot be.
+    /// Replans the rest of the running segment with another exit speed; `None` if that changes
+    /// nothing or is impossible.
     pub(crate) fn replan_segment(&self, exit: f64) -> Option<Start> {
         let motion = self.motion.under_way.as_ref()?;
         let segment = self.motion.segment()?;
+        // A segment that ends at a limit has no exit speed to change.
         if motion.alarm.is_some() || exit == motion.trajectory.exit_speed() {
             return None;
         }
@@ -222,16 +229,17 @@ impl ArmView<'_> {
     }
 }
 
-/// What the end of a motion with an alarm rests on.
+/// Assumption behind an alarm at the end of a motion.
 pub(crate) fn assumption_of_end(code: u8) -> Assumption {
     match code {
         Alarm::MoveInvCalc | Alarm::MoveInvLimit => Assumption::PathChecked,
+        // Every other alarm of an end is a joint at its limit.
         _ => Assumption::JointTargets,
     }
 }
 
-/// The alarm for what stops a motion on its way: a move of joints runs into a limit, a path in space leaves the limits
-/// or the reach (model section 15a).
+/// Alarm for a crossing: a joint move runs into its limit, a path in space leaves the limits or the
+/// reach (model section 15a).
 fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
     let crossing = crossing?;
     let of_joints = matches!(
@@ -245,18 +253,20 @@ fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
     })
 }
 
-/// The alarm for what stops a path in space.
+/// Alarm for a crossing on a path in space.
 pub(super) fn alarm_on_a_path(crossing: &Crossing) -> u8 {
     match crossing.cause {
         MotionError::Limit { .. } => Alarm::MoveInvLimit,
+        // Out of reach; no other cause stops a path.
         _ => Alarm::MoveInvCalc,
     }
 }
 
-/// The alarm for what stops a motion of joints.
+/// Alarm for a crossing in a motion of joints.
 pub(super) fn alarm_at_limit(crossing: &Crossing) -> u8 {
     match crossing.cause {
         MotionError::Limit { bound, .. } => limit_alarm(bound),
+        // Joints meet no obstacle but limits; anything else gets the alarm of a path.
         _ => Alarm::MoveInvCalc,
     }
 }

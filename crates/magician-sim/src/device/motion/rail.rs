@@ -1,21 +1,22 @@
-//! The carriage on the rail (model sections 10 and 12): it moves with the arm, alone, or is jogged.
+//! The carriage on the rail (model sections 10 and 12): it moves with the arm, alone, or by jogs.
 
 use magician_model::MotionSettings;
 use magician_motion::{AxisMotion, KinematicLimits, MotionLaw};
 
 use crate::Micros;
 
-/// A way on the rail shorter than this takes no time, mm; the arm's moves have the same.
+/// Shortest way on the rail, mm. A shorter one takes no time, as for moves of the arm.
 const SHORTEST: f64 = 1e-4;
 
-/// The carriage when nothing moves it, mm.
+/// The carriage at rest, mm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rail {
-    /// Where it is commanded to be.
+    /// Commanded position.
     pub(super) rest: f64,
-    /// By how much it really stands elsewhere: it is 0 wherever power found it (model section 12).
+    /// Offset of the true position: the controller reads 0 wherever power found the carriage (model
+    /// section 12).
     pub(super) slip: f64,
-    /// How long the rail is.
+    /// Length of the rail.
     pub(super) length: f64,
 }
 
@@ -28,27 +29,27 @@ impl Rail {
         }
     }
 
-    /// Where the carriage really is when it is commanded to be there; the ends of the rail hold it.
+    /// True position for a commanded one. The ends of the rail stop the carriage.
     pub(super) fn true_place(&self, commanded: f64) -> f64 {
         (commanded + self.slip).clamp(0.0, self.length)
     }
 }
 
-/// A way of the carriage as a function of time: what speed it has falls to rest, then it goes on from rest to rest.
-/// Either part may be missing. Times are from the start.
+/// Path of the carriage as a function of time: it slows down from its present speed, then goes from
+/// rest to rest. Either part may be empty. Times are from the start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RailPath {
     law: MotionLaw,
     from: f64,
     slowing: AxisMotion,
-    /// Where it turns from slowing to going.
+    /// Position between the two parts.
     turn: f64,
     going: AxisMotion,
     end: f64,
     duration: Micros,
 }
 
-/// Whole microseconds that hold so many seconds; a rounding error does not cost one.
+/// Converts seconds to whole microseconds, rounded up. A rounding error does not add one.
 fn microseconds(seconds: f64) -> Micros {
     (seconds * 1e6 - 1e-3).ceil() as Micros
 }
@@ -58,7 +59,7 @@ fn seconds(microseconds: Micros) -> f64 {
 }
 
 impl RailPath {
-    /// No way: the carriage stays where it is.
+    /// A path of no length: the carriage stays.
     pub(crate) fn standing(at: f64) -> Self {
         Self {
             law: MotionLaw::CONTINUOUS,
@@ -71,7 +72,8 @@ impl RailPath {
         }
     }
 
-    /// From rest to rest at the rates; a way shorter than [`SHORTEST`] takes no time.
+    /// Path from rest to rest at these rates; a way shorter than [`SHORTEST`] takes no time. `None`
+    /// if the rates are needed and invalid.
     pub(super) fn to_place(
         law: MotionLaw,
         from: f64,
@@ -84,7 +86,7 @@ impl RailPath {
         Some(Self::going(law, from, to, &rates?, 0))
     }
 
-    /// From rest to rest in no less than `least`.
+    /// Path from rest to rest in at least `least`.
     fn going(law: MotionLaw, from: f64, to: f64, rates: &KinematicLimits, least: Micros) -> Self {
         let length = (to - from).abs();
         if length < SHORTEST {
@@ -101,7 +103,8 @@ impl RailPath {
         }
     }
 
-    /// To rest at a deceleration, or harder where the rail ends before; at no deceleration it stops dead.
+    /// Path to rest at a deceleration, or harder if the rail ends before. An infinite
+    /// deceleration stops at once.
     pub(super) fn slowing(
         law: MotionLaw,
         from: f64,
@@ -111,6 +114,7 @@ impl RailPath {
     ) -> Self {
         let room = if velocity < 0.0 { from } else { length - from };
         let speed = velocity.abs();
+        // At most the time in which a ramp to rest covers `room`.
         let lasting = (speed / deceleration).min(2.0 * room.max(0.0) / speed);
         if !(lasting > 0.0 && lasting.is_finite()) {
             return Self::standing(from);
@@ -127,7 +131,7 @@ impl RailPath {
         }
     }
 
-    /// The same, and then on to `to`.
+    /// Appends a way to `to`.
     pub(super) fn then_going(self, law: MotionLaw, to: f64, rates: &KinematicLimits) -> Self {
         let on = Self::going(law, self.end, to, rates, 0);
         Self {
@@ -139,7 +143,7 @@ impl RailPath {
         }
     }
 
-    /// The same, stopped dead at a time.
+    /// Cuts the path at a time.
     fn cut(self, at: Micros) -> Self {
         Self {
             end: self.sample(at),
@@ -156,18 +160,18 @@ impl RailPath {
         self.end
     }
 
-    /// Time since it goes, and whether it does.
+    /// Time since the second part began; `None` during the first.
     fn going_since(&self, t: Micros) -> Option<f64> {
         let slowing = microseconds(self.slowing.duration());
         t.checked_sub(slowing).map(seconds)
     }
 
-    /// Where the carriage is at a time; from the end on exactly where it was to go.
+    /// Position at a time, as of the last period. From the end on exactly the target.
     pub(super) fn sample(&self, t: Micros) -> f64 {
         self.curve(self.law.period_start(t))
     }
 
-    /// Where its motor takes it between the ends of two periods.
+    /// Position of the motor between the ends of two periods.
     pub(super) fn curve(&self, t: Micros) -> f64 {
         if t >= self.duration {
             return self.end;
@@ -178,7 +182,7 @@ impl RailPath {
         }
     }
 
-    /// How fast it moves at a time, mm/s, with its sign.
+    /// Velocity at a time, mm/s, signed.
     pub(super) fn velocity(&self, t: Micros) -> f64 {
         if t >= self.duration {
             return 0.0;
@@ -189,7 +193,7 @@ impl RailPath {
         }
     }
 
-    /// The direction that it goes in or will, once it has slowed down; 0 if it only comes to rest.
+    /// Direction of the second part; 0 if the carriage only comes to rest.
     pub(super) fn heading(&self) -> f64 {
         if self.going.profile().length() > 0.0 {
             self.going.sign()
@@ -198,7 +202,7 @@ impl RailPath {
         }
     }
 
-    /// When a share of the way is done, of one from rest; never if it ends before.
+    /// Time at which a share of a path from rest is done; `None` if the path is cut before.
     pub(super) fn time_at_progress(&self, share: f64) -> Option<Micros> {
         let going = self.going.profile();
         let at = microseconds(going.time_at(share.clamp(0.0, 1.0) * going.length()));
@@ -208,7 +212,7 @@ impl RailPath {
 }
 
 impl RailPath {
-    /// Home, to the end of the rail where it is 0.
+    /// Path home, to the end of the rail at 0.
     pub(super) fn home(law: MotionLaw, from: f64, rules: &magician_motion::Rail) -> Self {
         let rates = KinematicLimits {
             velocity: rules.home_velocity,
@@ -217,17 +221,19 @@ impl RailPath {
         Self::going(law, from, 0.0, &rates, 0)
     }
 
-    /// The same way together with a motion of the arm that takes so long (model section 7: T is the maximum of both).
+    /// Stretches the path to the duration of the arm's motion (model section 7: the longer of both
+    /// counts).
     pub(super) fn along(self, arm: Micros, settings: &MotionSettings) -> Self {
         match settings.rail() {
             Some(rates) if self.duration > 0 && arm > self.duration => {
                 Self::going(self.law, self.from, self.end, &rates, arm)
             }
+            // The carriage stands or is the slower one: the arm was stretched to it instead.
             _ => self,
         }
     }
 
-    /// Where the arm is stopped on its way the carriage stops with it.
+    /// Stops the carriage together with the arm.
     pub(super) fn stopped_with(self, arm: Option<Micros>) -> Self {
         arm.map_or(self, |at| self.cut(at))
     }

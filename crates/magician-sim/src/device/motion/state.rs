@@ -1,4 +1,9 @@
-//! The arm at rest or on its way, and how it comes from one to the other.
+//! State of the arm at rest or in motion, and the transitions between the two.
+//!
+//! In periods the commanded pose changes every 20 ms, but motors move smoothly. `sample` is the
+//! pose that the controller reports; `on_the_way` is the position of the motors between two
+//! periods, which the world sees. A command that arrives within a period acts with its end, so for
+//! the rest of that period the motors move from where they are onto the new trajectory.
 
 use magician_motion::{ArmModel, ArmState, Geometry, JointAngles, MotionLaw, Trajectory};
 use magician_protocol::PoCmd;
@@ -8,42 +13,45 @@ use super::rail::Rail;
 use super::{MotionKind, RailPath, Segment};
 use crate::{ArmInstant, Micros, World};
 
-/// The arm, at rest or on its way: where it is commanded to be, and where it really is.
+/// The arm, at rest or in motion: its commanded state, and its offset from the true one.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     pub(super) rest: ArmState,
-    /// The arm's measures under which `rest.pose` holds; another tool bias makes another pose of the same joints.
+    /// Geometry for which `rest.pose` holds. Another tool bias gives another pose of the same
+    /// joints.
     pub(super) measured: Geometry,
     pub(super) under_way: Option<UnderWay>,
-    /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
+    /// Offset of the true joints from the commanded ones: lost steps, and the base angle before
+    /// homing.
     pub(super) slip: [f64; 4],
-    /// Part of the slip of J1 that its encoder cannot know: the angle of the base at power-up.
+    /// Part of the offset of J1 that its encoder cannot see: the base angle at power-up.
     pub(super) base: f64,
-    /// The carriage that the arm stands on, if it does.
+    /// Carriage of the rail, if the arm stands on one.
     pub(super) rail: Rail,
-    /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
+    /// Exit speed of a path segment that ended at this very instant, mm/s.
     pub(super) junction_speed: f64,
     /// True if the arm has been homed since power-up.
     pub(super) homed: bool,
-    /// Instant and place at which a motion was taken away before its end: a motion that begins by then begins there.
+    /// Instant and position at which a motion was taken away: a motion that begins in the same
+    /// instant continues from there.
     left: Option<(ArmInstant, JointAngles, f64)>,
 }
 
-/// A motion that has been planned from where the arm stands.
+/// A motion planned from where the arm stands.
 #[derive(Clone, Debug)]
 pub(crate) struct Start {
     pub(crate) kind: MotionKind,
     pub(crate) trajectory: Trajectory,
-    /// The way of the carriage on the rail: the motion lasts until both rest.
+    /// Path of the carriage; the motion lasts until both rest.
     pub(crate) rail: RailPath,
-    /// Alarm to raise at its end, if something stops it before its target.
+    /// Alarm to raise at the end, if a limit stops it before its target.
     pub(crate) alarm: Option<u8>,
     /// Outputs that it switches on its way.
     pub(crate) outputs: Outputs,
 }
 
 impl Start {
-    /// Time for which arm or carriage moves.
+    /// Duration of the motion of arm and carriage.
     pub(crate) fn duration(&self) -> Micros {
         self.trajectory.duration_us().max(self.rail.duration())
     }
@@ -54,35 +62,35 @@ impl Start {
 pub(crate) struct Ended {
     pub(crate) kind: MotionKind,
     pub(crate) alarm: Option<u8>,
-    /// The speed of its end, mm/s.
+    /// Speed at its end, mm/s.
     pub(crate) speed: f64,
 }
 
-/// A motion and when it began.
+/// A running motion and its start.
 #[derive(Clone, Debug)]
 pub(super) struct UnderWay {
     pub(super) kind: MotionKind,
     pub(super) trajectory: Trajectory,
-    /// The way of the carriage that goes with it.
+    /// Path of the carriage.
     pub(super) rail: RailPath,
     pub(super) started: ArmInstant,
-    /// Instant within its first period at which the motors begin with it, and where they are then.
+    /// Instant within the first period at which the motors start, and their position then.
     begun: ArmInstant,
     from: (JointAngles, f64),
-    /// Distance of the motors ahead of the start of a segment by then, mm.
+    /// Distance of the motors ahead of the start of a segment at that instant, mm.
     ahead: f64,
-    /// The end of its first period, by which they have come onto its way.
+    /// End of the first period, by which the motors are on the trajectory.
     first_end: ArmInstant,
     pub(super) ends: ArmInstant,
-    /// Alarm to raise at its end, if something stops it before its target.
+    /// Alarm to raise at the end, if a limit stops it before its target.
     pub(super) alarm: Option<u8>,
     /// Outputs that it switches on its way.
     pub(super) outputs: Outputs,
-    /// Instant at which a limit alarm drops because the joint has come back inside.
+    /// Instant at which a limit alarm drops because its joint is back inside.
     pub(super) leaves_limit: Option<ArmInstant>,
-    /// Since when the world sees what it was shown last.
+    /// Instant since which the world has seen the present prediction.
     pub(super) shown: ArmInstant,
-    /// Since when J2 and J3 stall, and where they really stand.
+    /// Instant since which J2 and J3 stall, and their true angles.
     pub(super) stalled: Option<(ArmInstant, [f64; 2])>,
 }
 
@@ -91,7 +99,7 @@ impl UnderWay {
         now.micros_since(self.started)
     }
 
-    /// Commanded state of the motion.
+    /// Commanded state at an instant.
     fn sample(&self, now: ArmInstant) -> ArmState {
         if now >= self.ends {
             return *self.trajectory.end();
@@ -99,7 +107,7 @@ impl UnderWay {
         self.trajectory.sample(self.elapsed(now))
     }
 
-    /// Joint angles and place of the carriage to which the motors have come, between the ends of two periods as well.
+    /// Position of the motors at an instant, between the ends of two periods, too.
     fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
         if now >= self.ends {
             return (self.trajectory.end().joints, self.rail.end());
@@ -111,7 +119,8 @@ impl UnderWay {
                 self.rail.curve(elapsed),
             )
         };
-        // A segment that is planned anew, and slower, does not bring the motors back: they wait for it.
+        // A replanned segment may be slower than before. The motors do not go back onto it, they
+        // wait: going back would draw up to 0.3 mm of a line twice.
         if self.is_behind_motors(now) && self.is_behind_motors(self.first_end) {
             return self.from;
         }
@@ -122,7 +131,8 @@ impl UnderWay {
         let since = now.micros_since(self.begun);
         let (from, rail_from) = self.from;
         if from == self.trajectory.start().joints && rail_from == self.rail.sample(0) {
-            // From where it stood: the whole first period of its way in the time that is left of it.
+            // Started from rest within a period: the whole first period is compressed into the time
+            // left of it.
             let first = self.elapsed(self.first_end);
             let elapsed = since * first / whole;
             return (
@@ -130,6 +140,8 @@ impl UnderWay {
                 self.rail.curve(elapsed),
             );
         }
+        // Started from a motion: move straight from the present position to that at the end of the
+        // period.
         let share = since as f64 / whole as f64;
         let (to, rail_to) = on_its_way(self.first_end);
         let between = |from: f64, to: f64| from + share * (to - from);
@@ -141,7 +153,7 @@ impl UnderWay {
         (joints.into(), between(rail_from, rail_to))
     }
 
-    /// True if the motors began ahead of where the segment leads at this time.
+    /// True if the segment at this instant is still behind the position where the motors began.
     fn is_behind_motors(&self, now: ArmInstant) -> bool {
         self.ahead > 0.0 && {
             let pose = self.trajectory.curve(self.elapsed(now)).pose;
@@ -149,7 +161,7 @@ impl UnderWay {
         }
     }
 
-    /// Commanded place of the carriage, mm.
+    /// Commanded position of the carriage, mm.
     fn sample_rail(&self, now: ArmInstant) -> f64 {
         if now >= self.ends {
             return self.rail.end();
@@ -159,8 +171,9 @@ impl UnderWay {
 }
 
 impl Motion {
-    /// The arm at power-up: at rest where it wakes.
+    /// Creates the arm at power-up, at rest.
     pub(crate) fn at(model: &ArmModel) -> Self {
+        // Any geometry will do: a pose is computed again when the bias in force differs.
         let measured = Geometry::default();
         Self {
             rest: ArmState::at_joints(&measured, &model.power_up.joints),
@@ -188,12 +201,12 @@ impl Motion {
         self.under_way.is_some()
     }
 
-    /// Kind of the motion under way.
+    /// Kind of the running motion.
     pub(crate) fn kind(&self) -> Option<MotionKind> {
         self.under_way.as_ref().map(|motion| motion.kind)
     }
 
-    /// True if a jog is under way, its end included: the queue does not wait for it.
+    /// True during a jog and its stop ramp: the queue does not wait for it.
     pub(crate) fn is_jogging(&self) -> bool {
         matches!(
             self.kind(),
@@ -201,30 +214,31 @@ impl Motion {
         )
     }
 
-    /// True if a Clear or a start of the queue ends the motion under way: it is neither a jog nor the ramp of a forced stop.
+    /// True if a Clear or a start of the queue ends the running motion: it is neither a jog nor the
+    /// ramp of a forced stop (model section 14).
     pub(crate) fn can_be_dropped(&self) -> bool {
         let kind = self.kind();
         !self.is_jogging() && kind.is_some_and(|kind| kind != MotionKind::Brake)
     }
 
-    /// True if it brakes at the end of a jog.
+    /// True during the stop ramp of a jog.
     pub(crate) fn ends_jog(&self) -> bool {
         matches!(self.kind(), Some(MotionKind::JogStop { .. }))
     }
 
-    /// True if a segment of a continuous path is under way.
+    /// True during a segment of a continuous path.
     pub(crate) fn follows_path(&self) -> bool {
         matches!(self.kind(), Some(MotionKind::Segment(_)))
     }
 
-    /// Gives what is under way another kind.
+    /// Changes the kind of the running motion.
     pub(crate) fn set_kind(&mut self, kind: MotionKind) {
         if let Some(motion) = &mut self.under_way {
             motion.kind = kind;
         }
     }
 
-    /// The speed that is left of a segment which has ended at this very instant, mm/s.
+    /// Speed left from a segment that ended at this very instant, mm/s.
     pub(crate) fn junction_speed(&self) -> f64 {
         self.junction_speed
     }
@@ -245,12 +259,12 @@ impl Motion {
         Some(first.map_or(motion.ends, |at| at.min(motion.ends)))
     }
 
-    /// The joints that are commanded.
+    /// Commanded joints.
     pub(crate) fn joints(&self, now: ArmInstant) -> JointAngles {
         self.commanded(now).joints
     }
 
-    /// Joint angles and place of the carriage to which the motors have come, between the ends of two periods as well.
+    /// Position of the motors at an instant, between the ends of two periods, too.
     pub(super) fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
         match &self.under_way {
             Some(motion) => motion.on_the_way(now),
@@ -258,7 +272,7 @@ impl Motion {
         }
     }
 
-    /// Commanded state under the measures in force when the arm began to move.
+    /// Commanded state for the geometry at the start of the motion.
     fn commanded(&self, now: ArmInstant) -> ArmState {
         match &self.under_way {
             Some(motion) => motion.sample(now),
@@ -266,7 +280,7 @@ impl Motion {
         }
     }
 
-    /// Commanded place of the carriage on the rail, mm.
+    /// Commanded position of the carriage, mm.
     pub(crate) fn rail_at(&self, now: ArmInstant) -> f64 {
         match &self.under_way {
             Some(motion) => motion.sample_rail(now),
@@ -274,8 +288,7 @@ impl Motion {
         }
     }
 
-    /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
-    /// was given.
+    /// Commanded state for the tool bias in force. A reached target reads back as it was given.
     pub(super) fn state(&self, now: ArmInstant, geometry: &Geometry) -> ArmState {
         let state = self.commanded(now);
         if *geometry == self.measured {
@@ -285,10 +298,11 @@ impl Motion {
         }
     }
 
-    /// Takes up a motion. What moved before must have ended.
+    /// Starts a motion. The previous one must have ended.
     pub(crate) fn begin(&mut self, now: ArmInstant, law: MotionLaw, start: Start) {
         let lasting = start.duration();
-        // In periods it begins with the one under way: the pose of its end is the first that differs.
+        // In periods a motion begins with the current period, and the pose at its end is the first
+        // that differs (model section 7).
         let started = match lasting {
             0 => now,
             _ => ArmInstant::from_micros(law.period_start(now.as_micros())),
@@ -306,8 +320,10 @@ impl Motion {
         };
         let ends = started.after_micros(lasting);
         let stood = (trajectory.start().joints, rail.sample(0));
+        // Position of the motors, if another motion was taken away in this instant.
         let from = { self.left.take() }.filter(|(at, ..)| *at == now);
         let from = from.map_or(stood, |(_, joints, rail)| (joints, rail));
+        // Only a replanned segment can lie behind its motors; see `is_behind_motors`.
         let ahead = match kind {
             MotionKind::Segment(_) if from != stood => {
                 let motors = trajectory.geometry().forward(&from.0);
@@ -315,7 +331,7 @@ impl Motion {
             }
             _ => 0.0,
         };
-        // What is left of a motion keeps the tool that it began with.
+        // The rest of a motion keeps the tool bias with which it began.
         self.measured = *trajectory.geometry();
         self.rest = *trajectory.start();
         self.under_way = Some(UnderWay {
@@ -336,7 +352,7 @@ impl Motion {
         });
     }
 
-    /// The next output that the motion has come to by now; it counts as switched.
+    /// Returns the next output that is due, and marks it as switched.
     pub(crate) fn take_output(&mut self, now: ArmInstant) -> Option<PoCmd> {
         let motion = self.under_way.as_mut()?;
         let elapsed = motion.elapsed(now);
@@ -344,12 +360,12 @@ impl Motion {
         motion.outputs.take_due(elapsed, way)
     }
 
-    /// True if the motion is at its end by now.
+    /// True if the motion has ended.
     pub(crate) fn is_over(&self, now: ArmInstant) -> bool {
         (self.under_way.as_ref()).is_some_and(|motion| motion.ends <= now)
     }
 
-    /// End of the motion under way.
+    /// End of the running motion.
     pub(crate) fn end(&self) -> Option<Ended> {
         let motion = self.under_way.as_ref()?;
         Some(Ended {
@@ -357,17 +373,20 @@ impl Motion {
             alarm: motion.alarm,
             speed: match motion.alarm {
                 None => motion.trajectory.exit_speed(),
+                // A motion that a limit has ended stands still.
                 Some(_) => 0.0,
             },
         })
     }
 
-    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
+    /// Removes the running motion, at its end or before; the arm rests where it is. Returns true if
+    /// there was one.
     pub(crate) fn rest(&mut self, now: ArmInstant, world: &mut World) -> bool {
         let Some(motion) = &self.under_way else {
             return false;
         };
         let (state, rail) = (motion.sample(now), motion.sample_rail(now));
+        // A stalled arm keeps its true position: read it before the motion goes.
         let stalled = motion.stalled.map(|_| self.true_pose(now).joints);
         self.end_path(now, world);
         let (joints, on_rail) = motion.on_the_way(now);
@@ -381,7 +400,7 @@ impl Motion {
         true
     }
 
-    /// Puts the commanded joints somewhere without a motion, and the arm with them.
+    /// Sets the commanded joints without a motion; the true ones move along.
     pub(crate) fn place_at(&mut self, geometry: &Geometry, joints: JointAngles) {
         self.rest = ArmState::at_joints(geometry, &joints);
         self.measured = *geometry;
@@ -391,7 +410,7 @@ impl Motion {
 
 /// Continuous paths.
 impl Motion {
-    /// Where the segment of the queue that is under way leads, if it was planned with the arm's present measures.
+    /// End of the running queued segment, if it was planned with the present geometry.
     pub(crate) fn queued_segment_end(&self, geometry: &Geometry) -> Option<[f64; 3]> {
         match self.kind() {
             Some(MotionKind::Segment(segment))

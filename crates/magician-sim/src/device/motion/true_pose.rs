@@ -1,4 +1,9 @@
-//! Where the arm really is, beside where it is commanded to be, and what the world sees of it (model sections 11 and 12).
+//! True pose of the arm, its offset from the commanded one, and the world's view of a motion (model
+//! sections 11 and 12).
+//!
+//! Steppers run open-loop, so the controller cannot know the difference. It shows in three places:
+//! the world draws and collides with the true pose, LostStepCmd compares the sensors of J2 and J3,
+//! and homing finds the true angle of the base.
 
 use magician_motion::{Geometry, JointAngles};
 
@@ -6,16 +11,16 @@ use super::Motion;
 use crate::world::{Drawing, JointState, TimedPath};
 use crate::{ArmInstant, World};
 
-/// No joint is further from where it is commanded to be, deg: a full turn.
+/// Largest offset of a joint, deg: a full turn. It keeps repeated slips finite.
 const MOST_SLIP: f64 = 360.0;
 
 impl Motion {
-    /// Where the arm really is.
+    /// True pose at an instant, as of the last period.
     pub(crate) fn true_pose(&self, now: ArmInstant) -> JointState {
         self.true_pose_of(now, self.joints(now))
     }
 
-    /// Where the arm really is on its way, between the ends of two periods as well: what the world sees.
+    /// True pose of the motors, between the ends of two periods, too: the world's view.
     fn way(&self, now: ArmInstant) -> JointState {
         let (joints, rail) = self.on_the_way(now);
         JointState {
@@ -24,7 +29,7 @@ impl Motion {
         }
     }
 
-    /// Where the arm really is when it is commanded to be there.
+    /// True pose for commanded joints.
     pub(crate) fn true_pose_of(&self, now: ArmInstant, commanded: JointAngles) -> JointState {
         let mut joints = commanded.to_array();
         for (angle, slip) in joints.iter_mut().zip(self.slip) {
@@ -42,24 +47,24 @@ impl Motion {
         }
     }
 
-    /// J1 does not know where the base stands: it is so much further than its encoder says.
+    /// Sets the unknown base angle: the true angle less the one that the encoder reads.
     fn forget_base(&mut self, base: f64) {
         self.slip = [base, 0.0, 0.0, 0.0];
         self.base = base;
     }
 
-    /// The carriage on the rail stands so much further than the controller knows.
+    /// Sets the offset of the carriage that the controller does not know.
     pub(crate) fn forget_rail(&mut self, slip: f64) {
         self.rail.slip = slip;
     }
 
-    /// From now on the controller knows where the carriage really is.
+    /// Makes the true position of the carriage known to the controller.
     pub(crate) fn find_rail(&mut self, now: ArmInstant) {
         self.rail.rest = self.true_pose(now).rail;
         self.rail.slip = 0.0;
     }
 
-    /// By how much the base encoder and the sensors of J2 and J3 say that the joints are off (model section 12).
+    /// Deviations seen by the base encoder and by the sensors of J2 and J3 (model section 12).
     pub(crate) fn lost(&self, now: ArmInstant) -> [f64; 3] {
         let (really, commanded) = (self.true_pose(now).joints, self.joints(now));
         [
@@ -69,15 +74,15 @@ impl Motion {
         ]
     }
 
-    /// Power comes while the arm really stands somewhere: J1 reads what it reads at power-up, J2 and J3 what their
-    /// sensors say.
+    /// Applies power at these true joints: J1 reads its value of power-up, J2 and J3 their sensors.
     pub(crate) fn wake_at(&mut self, now: ArmInstant, geometry: &Geometry, really: JointAngles) {
         let j1 = self.joints(now).j1;
         self.place_at(geometry, JointAngles { j1, ..really });
         self.forget_base(really.j1 - j1);
     }
 
-    /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as lost any more.
+    /// References the base at its switch, and J2 and J3 by their sensors: no step counts as lost
+    /// any more.
     pub(crate) fn set_base(&mut self, now: ArmInstant, geometry: &Geometry, switch: f64) {
         let really = self.true_pose(now).joints;
         let j1 = switch;
@@ -87,7 +92,7 @@ impl Motion {
         self.homed = true;
     }
 
-    /// Sets the joints that are reported without a motion; the arm really stands where it stood.
+    /// Sets the reported joints without a motion; the true ones stay.
     pub(crate) fn set_reported(
         &mut self,
         now: ArmInstant,
@@ -99,8 +104,8 @@ impl Motion {
         self.stand_at(really);
     }
 
-    /// Something else than its motors has brought the arm somewhere, and encoder and sensors see it. J1 stays as unsure
-    /// as it was.
+    /// Moves the arm by something other than its motors. Encoder and sensors follow; the base angle
+    /// stays unknown.
     pub(crate) fn be_moved(
         &mut self,
         now: ArmInstant,
@@ -112,13 +117,14 @@ impl Motion {
         let j1 = really.j1 - base;
         self.place_at(geometry, JointAngles { j1, ..really });
         self.forget_base(base);
+        // The world sees a motion of no duration, so that contacts and ink are updated.
         let pose = |now| self.true_pose(now);
         let there = TimedPath::new(now, now, &pose);
         world.begin(&there);
         world.end(&there);
     }
 
-    /// The arm at rest really stands there, whatever is commanded.
+    /// Sets the true joints of an arm at rest, whatever is commanded.
     pub(super) fn stand_at(&mut self, really: JointAngles) {
         let (really, commanded) = (really.to_array(), self.rest.joints.to_array());
         let pairs = really.into_iter().zip(commanded);
@@ -127,17 +133,18 @@ impl Motion {
         }
     }
 
-    /// J2 and J3 stall: until the motion ends they stay where they are and lose their steps.
+    /// Stalls J2 and J3: until the motion ends they stand still and lose their steps.
     pub(crate) fn stall(&mut self, now: ArmInstant, world: &mut World) {
         self.end_path(now, world);
         let [_, j2, j3, _] = self.true_pose(now).joints.to_array();
         if let Some(motion) = &mut self.under_way {
+            // The first stall counts; a later one cannot move the joints again.
             motion.stalled.get_or_insert((now, [j2, j3]));
         }
         self.show_path(now, world);
     }
 
-    /// A joint slips: from now on it stands elsewhere than commanded.
+    /// Lets a joint slip: from now on its true angle differs.
     pub(crate) fn slip(&mut self, now: ArmInstant, joint: u8, degrees: f64, world: &mut World) {
         if !degrees.is_finite() {
             return;
@@ -151,9 +158,9 @@ impl Motion {
     }
 }
 
-/// What the world is told of a motion.
+/// The world's view of a motion.
 impl Motion {
-    /// Shows the world what the arm is going to do from now on.
+    /// Shows the world the motion from now on.
     pub(crate) fn show_path(&mut self, now: ArmInstant, world: &mut World) {
         if let Some(motion) = &mut self.under_way {
             motion.shown = now;
@@ -164,7 +171,7 @@ impl Motion {
         }
     }
 
-    /// Tells the world what the arm has done up to now.
+    /// Tells the world what the motion has done up to now.
     pub(crate) fn end_path(&self, now: ArmInstant, world: &mut World) {
         if let Some(motion) = &self.under_way {
             let to = now.min(motion.ends);
@@ -173,7 +180,7 @@ impl Motion {
         }
     }
 
-    /// What pen and laser have left, with what the motion under way has added.
+    /// Traces of pen and laser, with those of the running motion.
     pub(crate) fn drawing(&self, now: ArmInstant, world: &World) -> Drawing {
         let pose = |now| self.way(now);
         let path = (self.under_way.as_ref())

@@ -1,4 +1,4 @@
-//! The arm at an instant, as planning sees it.
+//! The arm at an instant, as seen by the planner.
 
 use magician_motion::{ArmState, Geometry, MotionError, MotionLaw, Move, Plan, Planner, Speeds};
 
@@ -7,7 +7,7 @@ use crate::ArmInstant;
 use crate::device::firmware::Firmware;
 use crate::device::store::settings::Settings;
 
-/// All that decides how a motion is planned. Planning changes nothing.
+/// Everything on which the plan of a motion depends. Planning changes nothing.
 #[derive(Clone, Copy)]
 pub(crate) struct ArmView<'a> {
     pub(crate) now: ArmInstant,
@@ -17,22 +17,22 @@ pub(crate) struct ArmView<'a> {
 }
 
 impl ArmView<'_> {
-    /// Where the arm is commanded to be.
+    /// Commanded state of the arm.
     pub(crate) fn arm(&self) -> ArmState {
         self.motion.state(self.now, &self.geometry())
     }
 
-    /// Where the carriage is commanded to be, mm.
+    /// Commanded position of the carriage, mm.
     pub(crate) fn rail(&self) -> f64 {
         self.motion.rail_at(self.now)
     }
 
-    /// The arm with the tool bias that is set now.
+    /// Geometry with the tool bias in force.
     pub(crate) fn geometry(&self) -> Geometry {
         (self.firmware.model).geometry(self.settings.motion.tool())
     }
 
-    /// How motions are computed.
+    /// Law of motion.
     pub(crate) fn law(&self) -> MotionLaw {
         self.firmware.model.law
     }
@@ -43,12 +43,13 @@ impl ArmView<'_> {
             .planner(self.settings.motion.tool(), speeds)
     }
 
-    /// The planner for jogs and paths, which are given their rates one by one.
+    /// Planner for jogs and paths, whose rates are passed one by one.
     pub(crate) fn planner_given_rates(&self) -> Planner {
+        // Its own speeds are not used: those of power-up are merely valid.
         self.planner(self.firmware.model.power_up.speeds())
     }
 
-    /// What the arm would do about a move from where it is, at the speeds set now.
+    /// Plans a move from where the arm stands, at the present speeds.
     pub(crate) fn plan(&self, request: &Move) -> Result<Plan, MotionError> {
         let planner = self.planner(self.settings.motion.speeds());
         planner.plan(&self.arm(), request)

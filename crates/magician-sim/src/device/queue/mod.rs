@@ -1,4 +1,8 @@
-//! The controller's command queue: places, indices and what runs (model section 14).
+//! The command queue: places, indices, and the running command (model section 14).
+//!
+//! Every accepted command gets the next index. A command keeps its place until it has finished, so
+//! at most `depth` commands are waiting or running. The queue also caches the lines of waiting path
+//! segments, so that look-ahead need not decode them again.
 
 pub(crate) mod program;
 
@@ -11,19 +15,19 @@ use super::io::trigger::Trigger;
 use super::motion::{PathLine, PathPoint};
 use crate::ArmInstant;
 
-/// What a place in the queue holds. Places are few and reused, so the size of a command matters
-/// less than keeping it where it is.
+/// Content of a place. Places are few and reused, so their size matters less than keeping a command
+/// where it is.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum QueuedCommand {
     /// A command.
     Set(Set),
-    /// A frame whose parameters could not be read: it has an index and does nothing (errata E11).
+    /// A frame with unreadable parameters: it takes an index and does nothing (errata E11).
     Nothing,
 }
 
 impl QueuedCommand {
-    /// Whether it moves the arm and waits until it has.
+    /// True if it moves the arm, and finishes when the motion ends.
     pub(crate) fn moves(&self) -> bool {
         let Self::Set(set) = self else {
             return false;
@@ -31,7 +35,7 @@ impl QueuedCommand {
         moves(set)
     }
 
-    /// Where it leads if it is a segment of a continuous path.
+    /// Target of a segment of a continuous path; `None` for any other command.
     fn path_point(&self) -> Option<PathPoint> {
         match self {
             Self::Set(
@@ -45,40 +49,42 @@ impl QueuedCommand {
                 mode: *cp_mode,
                 numbers: [*x, *y, *z],
             }),
+            // Only CP and CPLE commands are path segments.
             _ => None,
         }
     }
 }
 
-/// Whether a command moves the arm and is done when it has; a jog is done when it begins.
+/// True for a command that moves the arm and finishes with the motion. A jog finishes when it
+/// starts.
 pub(crate) fn moves(set: &Set) -> bool {
     set.row().effect == Effect::Motion
 }
 
-/// A command that waits.
+/// A waiting command.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) index: u64,
     pub(crate) id: u8,
     pub(crate) command: QueuedCommand,
-    /// Where a segment of a continuous path leads, once it is known where it begins.
+    /// Line of a path segment, once its start is known.
     pub(crate) way: Option<PathLine>,
 }
 
-/// What the running command is busy with.
+/// Activity of the running command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Busy {
-    /// The motion under way is its own.
+    /// A motion of its own.
     Moving,
-    /// It lets time pass until then.
+    /// A wait until an instant.
     Waiting(ArmInstant),
-    /// It waits for an input.
+    /// A wait for an input.
     Triggered(Trigger),
-    /// A stepper output counts its pulses.
+    /// Counting pulses on a stepper output.
     Turning(usize),
 }
 
-/// The command at work; it keeps its place until it has finished.
+/// The running command. It keeps its place until it has finished.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Running {
     pub(crate) index: u64,
@@ -86,7 +92,7 @@ pub(crate) struct Running {
     pub(crate) busy: Busy,
 }
 
-/// The queue.
+/// A queue of commands.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue {
     depth: usize,
@@ -107,13 +113,14 @@ impl Queue {
             running: None,
             first_index,
             next_index: first_index,
+            // 0 before the first command has finished: a choice (model section 15a).
             current: 0,
             started,
             overflows: 0,
         }
     }
 
-    /// Whether it has given no index yet.
+    /// True if no index has been given yet.
     pub(crate) fn is_unused(&self) -> bool {
         self.next_index == self.first_index
     }
@@ -126,32 +133,32 @@ impl Queue {
         self.waiting.len()
     }
 
-    /// The command at work.
+    /// The running command.
     pub(crate) fn running(&self) -> Option<Running> {
         self.running
     }
 
-    /// What the command at work is busy with.
+    /// Activity of the running command.
     pub(crate) fn busy(&self) -> Option<Busy> {
         self.running.map(|running| running.busy)
     }
 
-    /// Index of the command that finished last, 0 before the first.
+    /// Index of the command that finished last; 0 before the first.
     pub(crate) fn current(&self) -> u64 {
         self.current
     }
 
-    /// Whether it takes commands: between start and stop.
+    /// True between start and stop.
     pub(crate) fn is_started(&self) -> bool {
         self.started
     }
 
-    /// Commands that came when it was full.
+    /// Number of commands that found the queue full.
     pub(crate) fn overflows(&self) -> u64 {
         self.overflows
     }
 
-    /// Free places.
+    /// Number of free places: depth - waiting - running (model section 14).
     pub(crate) fn left(&self) -> usize {
         let taken = self.waiting.len() + usize::from(self.running.is_some());
         self.depth.saturating_sub(taken)
@@ -161,7 +168,7 @@ impl Queue {
         self.started = started;
     }
 
-    /// Stores a command; `None` when there is no place.
+    /// Stores a command and returns its index; `None` if there is no place.
     pub(crate) fn push(&mut self, id: u8, command: QueuedCommand) -> Option<u64> {
         if self.left() == 0 {
             self.overflows = self.overflows.saturating_add(1);
@@ -177,9 +184,10 @@ impl Queue {
         Some(index)
     }
 
-    /// The next index, for a command that does not wait here.
+    /// Allocates an index for a command that does not wait in the queue.
     pub(crate) fn allocate_index(&mut self) -> u64 {
         let index = self.next_index;
+        // 0 is never given: hosts take it for an error (model section 14).
         self.next_index = self.next_index.wrapping_add(1).max(1);
         index
     }
@@ -192,22 +200,22 @@ impl Queue {
         self.waiting.pop_front()
     }
 
-    /// A command that has begun is not finished at once.
+    /// Records a command that has started and not finished.
     pub(crate) fn run(&mut self, running: Running) {
         self.running = Some(running);
     }
 
-    /// The command at work has ended; `None` where there is none.
+    /// Removes the running command; `None` if none runs.
     pub(crate) fn take_running(&mut self) -> Option<Running> {
         self.running.take()
     }
 
-    /// A command has finished.
+    /// Records the index of a finished command.
     pub(crate) fn set_current(&mut self, index: u64) {
         self.current = index;
     }
 
-    /// Drops what waits; returns how many. Numbering goes on.
+    /// Drops the waiting commands and returns their number. Numbering continues.
     pub(crate) fn clear(&mut self) -> usize {
         let count = self.waiting.len();
         self.waiting.clear();
@@ -215,14 +223,15 @@ impl Queue {
     }
 }
 
-/// The segments of a continuous path that wait, and where they lead.
+/// Lines of the waiting segments of a continuous path.
 impl Queue {
-    /// The ways of the segments at the head, as far as they are known.
+    /// Lines of the segments at the head, as far as they are known.
     pub(crate) fn ways(&self) -> impl Iterator<Item = &PathLine> {
         self.waiting.iter().map_while(|entry| entry.way.as_ref())
     }
 
-    /// Finds out where the segments at the head lead, the first of them from a point, up to one that is known.
+    /// Resolves the lines of the segments at the head, the first of them from a point, up to one
+    /// that is known already.
     pub(crate) fn resolve_ways(
         &mut self,
         mut from: [f64; 3],
@@ -247,12 +256,12 @@ impl Queue {
         }
     }
 
-    /// Whether anything waits before the last command, and where that leads if it is known.
+    /// Line of the command before the last one; the outer `None` if the last is the only one.
     pub(crate) fn way_before_last(&self) -> Option<Option<PathLine>> {
         self.waiting.iter().rev().nth(1).map(|entry| entry.way)
     }
 
-    /// Finds out where the last command leads if it is a segment; whether it is.
+    /// Resolves the line of the last command. Returns true if it is a segment.
     pub(crate) fn resolve_last(&mut self, way: impl FnOnce(PathPoint) -> PathLine) -> bool {
         let Some(entry) = self.waiting.back_mut() else {
             return false;

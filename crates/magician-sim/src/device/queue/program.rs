@@ -1,8 +1,9 @@
-//! The queue that hosts fill, and the program in the flash that takes its place (document 1.19.4, model section 12).
+//! The hosts' queue, and the stored program that takes its place while it runs (document 1.19.4,
+//! model section 12).
 //!
-//! A run has a queue of its own, filled a little ahead from the flash, in place of the one that hosts fill; so all that
-//! looks at what comes next, continuous paths above all, need not know whence it comes. Meanwhile the hosts' queue takes
-//! commands and waits.
+//! A running program has a queue of its own, filled a little ahead from the flash. It is swapped
+//! with the hosts' queue, so everything that looks at waiting commands, above all continuous paths,
+//! works for both. Meanwhile the hosts' queue accepts commands and waits.
 
 use std::sync::Arc;
 
@@ -12,10 +13,11 @@ use super::{Queue, QueuedCommand};
 use crate::device::store::program::Program;
 use crate::{ArmInstant, Profile};
 
-/// Lines of a running program that are read ahead.
+/// Number of program lines read ahead: as many as the hosts' queue has places, so that paths look
+/// equally far ahead.
 const AHEAD: usize = 32;
 
-/// A program that is being stored.
+/// A program being stored.
 #[derive(Clone, Debug)]
 struct Download {
     loops: u32,
@@ -23,43 +25,43 @@ struct Download {
     lines: Vec<Set>,
 }
 
-/// Whether the program runs.
+/// Run state of the stored program.
 #[derive(Clone, Debug, Default)]
 enum Run {
-    /// It does not.
+    /// Not running.
     #[default]
     Off,
-    /// As soon as the hosts' command that is under way has finished.
+    /// Waits for the end of the running command of the hosts.
     Due,
-    /// It does.
+    /// Running.
     On(Box<Pass>),
 }
 
-/// How far a running program has come.
+/// Progress of a running program.
 #[derive(Clone, Debug)]
 struct Pass {
-    /// The hosts' queue, while the program has its place.
+    /// The hosts' queue, set aside.
     hosts: Queue,
-    /// Lines that have been read ahead, all passes together.
+    /// Number of lines read, over all passes.
     read: u64,
-    /// When the present pass began.
+    /// Start of the present pass.
     began: Option<ArmInstant>,
     stopped: bool,
 }
 
-/// What becomes of a command that a host queues.
+/// Result of queueing a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Placed {
-    /// It waits in the queue.
+    /// Waiting in the queue, with this index.
     Queued(u64),
-    /// It is a line of the program that is being stored. It has an index of the queue, which it never enters: the
-    /// current index passes over it.
+    /// Stored as a line of a program. No queued command gets this index; the current index skips
+    /// it.
     Stored(u64),
-    /// There is no room.
+    /// Refused: the queue is full.
     Full,
 }
 
-/// The queue that is carried out, the hosts' or the program's, and what becomes of the program.
+/// The active queue, of the hosts or of the program, and the state of the stored program.
 #[derive(Clone, Debug)]
 pub(crate) struct Queues {
     active: Queue,
@@ -81,7 +83,7 @@ impl Queues {
         }
     }
 
-    /// The queue that is carried out.
+    /// The queue from which commands are taken.
     pub(crate) fn active(&self) -> &Queue {
         &self.active
     }
@@ -90,7 +92,7 @@ impl Queues {
         &mut self.active
     }
 
-    /// The queue that hosts fill.
+    /// The queue filled by hosts.
     pub(crate) fn hosts(&self) -> &Queue {
         match &self.run {
             Run::On(pass) => &pass.hosts,
@@ -105,7 +107,7 @@ impl Queues {
         }
     }
 
-    /// Whether there is no place for a queued command, in the queue or in the program that is being stored.
+    /// True if there is no place for a queued command, in the queue or in the program being stored.
     pub(crate) fn is_full(&self) -> bool {
         match &self.download {
             Some(download) => download.lines.len() >= self.capacity,
@@ -113,7 +115,7 @@ impl Queues {
         }
     }
 
-    /// Gives a command that a host queues its place.
+    /// Places a queued command of a host.
     pub(crate) fn place(&mut self, id: u8, command: QueuedCommand) -> Placed {
         if self.download.is_some() {
             return self.append_download(&command);
@@ -123,14 +125,14 @@ impl Queues {
     }
 }
 
-/// Storing.
+/// Storing a program.
 impl Queues {
-    /// Whether a program is being stored.
+    /// True while a program is being stored.
     pub(crate) fn is_downloading(&self) -> bool {
         self.download.is_some()
     }
 
-    /// What is queued from now on is stored. Not while the program runs.
+    /// Starts to store queued commands. The caller checks that no program runs.
     pub(crate) fn start_download(&mut self, loops: u32, announced: u32) {
         self.download = Some(Download {
             loops,
@@ -139,7 +141,8 @@ impl Queues {
         });
     }
 
-    /// The program is complete, whatever its length was said to be: it and that length.
+    /// Ends the download and returns the program with its announced length, whatever its real
+    /// length is.
     pub(crate) fn take_download(&mut self) -> Option<(Program, u32)> {
         let Download {
             loops,
@@ -150,7 +153,7 @@ impl Queues {
         Some((Program { loops, lines }, announced))
     }
 
-    /// Whether the program that is being stored is of another length than it was said to be.
+    /// True if the program being stored differs from its announced length.
     pub(crate) fn is_mismatched(&self) -> bool {
         let download = self.download.as_ref();
         download
@@ -161,9 +164,11 @@ impl Queues {
         let Some(download) = &mut self.download else {
             return Placed::Full;
         };
+        // The flash is full: the host sees a full queue.
         if download.lines.len() >= self.capacity {
             return Placed::Full;
         }
+        // An unreadable frame takes an index but no line: nothing could be stored of it.
         if let QueuedCommand::Set(set) = command {
             download.lines.push(*set);
         }
@@ -171,29 +176,30 @@ impl Queues {
     }
 }
 
-/// Running.
+/// Running a program.
 impl Queues {
-    /// Whether the program neither runs nor is about to.
+    /// True if the program neither runs nor waits for its turn.
     pub(crate) fn program_is_off(&self) -> bool {
         matches!(self.run, Run::Off)
     }
 
-    /// Whether the program waits for its turn.
+    /// True if the program waits for its turn.
     pub(crate) fn program_is_due(&self) -> bool {
         matches!(self.run, Run::Due)
     }
 
-    /// Whether the program has the place of the hosts' queue.
+    /// True if the program runs.
     pub(crate) fn program_runs(&self) -> bool {
         matches!(self.run, Run::On(_))
     }
 
-    /// The program takes the queue's place as soon as nothing is under way.
+    /// Schedules the program for the moment at which nothing is under way.
     pub(crate) fn set_program_due(&mut self) {
         self.run = Run::Due;
     }
 
-    /// The program is to end; whether it was running, and what is under way belongs to it.
+    /// Stops the program. Returns true if it was running, so that the running command belongs to
+    /// it.
     pub(crate) fn stop_program(&mut self) -> bool {
         match &mut self.run {
             Run::Off => false,
@@ -203,17 +209,21 @@ impl Queues {
             }
             Run::On(pass) => {
                 pass.stopped = true;
+                // Lines read ahead are dropped; the running one goes to its end.
                 self.active.clear();
                 true
             }
         }
     }
 
-    /// The program takes the place of the hosts' queue or gives it back, while nothing is under way; whether it runs
-    /// now, if that has changed.
+    /// Exchanges the hosts' queue and that of the program. Call it only while nothing is under way.
+    ///
+    /// Returns true if the program has started, false if it has ended, `None` if nothing has
+    /// changed.
     pub(crate) fn change(&mut self) -> Option<bool> {
         match &self.run {
             Run::Due => {
+                // Its indices count lines from 1 and are never reported to hosts.
                 let program = Queue::new(AHEAD, 1, true);
                 self.run = Run::On(Box::new(Pass {
                     hosts: std::mem::replace(&mut self.active, program),
@@ -223,6 +233,7 @@ impl Queues {
                 }));
                 Some(true)
             }
+            // No line is left: `read_ahead` fills the queue before this is reached.
             Run::On(_) if self.active.head().is_none() => {
                 if let Run::On(pass) = std::mem::take(&mut self.run) {
                     self.active = pass.hosts;
@@ -233,7 +244,7 @@ impl Queues {
         }
     }
 
-    /// Reads a line of the running program if there is room for it; whether there was one.
+    /// Reads the next line of a running program if there is room. Returns true if there was one.
     pub(crate) fn read_ahead(&mut self, program: &Program) -> bool {
         let Run::On(pass) = &mut self.run else {
             return false;
@@ -248,8 +259,10 @@ impl Queues {
         true
     }
 
-    /// A line of the running program comes to its turn. A pass that took no time would be followed by others like it,
-    /// each as idle as the one before: the program has done what it does.
+    /// True if a line starts a pass at the same instant as the pass before.
+    ///
+    /// A pass that takes no time would be repeated endlessly within one instant, so the program
+    /// ends.
     pub(crate) fn ends_idle_pass(
         &mut self,
         program: &Program,

@@ -1,4 +1,4 @@
-//! The controller's flash: what it keeps without power (model sections 6 and 12).
+//! The controller's flash: data that survives a loss of power (model sections 6 and 12).
 
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, Text};
@@ -10,10 +10,11 @@ use crate::profile::WifiDefaults;
 
 mod file;
 
-/// What a controller keeps without power and through a reset: name and serial number, the settings of the Wi-Fi module,
-/// the calibration of the sensors, and the program for the base key. All else a host has to set anew (model section 6).
+/// Data that a controller keeps without power and through a reset: name and serial number, Wi-Fi
+/// settings, calibration of the sensors, and the program for the base key.
 ///
-/// As text it is TOML with a version. A number that is none keeps its kind there and not its bits.
+/// A host has to set everything else anew (model section 6). As text it is TOML with a version. NaN
+/// and infinity are kept as such, not bit for bit.
 ///
 /// ```
 /// use magician_sim::{Controller, Flash, Profile, World};
@@ -41,32 +42,32 @@ pub struct Flash {
     pub(crate) program: Program,
 }
 
-/// Why a text is no flash.
+/// Reason why a text is not a valid flash file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FlashError {
-    /// It is not TOML, lacks a value or has one that is not known.
+    /// Not valid TOML, a missing value, or an unknown key.
     #[error("line {line}, column {column}: {message}")]
     Syntax {
-        /// The line, from 1.
+        /// Line, from 1.
         line: usize,
-        /// The column in characters, from 1.
+        /// Column in characters, from 1.
         column: usize,
-        /// What is wrong there.
+        /// Description of the error.
         message: String,
     },
-    /// It is no text.
+    /// Not a text file.
     #[error("{0}")]
     Document(#[from] DocumentError),
-    /// It was written by another version of this software.
+    /// Written by another version of this software.
     #[error("its version is {0}, only version 1 is known")]
     Version(u32),
-    /// A value makes no sense.
+    /// A value is out of range.
     #[error("{name} must be {rule}")]
     Value {
-        /// Which value, as in the file.
+        /// Key in the file.
         name: String,
-        /// What it must be.
+        /// Rule that the value breaks.
         rule: &'static str,
     },
 }
@@ -87,7 +88,7 @@ fn text(from: &str) -> Text {
 }
 
 impl Flash {
-    /// The flash of an arm as it leaves the factory, with what its profile says.
+    /// Returns the flash of a new arm with this profile.
     #[must_use]
     pub fn new(profile: &Profile) -> Self {
         let WifiDefaults {
@@ -121,6 +122,7 @@ impl Flash {
                 rear_arm_angle_error: 0.0,
                 front_arm_angle_error: 0.0,
             },
+            // A coefficient of 1 and errors of 0 leave the sensors as they are.
             angle_coef: AngleSensorCoef {
                 rear_arm_angle_coef: 1.0,
                 front_arm_angle_coef: 1.0,
@@ -132,7 +134,7 @@ impl Flash {
         }
     }
 
-    /// How many commands the program has, and how often the base key runs it.
+    /// Number of commands of the stored program, and number of its passes.
     #[must_use]
     pub fn program(&self) -> (usize, u32) {
         (self.program.lines.len(), self.program.loops)

@@ -1,4 +1,4 @@
-//! What the controller keeps: settings until the next reset, and its flash without power (model section 6).
+//! Stored data: settings until the next reset, and the flash (model section 6).
 
 pub(crate) mod flash;
 pub(crate) mod program;
@@ -13,10 +13,10 @@ use settings::Settings;
 /// Settings and flash.
 #[derive(Clone, Debug)]
 pub(crate) struct Store {
-    /// What hosts have set: a plain record, each value as it came.
+    /// Settings of hosts, each value as it was sent.
     pub(crate) settings: Settings,
     flash: Flash,
-    /// How often the flash has been written since power-up.
+    /// Number of writes to the flash since power-up.
     writes: u64,
 }
 
@@ -29,7 +29,7 @@ impl Store {
         }
     }
 
-    /// A reset forgets the settings; the flash stays, and so does the count of its writes.
+    /// Resets the settings. The flash and the number of its writes stay.
     pub(crate) fn reset(&mut self, firmware: &Firmware) {
         self.settings = Settings::new(firmware);
     }
@@ -42,12 +42,12 @@ impl Store {
         self.writes
     }
 
-    /// The flash has had this serial number all along: that is no write.
+    /// Changes the serial number without counting a write, as if it had always been there.
     pub(crate) fn begins_with_serial(&mut self, serial: DeviceSn) {
         self.flash.serial = serial;
     }
 
-    /// Changes what the flash keeps.
+    /// Changes the flash and counts a write.
     pub(crate) fn write_flash(&mut self, change: impl FnOnce(&mut Flash)) {
         change(&mut self.flash);
         self.writes = self.writes.saturating_add(1);

@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use magician_protocol::Set;
 
-/// A program for the arm to run by itself.
+/// A stored program.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Program {
-    /// How often it runs.
+    /// Number of passes.
     pub(crate) loops: u32,
-    /// Its commands. Shared, for a copy of the controller need not copy them.
+    /// Commands. Shared, so that a snapshot of the controller does not copy them.
     pub(crate) lines: Arc<Vec<Set>>,
 }
 
 impl Program {
-    /// The command at a place, counted through all passes; `None` when the program is over.
+    /// Command at a position counted over all passes; `None` after the last pass.
     pub(crate) fn line(&self, at: u64) -> Option<&Set> {
         let count = self.lines.len() as u64;
         if count == 0 || at / count >= u64::from(self.loops) {
@@ -23,8 +23,9 @@ impl Program {
         self.lines.get(usize::try_from(at % count).ok()?)
     }
 
-    /// Whether the command at a place is the first of its pass.
+    /// True if the position is the first of its pass.
     pub(crate) fn begins_pass(&self, at: u64) -> bool {
+        // `max(1)` guards the division: an empty program never runs.
         at.is_multiple_of(self.lines.len().max(1) as u64)
     }
 }

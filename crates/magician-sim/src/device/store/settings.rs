@@ -1,4 +1,4 @@
-//! What hosts have set and the flash does not keep: each parameter set of the protocol as it came, bit for bit.
+//! Settings of hosts that the flash does not keep: each parameter set as it was sent, bit for bit.
 
 use magician_model::MotionSettings;
 use magician_motion::{Pose, Target};
@@ -13,7 +13,7 @@ use crate::ArmInstant;
 use crate::convert::from_wire;
 use crate::device::firmware::Firmware;
 
-/// Ids.
+/// A set of command ids.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Ids([u64; 4]);
 
@@ -27,23 +27,23 @@ impl Ids {
     }
 }
 
-/// The parameter sets. They start as the profile says and change only when a host sets them.
+/// The parameter sets. They start with the values of the profile.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
-    /// What has been set or done since power-up.
+    /// Ids that were set or carried out since power-up.
     pub(crate) told: Ids,
-    /// `None` until a host sets it: then it is the home joints of the profile.
+    /// `None` until a host sets it; homing then ends at the home joints of the profile.
     pub(crate) home: Option<HomeParams>,
     pub(crate) auto_leveling: SetAutoLeveling,
     pub(crate) teach_mode: HhtTrigMode,
     pub(crate) teach_enabled: HhtTrigOutputEnabled,
     pub(crate) orientation: ArmOrientation,
-    /// What motions depend on.
+    /// Settings on which motions depend.
     pub(crate) motion: MotionSettings,
     pub(crate) cp_common: CpCommonParams,
     pub(crate) cp_hold_rotation: CpRHeadHoldEnable,
     pub(crate) wifi_config: WifiConfigMode,
-    /// Since when the Wi-Fi module has been looking for its network, if not since power-up.
+    /// Instant since which the Wi-Fi module has been joining its network.
     pub(crate) wifi_begun: ArmInstant,
     pub(crate) firmware_mode: FirmwareMode,
     pub(crate) lost_step: LostStepParams,
@@ -62,6 +62,7 @@ impl Settings {
                 accuracy: 0.0,
             },
             teach_mode: HhtTrigMode {
+                // Mode 0: one point for each release of the key (model section 12).
                 mode: TeachTrigger::OnRelease,
             },
             teach_enabled: HhtTrigOutputEnabled {
@@ -98,7 +99,7 @@ impl Settings {
         }
     }
 
-    /// The home point that was set, if one was.
+    /// Home point set by a host; `None` if there is none.
     pub(crate) fn home_point(&self) -> Option<Target> {
         let HomeParams { x, y, z, r } = self.home?;
         Some(Target::Pose(Pose::from(from_wire([x, y, z, r]))))

@@ -1,4 +1,7 @@
-//! From what is written to what it means.
+//! Validation of a scenario file, and its conversion to a [`Scenario`].
+//!
+//! The checks run in the order of the file's sections. The first invalid value ends the validation
+//! with a [`Diagnostic`]: the path to the value and a sentence that says what to do.
 
 use super::error::{Diagnostic, Key};
 use super::file::{self, Facing, File};
@@ -12,7 +15,7 @@ mod script;
 pub(super) use objects::intersect;
 use rules::{At, Checked};
 
-/// The meaning of a file.
+/// Validates a file and returns its meaning.
 pub(super) fn scenario(file: File) -> Checked<Scenario> {
     let (table, conveyor) = (file.table, file.conveyor);
     table.as_ref().map_or(Ok(()), check_table)?;
@@ -23,6 +26,8 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
     script::hands(&file.hand, &mut script)?;
     script::keys(&file.key, &mut script)?;
     script::faults(&file.fault, &mut script)?;
+    // The script is played in order of time; the sort is stable, so entries of the same instant
+    // keep the order of the file.
     script.timed.sort_by_key(|(at, _)| *at);
     let arm = file.arm.unwrap_or_default();
     check_arm(&arm)?;
@@ -41,6 +46,7 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
 fn check_arm(arm: &Arm) -> Checked<()> {
     let at = At::section("arm");
     at.number("base_angle", arm.base_angle, -180.0..=180.0, "deg")?;
+    // Homing makes both angles equal (model section 11).
     if arm.homed && arm.base_angle != 0.0 {
         return at.diagnostic(
             "base_angle",
@@ -70,6 +76,7 @@ fn tool(tool: &file::Tool) -> Checked<Tool> {
 
 fn check_table(table: &Table) -> Checked<()> {
     let at = At::section("table");
+    // Wider than the workspace (-147 to 173 mm), so that a table out of reach can be tried, too.
     at.number("height", table.height, -500.0..=500.0, "mm")?;
     for (name, [from, to]) in [("x", table.x), ("y", table.y)] {
         at.numbers(name, &[from, to], -FAR..=FAR, "mm")?;
@@ -106,6 +113,7 @@ fn sensors(sensors: &[file::Sensor], conveyor: Option<&Conveyor>) -> Checked<Vec
     for (nth, sensor) in sensors.iter().enumerate() {
         let at = At::entry("sensor", nth);
         let (kind, port) = (sensor.kind, sensor.port);
+        // One plug per connector.
         if checked.iter().any(|other| other.port == port) {
             return at.diagnostic(
                 "port",
@@ -132,10 +140,11 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
     }
 }
 
-/// A sensor with a place of its own.
+/// Line of sight of a sensor with a position of its own.
 fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     at.numbers("at", &from, -FAR..=FAR, "mm")?;
     at.absent("above", sensor.above.is_some(), "above is for belt_at")?;
+    // 50 mm, and 5 mm above the belt further down, are choices that suit small cubes.
     let range = at.length("range", sensor.range.unwrap_or(50.0), FAR)?;
     Ok(match sensor.facing.unwrap_or(Facing::Down) {
         Facing::Up => Beam::upright(from, range),
@@ -147,7 +156,7 @@ fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     })
 }
 
-/// A sensor at the belt: infrared looks across it, colour down on its middle.
+/// Line of sight of a sensor at the belt: infrared looks across it, colour down onto its middle.
 fn belt_beam(
     at: &At,
     sensor: &file::Sensor,
@@ -176,6 +185,7 @@ fn belt_beam(
         SensorKind::Infrared => {
             let above = at.length("above", sensor.above.unwrap_or(5.0), 500.0)?;
             let range = at.length("range", sensor.range.unwrap_or(belt.width), FAR)?;
+            // The sensor stands at the edge of the belt and looks to the opposite one.
             let side = belt.width / 2.0;
             Ok(Beam {
                 from: place(-side, above),
@@ -193,7 +203,7 @@ fn belt_beam(
     }
 }
 
-/// The diagnostic of a value, by the way to it.
+/// Creates the diagnostic of a value, by the path to it.
 fn diagnostic<T>(path: Vec<Key>, message: impl Into<String>) -> Checked<T> {
     let message = message.into();
     Err(Diagnostic { path, message })

@@ -1,15 +1,15 @@
-//! The objects: each stands on something, none in another.
+//! Validation of the objects: each rests on something, and no two overlap.
 
 use super::rules::{At, Checked};
 use super::{FAR, file};
 use crate::scenario::{Color, Conveyor, Object, On, Table};
 use crate::world::{Footprint, ObjectPose};
 
-/// Longest side of an object, mm.
+/// Longest side of an object, mm. A choice: larger than anything that the arm lifts.
 const LONGEST: f64 = 1000.0;
-/// As many objects there can be: each is looked at again and again while the arm moves.
+/// Most objects. The search for contacts looks at each of them for every motion.
 const MOST: usize = 1000;
-/// Objects that stand in one another by less than this stand on or beside one another, mm.
+/// Overlap up to which two objects count as touching, mm. It absorbs rounding.
 const CLEARANCE: f64 = 1e-6;
 
 pub(super) fn objects(
@@ -34,7 +34,7 @@ pub(super) fn objects(
     Ok(checked)
 }
 
-/// What an object can be put on.
+/// Supports for an object.
 struct Stage<'a> {
     table: Option<&'a Table>,
     belt: Option<&'a Conveyor>,
@@ -78,6 +78,7 @@ impl Stage<'_> {
         if name.trim().is_empty() {
             return at.diagnostic("name", "an object needs a name");
         }
+        // Both words are supports in `on`.
         if name == "table" || name == "belt" {
             let message = format!("'{name}' is the {name}'s own name: choose another");
             return at.diagnostic("name", message);
@@ -113,7 +114,7 @@ impl Stage<'_> {
         }
     }
 
-    /// The height of what the object stands on.
+    /// Height of the support.
     fn height(&self, at: &At, object: &file::Object, on: On) -> Checked<f64> {
         match on {
             On::Shelf => at.number("z", object.z.unwrap_or_default(), -500.0..=500.0, "mm"),
@@ -132,7 +133,8 @@ impl Stage<'_> {
         }
     }
 
-    /// Whether the middle of the object is above what it stands on, and the object in no other.
+    /// Checks that the middle of the object is above its support, and that it overlaps no other
+    /// object.
     fn stands(&self, at: &At, object: &Object) -> Checked<()> {
         let (name, [x, y]) = (&object.name, object.place.xy());
         let (ground, called): (Option<Footprint>, &str) = match object.on {
@@ -160,7 +162,7 @@ impl Stage<'_> {
     }
 }
 
-/// Whether two objects stand in one another.
+/// True if two objects overlap.
 pub(in crate::scenario) fn intersect(one: &Object, other: &Object) -> bool {
     let above = |low: &Object, high: &Object| high.place.z >= low.place.z + low.size[2] - CLEARANCE;
     let shrunk = |object: &Object| {

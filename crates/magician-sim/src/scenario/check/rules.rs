@@ -1,17 +1,17 @@
-//! What every value must keep to.
+//! Rules for single values, and the diagnostics that they give.
 
 use std::ops::RangeInclusive;
 
 use super::{Diagnostic, Key, diagnostic};
 use crate::{ArmInstant, Micros};
 
-/// A value that makes sense, or why it does not.
+/// A valid value, or the diagnostic.
 pub(super) type Checked<T> = Result<T, Diagnostic>;
 
-/// The longest that a scenario runs, s: about four months.
+/// Latest instant of a script, s: about four months. It keeps microseconds far from overflow.
 const LATEST: f64 = 1e7;
 
-/// A section of the file, to name its values in diagnostics.
+/// A section of the file, for naming its values in diagnostics.
 pub(super) struct At {
     path: Vec<Key>,
 }
@@ -22,13 +22,14 @@ impl At {
         Self { path }
     }
 
-    /// The `nth` of the sections of that name, from 0.
+    /// The section number `nth` of that name, from 0.
     pub(super) fn entry(name: &'static str, nth: usize) -> Self {
         let path = vec![Key::Name(name), Key::Nth(nth)];
         Self { path }
     }
 
-    /// A diagnostic of a value in the section; of the section as a whole if the name is empty.
+    /// Creates the diagnostic of a value in the section, or of the section itself if the name is
+    /// empty.
     pub(super) fn diagnostic<T>(
         &self,
         name: &'static str,
@@ -52,7 +53,7 @@ impl At {
         Ok(value)
     }
 
-    /// Every one of them is a number in the range; NaN is in none.
+    /// Checks that every number is in the range; NaN never is.
     pub(super) fn numbers(
         &self,
         name: &'static str,
@@ -70,8 +71,9 @@ impl At {
         }
     }
 
-    /// A length above 0.
+    /// Checks a length: above 0, at most `most`.
     pub(super) fn length(&self, name: &'static str, value: f64, most: f64) -> Checked<f64> {
+        // False for NaN as well.
         if value > 0.0 && value <= most {
             return Ok(value);
         }
@@ -79,7 +81,7 @@ impl At {
         self.diagnostic(name, message)
     }
 
-    /// An instant, given in seconds of the arm's clock.
+    /// Converts an instant in seconds of the arm's clock.
     pub(super) fn time(&self, name: &'static str, seconds: f64) -> Checked<ArmInstant> {
         Ok(ArmInstant::from_micros(self.micros(name, seconds)?))
     }
@@ -89,7 +91,7 @@ impl At {
         Ok((seconds * 1e6).round() as Micros)
     }
 
-    /// A span of time, not empty.
+    /// Converts a time span; it must be above 0.
     pub(super) fn span(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
         match self.micros(name, seconds)? {
             0 => self.diagnostic(name, format!("{name} is {seconds}, it must be above 0 s")),
@@ -97,7 +99,7 @@ impl At {
         }
     }
 
-    /// A value that must be there.
+    /// Requires a value.
     pub(super) fn needed<T>(&self, name: &'static str, value: Option<T>, hint: &str) -> Checked<T> {
         match value {
             Some(value) => Ok(value),
@@ -105,7 +107,7 @@ impl At {
         }
     }
 
-    /// A value that has no meaning here.
+    /// Refuses a value that has no meaning in this place.
     pub(super) fn absent(&self, name: &'static str, there: bool, why: &str) -> Checked<()> {
         if there {
             return self.diagnostic(name, format!("{name} has no meaning here: {why}"));

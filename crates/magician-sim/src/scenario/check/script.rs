@@ -1,4 +1,4 @@
-//! What happens by itself.
+//! Validation of the scripted events: inputs, hands, keys and faults.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::scenario::{Action, Script};
 use crate::world::ExternalEvent;
 use crate::{ArmInstant, Micros};
 
-/// Greatest value of an analog input (model section 13).
+/// Highest value of an analog input (model section 13).
 const ANALOG: i64 = 4095;
 
 pub(super) fn inputs(inputs: &[file::Input], script: &mut Script) -> Checked<()> {
@@ -70,6 +70,7 @@ pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
     for (nth, hand) in hands.iter().enumerate() {
         let at = At::entry("hand", nth);
         let start = at.time("at", hand.at)?;
+        // There is one hand on the arm: two movements at a time would contradict each other.
         if start < state.busy_until {
             let message = "hands must be in order of time, each after the end of the one before";
             return at.diagnostic("at", message);
@@ -92,7 +93,7 @@ pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
     Ok(())
 }
 
-/// What the hand on the forearm has done so far.
+/// State of the hand on the forearm so far.
 #[derive(Default)]
 struct HandState {
     unlocked: bool,
@@ -111,6 +112,7 @@ impl HandState {
             };
             return at.diagnostic("kind", message);
         }
+        // A new press forgets where the last guide ended: the arm may have moved meanwhile.
         (self.unlocked, self.last) = (unlock, None);
         Ok(Action::Do(ExternalEvent::Unlock(unlock)))
     }
@@ -151,7 +153,7 @@ pub(super) fn keys(keys: &[file::Key], script: &mut Script) -> Checked<()> {
     Ok(())
 }
 
-/// When a fault comes.
+/// Time of a fault.
 enum Moment {
     At(ArmInstant),
     Index(u64),
@@ -198,6 +200,7 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
             FaultKind::Cable => {
                 let lasting = lasting(&at, fault)?;
                 moment.then(0, ExternalEvent::Cable { plugged: false }, script);
+                // The end of a fault is scripted along with its start.
                 moment.then(lasting, ExternalEvent::Cable { plugged: true }, script);
             }
             FaultKind::Slow => {
@@ -220,7 +223,7 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
     Ok(())
 }
 
-/// Values that belong to another kind of fault.
+/// Refuses values that belong to another kind of fault.
 fn strangers(at: &At, fault: &file::Fault) -> Checked<()> {
     use FaultKind::{Alarm, Cable, Slip, Slow};
     let owned: [(&'static str, bool, &[FaultKind], &str); 5] = [

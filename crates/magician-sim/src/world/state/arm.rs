@@ -1,4 +1,4 @@
-//! What the world is told: the arm moves and grips, the belt runs, a command comes to its turn.
+//! Calls of the controller: motions, grips, the belt, started commands.
 
 use super::WorldState;
 use crate::ArmInstant;
@@ -30,7 +30,7 @@ impl WorldState {
         let end = path.to;
         self.draw(path);
         self.moves = false;
-        // What was due until now is still told; the rest will not come.
+        // Changes due until now are still reported; the rest will not happen.
         self.changes.retain(|(at, _)| *at <= end);
         self.take_if_sucking(end, &path.at(end));
     }
@@ -64,6 +64,7 @@ impl WorldState {
         joint_state: &JointState,
     ) {
         self.now = self.now.max(now);
+        // Only a mounted laser burns; the pins of another tool may still be driven.
         if self.scenario.tool().kind == ToolKind::Laser && tool.laser != self.tool.laser {
             let tip = self.tip(joint_state);
             let resting = (!self.moves).then(|| tip.xy());
@@ -73,6 +74,8 @@ impl WorldState {
         let begins = after && !before && self.scene.held().is_none();
         self.grips.begun += u64::from(begins);
         let frames = self.frames(now, joint_state);
+        // Before the state changes: an open gripper grasps, a closed one has nothing between its
+        // fingers.
         let reached_for = begins.then(|| self.reach(frames).within_grasp()).flatten();
         self.tool = tool;
         if let Some(object) = reached_for {
@@ -80,6 +83,7 @@ impl WorldState {
         } else if before && !after {
             self.release(now, &frames);
         } else {
+            // Nothing was gripped or let go, so contacts and predictions hold.
             return;
         }
         self.settle(now, &frames);
@@ -89,7 +93,7 @@ impl WorldState {
         self.grips
     }
 
-    /// Whether a tool in that state holds what it has.
+    /// True if a tool in this state holds its object.
     fn grips(&self, tool: &ToolState) -> bool {
         match self.scenario.tool().kind {
             ToolKind::Suction => tool.sucking,
@@ -98,7 +102,7 @@ impl WorldState {
         }
     }
 
-    /// A cup that sucks already takes what it is put on.
+    /// Takes an object if the cup that already sucks was put on it.
     fn take_if_sucking(&mut self, now: ArmInstant, joint_state: &JointState) {
         let sucks = self.scenario.tool().kind == ToolKind::Suction && self.tool.sucking;
         if !sucks || self.scene.held().is_some() {
@@ -117,7 +121,7 @@ impl WorldState {
         self.events.push(now, WorldEventKind::Picked(object));
     }
 
-    /// A hand puts an object somewhere; false if none has that name.
+    /// Moves an object by hand. Returns false if there is no object of that name.
     pub(in crate::world) fn place(
         &mut self,
         now: ArmInstant,
@@ -138,6 +142,8 @@ impl WorldState {
     }
 
     fn release(&mut self, now: ArmInstant, frames: &Frames) {
+        // The tool may have pressed the object that far into its support, and 1 mm more is
+        // tolerance.
         let slack = self.scenario.tool().give + 1.0;
         if let Some((object, rest)) = self.scene.drop_held(&self.scenario, frames, slack) {
             self.events
@@ -145,8 +151,10 @@ impl WorldState {
         }
     }
 
-    /// The tool has taken or let go of something: what it touches and carries is another body, and so is what was
-    /// foretold. What it touches now is no news.
+    /// Updates contacts and sensors after a pick or a release, and drops the prediction.
+    ///
+    /// The touched and the carried bodies have changed. Contacts that exist now are not reported as
+    /// new.
     fn settle(&mut self, now: ArmInstant, frames: &Frames) {
         self.changes.clear();
         let reach = self.reach(*frames);
@@ -163,6 +171,7 @@ impl WorldState {
         self.carried = carried;
         self.mark_seen(now);
         self.watch_belt(now);
+        // A sensor may see something else now, and a TRIG may wait for it.
         self.script.look_again(now);
     }
 

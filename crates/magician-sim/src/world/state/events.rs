@@ -1,4 +1,4 @@
-//! What happens by itself, each event at its instant.
+//! Events that happen by themselves, each at its instant.
 
 use super::WorldState;
 use crate::ArmInstant;
@@ -22,11 +22,13 @@ impl WorldState {
 
     pub(in crate::world) fn poll_external(&mut self, now: ArmInstant) -> Option<ExternalEvent> {
         self.now = self.now.max(now);
+        // The stall that belongs to the touch reported last.
         if let Some(event) = self.pending.take() {
             return Some(event);
         }
         loop {
             let at = self.next_event().filter(|at| *at <= now)?;
+            // Of one instant: contacts first, because the script may react to them; then the belt.
             let event = if self
                 .changes
                 .front()
@@ -58,7 +60,7 @@ impl WorldState {
         }
     }
 
-    /// The tool comes to a body, or to press it, or away from it: what of it the arm feels.
+    /// Applies a change of contact and returns the event that the arm feels.
     fn touch(
         &mut self,
         at: ArmInstant,
@@ -78,9 +80,11 @@ impl WorldState {
             (None, Contact::Knock, Body::Object(object)) => WorldEventKind::Knocked(object),
             (None, ..) => WorldEventKind::Touched(body),
             (Some(_), Contact::Stall, _) => WorldEventKind::Pressed(body),
+            // From a stall back to a touch, or a contact that only goes on.
             _ => return None,
         };
         self.events.push(at, first);
+        // The touch itself was reported before.
         if before.is_some() {
             return Some(stalls);
         }
@@ -91,7 +95,8 @@ impl WorldState {
         Some(touches)
     }
 
-    /// The belt has brought an object before a sensor, past it, or to its own end.
+    /// Applies the next event of the belt: an object enters or leaves a sensor, or runs off the
+    /// end.
     fn belt_event(&mut self) -> Option<ExternalEvent> {
         let traffic = self.traffic.take()?;
         if let Some(object) = traffic.falls {

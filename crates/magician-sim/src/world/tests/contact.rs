@@ -1,4 +1,4 @@
-//! Touching: when, what, and how hard.
+//! Contacts: their time, body and depth.
 
 use proptest::prelude::*;
 
@@ -23,7 +23,7 @@ fn touch(body: Body, stalls: bool) -> ExternalEvent {
     ExternalEvent::Touch { body, stalls }
 }
 
-/// Compares up to a microsecond.
+/// Compares touches, with a tolerance of a microsecond.
 fn assert_touches(arm: &Arm, expected: &[(Micros, ExternalEvent)]) {
     let touches = arm.touches();
     let alike = touches.len() == expected.len()
@@ -37,7 +37,7 @@ fn assert_touches(arm: &Arm, expected: &[(Micros, ExternalEvent)]) {
 #[test]
 fn the_pen_touches_the_table_then_stalls() {
     let mut arm = arm("pen", [220.0, 100.0, -60.0, 0.0]);
-    // 20 mm/s: the table after 0.5 s, 3 mm deeper after 0.65 s.
+    // At 20 mm/s it reaches the table after 0.5 s and is 3 mm deeper after 0.65 s.
     arm.go([220.0, 100.0, -80.0, 0.0], SECOND);
     assert_touches(
         &arm,
@@ -146,7 +146,7 @@ fn the_side_of_a_belt_does_not_give_way() {
 #[test]
 fn an_arm_that_stalled_stalls_again_only_if_it_goes_deeper() {
     let mut arm = arm("pen", [220.0, 100.0, -60.0, 0.0]);
-    // Stopped where it stalled.
+    // Stops where it stalled.
     arm.go_until([220.0, 100.0, -80.0, 0.0], SECOND, 650_200);
     assert_eq!(arm.touches().len(), 2);
     arm.happened.clear();
@@ -203,7 +203,7 @@ fn an_open_gripper_goes_over_what_fits_and_its_palm_touches() {
 fn letting_go_is_no_touch() {
     let mut arm = arm("suction", [220.0, 0.0, -20.0, 0.0]);
     arm.suck(true);
-    // Pressed into the cup by 2.
+    // Pressed 2 mm into the cup.
     arm.go([220.0, 0.0, -52.0, 0.0], SECOND);
     arm.go([220.0, 80.0, -40.0, 0.0], SECOND);
     arm.go([220.0, 80.0, -53.0, 0.0], SECOND);
@@ -217,7 +217,7 @@ fn letting_go_is_no_touch() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The first touch of a straight way, against a dense look at it.
+    /// First touch on a straight path, compared with dense sampling.
     #[test]
     fn the_first_touch_is_where_a_dense_look_finds_it(
         x in 180.0..260.0_f64, y in -60.0..60.0_f64, z in -49.0..0.0_f64,
@@ -243,7 +243,7 @@ proptest! {
                 tip.z < -70.001 || (over && tip.z < -50.001)
             })
             .expect("it ends in the table");
-        // A corner of the cube that is grazed for less than two millimetres may go unseen.
+        // A corner of the cube that is grazed for less than two millimetres may be missed.
         let grazed = found > dense && {
             let (one, other) = (way.pose(dense), way.pose(found));
             let leaves = (dense..found)
@@ -274,7 +274,7 @@ fn an_arm_that_has_lifted_stalls_where_it_first_would() {
     let mut arm = arm("pen", [220.0, 100.0, -60.0, 0.0]);
     arm.go([220.0, 100.0, -78.0, 0.0], SECOND);
     arm.happened.clear();
-    // Up by 20 and down again to 4 mm deep: less than where it stood, more than the pen gives.
+    // Up by 20 and down again to a depth of 4 mm: less than before, more than the pen gives way.
     let (geometry, start) = (arm.geometry, arm.now);
     let at = |at: Micros| {
         let z = if at <= start + SECOND / 2 {
@@ -298,7 +298,7 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     arm.go([220.0, 0.0, -50.0, 0.0], SECOND);
     arm.go([220.0, 100.0, 0.0, 0.0], SECOND);
     arm.happened.clear();
-    // The cube would touch the table after 50 of 60 mm; it is let go after 10.
+    // The cube would touch the table after 50 of 60 mm; it is released after 10.
     let way = Way {
         geometry: arm.geometry,
         from: arm.at,
@@ -313,11 +313,11 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     arm.at = way.pose(arm.now);
     let mut forgotten = arm.world.clone();
     arm.suck(false);
-    // Nothing is known of the rest until it is told.
+    // The rest of the path is unknown until the next `begin`.
     forgotten.set_tool(arm.now, ToolState::default(), &arm.joint_state(&arm.at));
     assert_eq!(forgotten.poll_external(arm.now), Some(ExternalEvent::Input));
     assert_eq!(forgotten.next_event(), None);
-    // Told again with the rest: the cup comes to the cube, which has fallen.
+    // After `begin` with the rest: the cup reaches the cube, which has fallen.
     arm.world
         .begin(&TimedPath::new(arm.now, way.start + SECOND, &at));
     arm.wait_until(way.start + SECOND);

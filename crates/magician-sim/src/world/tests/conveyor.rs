@@ -1,4 +1,4 @@
-//! The belt, what it carries, and what the sensors see of it.
+//! The belt, the objects on it, and the sensors beside it.
 
 use magician_protocol::Port;
 
@@ -6,7 +6,8 @@ use super::{Arm, SECOND, near};
 use crate::Micros;
 use crate::world::{ExternalEvent, Rest, WorldEvent, WorldEventKind};
 
-/// A belt along X at -50, 300 long; the light barrier across it at 200, the colour sensor above 100.
+/// A belt along X at -50, 300 mm long. The light barrier crosses it at 200, the colour sensor is
+/// above 100.
 const BELT: &str = r#"
 [tool]
 kind = "suction"
@@ -35,7 +36,7 @@ on = "belt"
 color = [200, 30, 10]
 "#;
 
-/// Pulses a second for so many millimetres a second.
+/// Pulses per second for a speed in mm/s.
 fn pulses(speed: f64) -> f64 {
     speed * crate::CONVEYOR_PULSES_PER_MM
 }
@@ -49,9 +50,9 @@ fn a_cube_passes_the_light_barrier_at_the_computed_instants() {
     let mut arm = arm(BELT);
     arm.wait_until(SECOND);
     arm.world.stepper(SECOND, 1, pulses(40.0));
-    // The cube's front is at 30 along the belt, its back at 10: 200 is 170 and 190 farther.
+    // The front of the cube is at 30 along the belt, its back at 10: 170 and 190 mm before 200.
     let (comes, goes) = (SECOND + 4_250_000, SECOND + 4_750_000);
-    // Before that it passes under the colour sensor at 100.
+    // Before that it passes the colour sensor at 100.
     let (comes_color, goes_color) = (SECOND + 1_750_000, SECOND + 2_250_000);
     arm.wait_until(7 * SECOND);
     let times: Vec<Micros> = arm.happened.iter().map(|(at, _)| *at).collect();
@@ -133,7 +134,7 @@ fn the_belt_goes_as_its_stepper_does() {
 fn the_belt_runs_a_cube_off_its_end() {
     let mut arm = arm(BELT);
     arm.world.stepper(0, 1, pulses(100.0));
-    // The middle of the cube has 280 to go.
+    // The middle of the cube is 280 mm from the end.
     arm.wait_until(2_799_999);
     assert!(arm.look().object("cube").unwrap().on_belt());
     arm.wait_until(2_800_002);
@@ -178,7 +179,7 @@ fn without_a_table_it_is_lost() {
 
 #[test]
 fn a_slanted_belt_and_a_turned_cube_pass_as_geometry_says() {
-    // The belt runs to the left and back at 120 degrees; the cube is turned by 45 against it.
+    // The belt runs left and back at 120 degrees; the cube is turned by 45 degrees against it.
     let text = r#"
         [conveyor]
         start = [200, -100]
@@ -219,10 +220,10 @@ fn the_barrier_sees_what_is_carried_through_it() {
     arm.go([240.0, 5.0, -20.0, 0.0], SECOND);
     assert_eq!(arm.happened.len(), 3, "picked, and past the colour sensor");
     arm.happened.clear();
-    // The cube hangs from -40 to -20; the beam is at -45: it passes over it.
+    // The cube hangs from -40 to -20 and the beam is at -45, so it passes above the beam.
     arm.go([340.0, 5.0, -20.0, 0.0], SECOND);
     assert_eq!(arm.happened, []);
-    // 8 mm lower it goes back through the beam at x = 300: from 310 to 290.
+    // 8 mm lower it passes back through the beam at x = 300, from 310 to 290.
     arm.go([340.0, 5.0, -28.0, 0.0], SECOND);
     let start = arm.now;
     arm.go([240.0, 5.0, -28.0, 0.0], SECOND);
@@ -232,7 +233,7 @@ fn the_barrier_sees_what_is_carried_through_it() {
         "{times:?}"
     );
     assert!(arm.look().object("cube").unwrap().seen_by(Port::Gp2));
-    // Held in the beam, it is seen while the arm stands.
+    // Held in the beam, it is seen while the arm stands still.
     arm.go([300.0, 5.0, -28.0, 0.0], SECOND);
     assert!(arm.world.infrared(arm.now, Port::Gp2));
 }

@@ -1,4 +1,4 @@
-//! What pen and laser leave.
+//! Traces of pen and laser.
 
 use super::{Arm, SECOND, TimedPath, joint_state};
 use crate::Micros;
@@ -13,7 +13,7 @@ fn laser() -> Arm {
     Arm::new("[tool]\nkind = \"laser\"\n", [200.0, 0.0, -20.0, 0.0])
 }
 
-/// The stroke rounded to a micrometre.
+/// Points of the stroke, rounded to a micrometre.
 fn corners(stroke: &Stroke) -> Vec<[f64; 2]> {
     let round = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
     stroke.points.iter().map(|point| point.map(round)).collect()
@@ -75,7 +75,7 @@ fn the_pen_lifts_between_strokes() {
 fn the_pen_writes_only_where_it_is_down() {
     let mut arm = pen();
     arm.go([200.0, 0.0, -55.0, 0.0], SECOND);
-    // From -55 to -65: at the paper halfway, where 0.02 mm above it is at it.
+    // From -55 to -65: it reaches the paper half way, counting 0.02 mm above it.
     arm.go([240.0, 0.0, -65.0, 0.0], SECOND);
     let drawing = arm.world.drawing().unwrap();
     let [stroke] = drawing.strokes() else {
@@ -110,7 +110,7 @@ fn a_touch_of_the_paper_is_a_dot() {
     assert_eq!(drawing.strokes().len(), 1);
 }
 
-/// A path round and round a circle of 20 mm.
+/// A path that repeats a circle of 20 mm.
 fn circle(arm: &Arm, turns: f64) -> impl Fn(Micros) -> crate::world::JointState + use<> {
     let geometry = arm.geometry;
     move |at| {
@@ -141,7 +141,7 @@ fn a_circle_is_as_round_as_promised() {
         };
         let worst = stroke.points.windows(2).map(sagitta).fold(0.0, f64::max);
         assert!(worst <= 0.02, "{worst}");
-        // Not many more than needed: a chord with a sagitta of 0.02 spans 5.1 degrees.
+        // Few more than needed: a chord with a sagitta of 0.02 spans 5.1 degrees.
         let points = stroke.points.len() as f64;
         assert!((71.0 * turns..300.0 * turns).contains(&points), "{points}");
     }
@@ -160,7 +160,7 @@ fn a_picture_shows_the_motion_under_way() {
         (last[0] - 180.0).abs() < 1e-6 && last[1].abs() < 1e-6,
         "{last:?}"
     );
-    // It was asked, not told: nothing is drawn twice.
+    // The query did not change anything: nothing is drawn twice.
     arm.world.end(&path);
     let drawing = arm.world.drawing().unwrap();
     assert_eq!(drawing.strokes().len(), 1);

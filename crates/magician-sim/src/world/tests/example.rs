@@ -1,4 +1,4 @@
-//! The example of picking and sorting, by hand: what a program would do over the wire.
+//! The pick-and-sort example, driven by hand like a program would do over the protocol.
 
 use magician_protocol::Port;
 
@@ -24,7 +24,7 @@ fn the_cubes_are_sorted_by_colour() {
         }
         arm.world.stepper(arm.now, 0, 0.0);
 
-        // Its front has come to y = 10.
+        // Its front has reached y = 10.
         arm.go([260.0, 0.0, -10.0, 0.0], SECOND);
         arm.suck(true);
         assert_eq!(arm.look().held().map(|object| object.name()), Some(name));

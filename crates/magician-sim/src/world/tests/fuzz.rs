@@ -1,4 +1,4 @@
-//! Whatever is told, in whatever order: no panic, no standing still, and twice the same.
+//! Random calls in any order: no panic, no endless loop, and the same result twice.
 
 use proptest::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Taking, carrying, putting down.
+//! Picking, carrying and releasing objects.
 
 use super::{Arm, SECOND, near};
 use crate::world::{GripCount, Rest, WorldEvent, WorldEventKind};
@@ -69,7 +69,7 @@ fn grip_of_nothing_is_counted_and_takes_nothing() {
     arm.suck(true);
     let count = GripCount { begun: 2, taken: 0 };
     assert_eq!(arm.look().grip_count(), count);
-    // A cup that sucks already takes what it is put on: nothing begins anew.
+    // A cup that already sucks takes the object that it is put on; no new grip begins.
     arm.go([200.0, 50.0, 0.0, 0.0], SECOND);
     arm.go([200.0, 50.0, -50.0, 0.0], SECOND);
     let count = GripCount { begun: 2, taken: 1 };
@@ -84,7 +84,7 @@ fn a_stack_is_carried_as_one() {
     arm.go([200.0, 50.0, 0.0, 0.0], SECOND);
     arm.go([210.0, -50.0, -40.0, 0.0], SECOND);
     arm.suck(false);
-    // The blue one, beside the red one that stands on it.
+    // The blue cube, beside the red one on top of it.
     arm.go([229.0, -46.0, 0.0, 0.0], SECOND);
     arm.go([229.0, -46.0, -60.0, 0.0], SECOND);
     arm.suck(true);
@@ -94,7 +94,8 @@ fn a_stack_is_carried_as_one() {
     let look = arm.look();
     let (red, blue) = (look.object("red").unwrap(), look.object("blue").unwrap());
     assert!(blue.is_held() && red.on("blue"));
-    // Ten forward, seen from the blue one's middle, was (-10, 0), turned by 90 degrees (0, -10).
+    // 10 mm forward was (-10, 0) from the middle of the blue cube; turned by 90 degrees it is (0,
+    // -10).
     let between = [
         red.place().x - blue.place().x,
         red.place().y - blue.place().y,
@@ -127,10 +128,10 @@ fn the_cup_takes_only_what_it_is_on() {
         ([210.1, 50.0, -50.0], None),
         ([200.0, 50.0, -49.1], Some("red")),
         ([200.0, 50.0, -48.9], None),
-        // Pressed down by as much as the cup gives, and more.
+        // Pressed down by as much as the cup gives way, and more.
         ([200.0, 50.0, -54.9], Some("red")),
         ([200.0, 50.0, -55.1], None),
-        // The blue one is turned: its corner is at (227.0, -32.1) and farther than any side.
+        // The blue cube is turned: its corner is at (227.0, -32.1), further out than any side.
         ([227.0, -33.0, -60.0], Some("blue")),
         ([234.0, -39.0, -60.0], None),
     ] {
@@ -161,12 +162,12 @@ fn a_cup_that_sucks_already_takes_what_it_comes_down_on() {
 fn the_gripper_takes_what_fits_between_its_fingers() {
     for (at, held) in [
         ([200.0, 50.0, -60.0, 0.0], true),
-        // Turned: the diagonal is 28.3 wide, the gripper opens 27.5.
+        // Turned: the diagonal is 28.3 mm wide, the gripper opens 27.5 mm.
         ([200.0, 50.0, -60.0, 45.0], false),
-        // Aside by more than there is room.
+        // Further aside than there is room.
         ([200.0, 54.0, -60.0, 0.0], false),
         ([200.0, 53.0, -60.0, 0.0], true),
-        // Too high, and the palm on the cube.
+        // Too high, and the palm on top of the cube.
         ([200.0, 50.0, -51.0, 0.0], false),
         ([200.0, 50.0, -69.9, 0.0], true),
     ] {

@@ -1,4 +1,4 @@
-//! The world told by hand: paths are closures here, and time goes from event to event.
+//! The world without a controller: paths are closures, and time goes from event to event.
 
 mod contact;
 mod conveyor;
@@ -26,7 +26,7 @@ fn world(text: &str) -> World {
     }
 }
 
-/// The world, told of the arm's clock in microseconds.
+/// The world, with the arm's clock in microseconds.
 #[derive(Clone, Default)]
 struct World(super::World);
 
@@ -122,7 +122,7 @@ impl std::ops::DerefMut for World {
     }
 }
 
-/// An arm without a controller: it goes where it is told, in straight lines, and notes what happens.
+/// An arm without a controller: it moves in straight lines as called, and records events.
 struct Arm {
     world: World,
     geometry: Geometry,
@@ -150,7 +150,7 @@ impl Arm {
         joint_state(&self.geometry, pose)
     }
 
-    /// Lets time pass up to an instant.
+    /// Advances time to an instant.
     fn wait_until(&mut self, to: Micros) {
         let mut told = 0;
         while let Some(at) = self.world.next_event().filter(|at| *at <= to) {
@@ -164,12 +164,12 @@ impl Arm {
         self.now = to;
     }
 
-    /// Goes to a pose, at an even speed, and stands there.
+    /// Moves to a pose at constant speed, and stays there.
     fn go(&mut self, to: [f64; 4], lasting: Micros) {
         self.go_until(to, lasting, lasting);
     }
 
-    /// Sets out for a pose, but is stopped on the spot after a while.
+    /// Starts towards a pose, but stops at once after a while.
     fn go_until(&mut self, to: [f64; 4], lasting: Micros, stopped: Micros) {
         let way = Way {
             geometry: self.geometry,
@@ -217,7 +217,7 @@ impl Arm {
         self.world.look(self.now, &self.joint_state(&self.at))
     }
 
-    /// Touches and stalls, and when.
+    /// Touches and stalls, with their times.
     fn touches(&self) -> Vec<(Micros, ExternalEvent)> {
         let touch = |event: &ExternalEvent| matches!(event, ExternalEvent::Touch { .. });
         self.happened
@@ -228,7 +228,7 @@ impl Arm {
     }
 }
 
-/// A straight way at an even speed.
+/// A straight path at constant speed.
 struct Way {
     geometry: Geometry,
     from: Pose,

@@ -1,4 +1,4 @@
-//! Footprints and places.
+//! Footprints and positions.
 
 use proptest::prelude::*;
 
@@ -17,10 +17,10 @@ fn rectangles_overlap_when_their_insides_do() {
         (19.99, 0.0, 0.0, true),
         (20.0, 0.0, 0.0, false),
         (19.0, 19.0, 90.0, true),
-        // A corner reaches 14.14 far.
+        // A corner is 14.14 mm from the middle.
         (24.0, 0.0, 45.0, true),
         (24.2, 0.0, 45.0, false),
-        // Both bounding boxes overlap, the squares do not.
+        // The bounding boxes overlap, the squares do not.
         (17.2, 17.2, 45.0, false),
         (17.0, 17.0, 45.0, true),
     ] {

@@ -8,7 +8,7 @@ use super::{SECOND, World, world};
 use crate::Micros;
 use crate::world::{ExternalEvent, JointState, Press};
 
-/// Everything that happens up to an instant, and when.
+/// All events up to an instant, with their times.
 fn until(world: &mut World, to: Micros) -> Vec<(Micros, ExternalEvent)> {
     let mut happened = Vec::new();
     while let Some(at) = world.next_event().filter(|at| *at <= to) {

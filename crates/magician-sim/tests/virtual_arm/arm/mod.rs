@@ -1,4 +1,4 @@
-//! An arm on a bench, in virtual time: send, let time pass, look.
+//! A virtual arm under test, in virtual time: send, let time pass, inspect.
 #![allow(dead_code, unreachable_pub)]
 
 use magician_protocol::commands::*;
@@ -9,31 +9,32 @@ use magician_protocol::{
 use magician_sim::scenario::Scenario;
 use magician_sim::{ArmInstant, Controller, ControllerState, Event, LinkId, Profile, World};
 
-/// The link that most tests talk over.
+/// Link used by most tests.
 pub const USB: LinkId = LinkId(0);
 /// Microseconds of the arm's clock.
 pub type Micros = u64;
 /// A second of arm time.
 pub const SECOND: Micros = 1_000_000;
 
-/// An arm and the hand that works it.
+/// An arm with helpers to operate it.
 pub struct TestArm {
     pub arm: Controller,
 }
 
-/// An arm as it is switched on, its reset alarm cleared.
+/// A new arm, its reset alarm cleared.
 pub fn arm() -> TestArm {
     arm_with(|_| ())
 }
 
-/// In continuous time, which closed forms hold for, and counting from 1, so that an index is the number of its command.
+/// A profile in continuous time, for which closed forms hold, with indices from 1, so that an index
+/// is the number of its command.
 fn plain() -> Profile {
     let mut profile = Profile::continuous();
     profile.queue.first_index = 1;
     profile
 }
 
-/// The same with another profile.
+/// A new arm with a changed profile.
 pub fn arm_with(change: impl FnOnce(&mut Profile)) -> TestArm {
     let mut profile = plain();
     change(&mut profile);
@@ -45,7 +46,7 @@ pub fn arm_with(change: impl FnOnce(&mut Profile)) -> TestArm {
     bench
 }
 
-/// The same in the world of a scenario, the queue started.
+/// A new arm in the world of a scenario, with its queue started.
 pub fn arm_in(scenario: &str) -> TestArm {
     let scenario = Scenario::from_toml(scenario).expect("a scenario");
     let world = World::from_scenario(&scenario);
@@ -57,19 +58,19 @@ pub fn arm_in(scenario: &str) -> TestArm {
     bench
 }
 
-/// The same with the queue started.
+/// A new arm with its queue started.
 pub fn running_arm() -> TestArm {
     let mut bench = arm();
     bench.set(&QueuedCmdStartExec {});
     bench
 }
 
-/// The instant at which the arm's clock shows so many microseconds.
+/// Instant at which the arm's clock shows this many microseconds.
 pub fn at(micros: Micros) -> ArmInstant {
     ArmInstant::from_micros(micros)
 }
 
-/// Bytes from a line of hex.
+/// Parses a line of hex.
 pub fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace()
         .map(|byte| u8::from_str_radix(byte, 16).expect("hex"))
@@ -77,7 +78,7 @@ pub fn hex(text: &str) -> Vec<u8> {
 }
 
 impl TestArm {
-    /// Sends bytes; everything that comes back.
+    /// Sends bytes; returns all replies.
     pub fn send(&mut self, bytes: &[u8]) -> Vec<FrameBuf> {
         self.send_over(USB, bytes)
     }
@@ -86,12 +87,12 @@ impl TestArm {
         self.arm.exchange(link, bytes)
     }
 
-    /// Every reply that waits for a peer.
+    /// Pending replies of a peer.
     pub fn replies(&mut self, link: LinkId) -> Vec<FrameBuf> {
         self.arm.exchange(link, &[])
     }
 
-    /// Sends a line of hex and expects a line of hex.
+    /// Sends a line of hex and expects another one.
     #[track_caller]
     pub fn exchange(&mut self, request: &str, reply: &str) {
         let replies = self.send(&hex(request));
@@ -99,7 +100,7 @@ impl TestArm {
         assert_eq!(bytes, hex(reply), "reply to {request}: {replies:?}");
     }
 
-    /// Sends a frame and expects exactly one reply, id and Ctrl as they were.
+    /// Sends a frame and expects exactly one reply with the same id and Ctrl.
     #[track_caller]
     pub fn frame(&mut self, id: u8, ctrl: Ctrl, params: &[u8]) -> FrameBuf {
         let replies = self.send(FrameBuf::new(id, ctrl, params).unwrap().bytes());
@@ -123,7 +124,7 @@ impl TestArm {
         T::decode(reply.frame().params()).unwrap()
     }
 
-    /// Sets at once; the reply is empty.
+    /// Sends an immediate set and expects an empty reply.
     #[track_caller]
     pub fn set<T: Writable>(&mut self, value: &T) {
         let request = FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap();
@@ -131,7 +132,7 @@ impl TestArm {
         assert_eq!(reply.frame().params(), [0u8; 0]);
     }
 
-    /// Queues; the index in the reply.
+    /// Queues a command; returns its index.
     #[track_caller]
     pub fn enqueue<T: Writable>(&mut self, value: &T) -> u64 {
         let request = FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).unwrap();
@@ -149,7 +150,7 @@ impl TestArm {
         self.arm.advance(self.arm.now().after_micros(span));
     }
 
-    /// Lets time pass until nothing is scheduled; how long that took.
+    /// Advances until nothing is scheduled; returns the time passed.
     pub fn rest(&mut self) -> Micros {
         let from = self.arm.now();
         while let Some(at) = self.arm.poll_timeout() {
@@ -172,13 +173,13 @@ impl TestArm {
         self.get::<QueuedCmdLeftSpace>().left_space
     }
 
-    /// Codes of the alarms that stand, over the wire.
+    /// Codes of the standing alarms, read over the protocol.
     #[track_caller]
     pub fn alarms(&mut self) -> Vec<u8> {
         self.get::<AlarmsState>().alarms_state.codes().collect()
     }
 
-    /// x, y, z, r over the wire.
+    /// Pose x, y, z, r, read over the protocol.
     #[track_caller]
     pub fn pose(&mut self) -> [f32; 4] {
         let Pose { x, y, z, r, .. } = self.get::<Pose>();
@@ -190,14 +191,14 @@ impl TestArm {
         self.get::<Pose>().joint_angle
     }
 
-    /// What has happened, but for what it rests on.
+    /// Events so far, without assumptions.
     pub fn events(&mut self) -> Vec<Event> {
         std::iter::from_fn(|| self.arm.poll_event())
             .filter(|event| !matches!(event, Event::Assumes { .. }))
             .collect()
     }
 
-    /// Both ratios at 100 %.
+    /// Sets both ratios to 100 %.
     pub fn full_speed(&mut self) {
         self.set(&PtpCommonParams {
             velocity_ratio: 100.0,
@@ -209,7 +210,7 @@ impl TestArm {
         self.bias(59.7);
     }
 
-    /// An arm with tool bias 0, which reports the pose of the wrist.
+    /// Sets the tool bias to 0, so that the wrist is reported.
     pub fn no_tool(&mut self) {
         self.bias(0.0);
     }
@@ -268,18 +269,18 @@ pub fn grip(on: bool) -> SetEndEffectorGripper {
     }
 }
 
-/// A pin's function, set at once.
+/// Sets the function of a pin.
 pub fn multiplex(bench: &mut TestArm, address: u8, multiplex: IoFunction) {
     bench.set(&IoMultiplexing { address, multiplex });
 }
 
-/// An output's level, set at once.
+/// Sets the level of an output.
 pub fn output(bench: &mut TestArm, address: u8, on: bool) {
     let level = Flag::from(on);
     bench.set(&IoDo { address, level });
 }
 
-/// How long an axis takes for a way at a speed and an acceleration, from rest to rest, s (model section 7).
+/// Duration of a motion from rest to rest, s (model section 7).
 pub fn trapezoid(way: f64, velocity: f64, acceleration: f64) -> f64 {
     if way > velocity * velocity / acceleration {
         way / velocity + velocity / acceleration
@@ -288,7 +289,7 @@ pub fn trapezoid(way: f64, velocity: f64, acceleration: f64) -> f64 {
     }
 }
 
-/// How long the base takes from an angle until its switch has set it, s (model section 11).
+/// Duration from an angle of the base until its switch has referenced it, s (model section 11).
 pub fn search_lasts(j1: f64) -> f64 {
     trapezoid(j1 + 135.0, 20.0, 30.0)
         + trapezoid(0.5, 20.0, 30.0)
@@ -296,12 +297,12 @@ pub fn search_lasts(j1: f64) -> f64 {
         + trapezoid(0.25, 0.5, 30.0)
 }
 
-/// How long homing takes from an angle of the base to the usual home point, s.
+/// Duration of homing from an angle of the base to the default home point, s.
 pub fn homing_lasts(j1: f64) -> f64 {
     search_lasts(j1) + trapezoid(135.0, 30.0, 30.0)
 }
 
-/// Checks a duration in microseconds, to 0.1 ms.
+/// Asserts a duration in microseconds, to 0.1 ms.
 #[track_caller]
 pub fn lasts(measured: u64, seconds: f64) {
     let error = measured as f64 / 1e6 - seconds;

@@ -1,5 +1,6 @@
-//! A hostile host, told by bytes what to do: it sends frames and rubbish over several links, lets time pass, falls silent and leaves.
-//! The fuzz target, the property tests and the long run of the example are the same host.
+//! A hostile host driven by bytes: it sends frames and garbage over several links, lets time pass,
+//! falls silent and leaves. The fuzz target, the property tests and the soak run of the example
+//! share it.
 #![allow(dead_code, unreachable_pub)]
 
 use magician_protocol::{Ctrl, FrameBuf, MAX_PARAMS, TABLE};
@@ -7,9 +8,10 @@ use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 /// Links in use: more than the controller keeps.
 const LINKS: u8 = 70;
-/// Events that a full queue holds at most: ends, waits, outputs and limits of 32 commands and one at once.
+/// Most events of a full queue: ends, waits, outputs and limits of 32 commands and one immediate
+/// motion.
 const MOST_EVENTS: u32 = 4_000;
-/// Numbers that have broken programs.
+/// Numbers that tend to break programs.
 const TELLING: [f32; 16] = [
     0.0,
     -0.0,
@@ -29,7 +31,7 @@ const TELLING: [f32; 16] = [
     f32::NAN,
 ];
 
-/// The bytes that say what to do, taken from the front; all zeros when they have run out.
+/// The driving bytes, consumed from the front; zeros at the end.
 struct Script<'a>(&'a [u8]);
 
 impl Script<'_> {
@@ -45,7 +47,7 @@ impl Script<'_> {
         std::array::from_fn(|_| self.byte())
     }
 
-    /// A number: mostly an ordinary one, now and then a telling one or any bits.
+    /// A number: mostly ordinary, sometimes extreme or arbitrary bits.
     fn number(&mut self) -> f32 {
         match self.byte() {
             kind @ 0..=31 => TELLING[usize::from(kind % 16)],
@@ -72,14 +74,14 @@ impl Script<'_> {
     }
 }
 
-/// An arm and what is known of it.
+/// An arm and its expected state.
 pub struct Life {
     pub arm: Controller,
-    /// What the host has done so far.
+    /// Number of steps so far.
     pub steps: u64,
-    /// A hash of all that was to be seen of the arm so far, replies and states, to the bit.
+    /// Hash of everything visible so far, replies and states, bit for bit.
     pub story: u64,
-    /// Time passes in pieces of at most so many microseconds.
+    /// Longest piece in which time passes, us.
     piece: u64,
     current: u64,
 }
@@ -97,7 +99,7 @@ impl Default for Life {
 }
 
 impl Life {
-    /// A life in which time passes in many pieces; its story is that of the life in which it does not.
+    /// A run whose time passes in small pieces; its hash must equal that of the run without.
     pub fn in_pieces() -> Self {
         Self {
             piece: 1_234_567,
@@ -105,7 +107,7 @@ impl Life {
         }
     }
 
-    /// Does all that the bytes say, and checks after each step that the arm is of sound mind.
+    /// Executes all steps and checks the arm after each.
     pub fn live(&mut self, script: &[u8]) {
         let mut script = Script(script);
         while !script.0.is_empty() {
@@ -126,7 +128,7 @@ impl Life {
             1 => self.pass(u64::from(u16::from_le_bytes(script.bytes()))),
             2 => self.pass(u64::from(u32::from_le_bytes(script.bytes())) % 100_000_000),
             3 => {
-                // A motion may take longer than all time; it is not waited for.
+                // A motion may outlast the clock; it is not waited for.
                 let near = self.arm.now().after_micros(3_600_000_000);
                 if let Some(at) = self.arm.poll_timeout().filter(|at| *at < near) {
                     self.arm.advance(at);
@@ -169,7 +171,7 @@ impl Life {
                 self.send(LinkId(2), row.id, ctrl, &params[..size]);
             }
             15 | 16 => {
-                // A segment of a path: most of them short.
+                // A segment of a path, mostly a short one.
                 let mut params = [0; 17];
                 params[0] = script.byte() % 3;
                 params[1..].copy_from_slice(&script.numbers::<16>());
@@ -283,7 +285,7 @@ impl Life {
         );
     }
 
-    /// Lets everything come to its end and checks that the arm then takes orders like a new one.
+    /// Lets everything end and checks that the arm then accepts commands like a new one.
     pub fn end(&mut self) {
         let mut events = 0;
         while let Some(at) = self.arm.poll_timeout() {

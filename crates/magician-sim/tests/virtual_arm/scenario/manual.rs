@@ -1,4 +1,5 @@
-//! The manual, docs/SCENARIOS.md: its tables are the schema's, and its scenarios are scenarios.
+//! The manual, docs/SCENARIOS.md: its tables match the schema, and its examples are valid
+//! scenarios.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,7 +17,7 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_default()
 }
 
-/// What a value may be, in a few words.
+/// Allowed values of a key, in short.
 fn range(value: &Value) -> String {
     if let Some(forms) = value["oneOf"].as_array() {
         let forms: Vec<_> = forms.iter().map(range).collect();
@@ -47,7 +48,7 @@ fn range(value: &Value) -> String {
     }
 }
 
-/// The value of a key in all forms of a section; `kind` is another in each.
+/// Schema of each key over all forms of a section; `kind` differs between them.
 fn merged(forms: &[&Value]) -> Map<String, Value> {
     let mut keys = Map::new();
     for form in forms {
@@ -76,7 +77,7 @@ fn merged(forms: &[&Value]) -> Map<String, Value> {
     keys
 }
 
-/// What becomes of a key that is left out.
+/// Default of a key that is left out.
 fn left_out(forms: &[&Value], key: &str, value: &Value) -> String {
     let needs = |form: &&Value| {
         let needed = form["required"].as_array();
@@ -99,7 +100,7 @@ fn left_out(forms: &[&Value], key: &str, value: &Value) -> String {
     }
 }
 
-/// A line a form; those that differ only in when they come are one.
+/// One line for each form; forms that differ only in their time share one.
 fn lines_of(forms: &[&Value]) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for form in forms {

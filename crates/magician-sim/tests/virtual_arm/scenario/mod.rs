@@ -1,4 +1,4 @@
-//! Scenario files: what is accepted, what is refused and where, and the schema that editors use.
+//! Scenario files: valid ones, invalid ones with their position, and the schema for editors.
 
 mod manual;
 mod refusals;
@@ -43,7 +43,7 @@ fn a_scenario_says_what_stands_where() {
             .all(|object| object.on == On::Belt && object.place.z == -30.0)
     );
 
-    // Across the belt 310 mm from its start, 5 mm above it.
+    // Across the belt, 310 mm from its start and 5 mm above it.
     let barrier = &scenario.sensors()[0];
     assert_eq!(barrier.kind, SensorKind::Infrared);
     assert_eq!(barrier.beam.from, [300.0, 10.0, -25.0]);

@@ -1,18 +1,19 @@
-//! What is no scenario: the line, the column and the cure.
+//! Invalid scenarios: line, column and remedy.
 
 use magician_sim::scenario::Scenario;
 use proptest::prelude::*;
 
 use super::EXAMPLES;
 
-/// A file that is good until its last lines.
+/// A valid file before the lines of a case.
 const GROUND: &str = "[table]\nheight = -70\nx = [0, 300]\ny = [-200, 200]\n\
     [conveyor]\nstart = [200, 0]\ndirection = 0\nlength = 100\nwidth = 50\nheight = -50\nstepper = 0\n\
     [[object]]\nname = \"cube\"\nsize = [20, 20, 20]\nat = [150, 0]\n";
-/// Lines of [`GROUND`].
+/// Number of lines in [`GROUND`].
 const ABOVE: usize = 15;
 
-/// What comes after the good part; line (from there) and column of the flaw; a word of the message.
+/// Cases: lines after the valid part; line (from there) and column of the error; a word of the
+/// message.
 const CASES: &[(&str, usize, usize, &str)] = &[
     // Shape.
     ("[[input]\n", 1, 9, "unclosed"),
@@ -77,7 +78,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
     ),
     ("[[arm]]\nhomed = true", 1, 1, "write [arm] and"),
     ("[[tool]]\nkind = \"pen\"", 1, 1, "write [tool] and"),
-    // In the words of the file's author.
+    // In the terms of the file's author.
     (
         "[tool]\nkind = \"pen\"\ngive = \"much\"",
         3,
@@ -446,7 +447,7 @@ fn an_error_says_where_it_is() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A carelessly edited file: no panic, and the error names a place inside it.
+    /// A damaged file does not panic, and the error names a position inside it.
     #[test]
     fn a_damaged_file_is_refused_inside_it(
         example in 0..EXAMPLES.len(),

@@ -1,4 +1,4 @@
-//! The schema for editors: it takes what the reader takes, and knows the same names.
+//! The schema for editors: it accepts what the parser accepts, and knows the same names.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ fn as_json(text: &str) -> Value {
     serde_json::to_value(table).expect("every scenario has a JSON form")
 }
 
-/// Whether a value fits, for the words of JSON Schema that ours uses; any other word is an error here.
+/// True if a value matches, for the keywords of JSON Schema in use; any other keyword is an error.
 fn fits(schema: &Value, value: &Value) -> bool {
     let schema = schema.as_object().expect("a schema is an object");
     schema.iter().all(|(word, rule)| match word.as_str() {
@@ -115,7 +115,7 @@ fn the_schema_refuses_what_the_reader_refuses() {
     }
 }
 
-/// The names in the schema of a section: of all its forms.
+/// Names in the schema of a section, over all its forms.
 fn names(schema: &Value) -> BTreeSet<String> {
     let forms = schema["items"]["oneOf"].as_array();
     let forms = forms.map_or_else(|| vec![schema], |forms| forms.iter().collect());
@@ -125,7 +125,7 @@ fn names(schema: &Value) -> BTreeSet<String> {
     properties.flat_map(|names| names.keys().cloned()).collect()
 }
 
-/// The names that the reader offers in place of one that it does not know.
+/// Names that the parser suggests in place of an unknown one.
 fn offered(text: &str) -> BTreeSet<String> {
     let error = Scenario::from_toml(text).expect_err("no such name");
     let (_, list) = error.message.split_once("expected").expect(&error.message);

@@ -13,20 +13,20 @@ use crate::device::io::pins::can_do;
 use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
-/// The pins of laser, valve and pump.
+/// Pins of laser, valve and pump: setting one drives its tool.
 const TOOL_PINS: [u8; 4] = [2, 4, 16, 17];
 
-/// What telling a pin something rests on.
+/// Assumptions of setting a pin.
 fn told(basis: Assumption, address: u8) -> AssumptionSet {
     AssumptionSet::from(basis).and_if(TOOL_PINS.contains(&address), Assumption::ToolPins)
 }
 
-/// What asking a pin rests on.
+/// Assumptions of reading a pin.
 fn asked(basis: Assumption, address: Option<u8>) -> AssumptionSet {
     AssumptionSet::from(basis).and_if(address.is_none(), Assumption::LastPin)
 }
 
-/// What reading an input rests on.
+/// Assumptions of reading an input.
 fn read(cx: &Context<'_>, address: Option<u8>) -> AssumptionSet {
     let (world, now) = (cx.world, cx.now);
     let is_open = |pin| world.digital(now, pin).is_none() && world.analog(now, pin).is_none();
@@ -54,14 +54,17 @@ impl Apply for IoMultiplexing {
         told(<Self as Apply>::RESTS_ON, self.address)
     }
 
-    /// A function that the pin lacks is stored and read back and has no effect, unless the profile is strict.
+    /// A function that the pin lacks is stored and read back without effect, unless the profile is
+    /// strict.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let Self { address, multiplex } = *self;
         let fits = can_do(cx.io.pins.abilities_of(address), multiplex);
+        // The table of functions is a third party's (model section 13).
         cx.record.assume(Assumption::PinTable);
         if !fits && !cx.record.allows(Self::ROW.id, Assumption::LackingFunction) {
             return Effects::none();
         }
+        // Two switches: `fidelity.strict` refuses all choices, `io.strict` this one alone.
         if !fits && cx.firmware.profile.io.strict {
             return Effect::Refuse(Refusal::Pin).into();
         }
@@ -98,7 +101,7 @@ impl Apply for IoDo {
         told(<Self as Apply>::RESTS_ON, self.address)
     }
 
-    /// Stored for whatever the pin is; it shows while the pin is a digital output.
+    /// Stored whatever the pin's function is; it shows while the pin is a digital output.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(pin) = cx.io.pins.addressed(self.address) else {
             return Effect::Refuse(Refusal::Pin).into();
@@ -132,7 +135,7 @@ impl Apply for IoPwm {
         told(<Self as Apply>::RESTS_ON, self.address)
     }
 
-    /// Stored for whatever the pin is; it shows while the pin is a pulse-width output.
+    /// Stored whatever the pin's function is; it shows while the pin is a PWM output.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(pin) = cx.io.pins.addressed(self.address) else {
             return Effect::Refuse(Refusal::Pin).into();

@@ -1,4 +1,4 @@
-//! The stepper outputs (document 1.15.6, errata E41).
+//! Stepper outputs (document 1.15.6, errata E41).
 
 use magician_protocol::commands::{EMotor, EMotorS};
 use magician_protocol::{Flag, Stepper};
@@ -9,7 +9,7 @@ use crate::device::handlers::Apply;
 use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
-/// The place of an output among its kind.
+/// Index of an output; `None` if it does not exist.
 fn output(index: Stepper) -> Option<usize> {
     match index {
         Stepper::Stepper1 => Some(0),
@@ -18,7 +18,7 @@ fn output(index: Stepper) -> Option<usize> {
     }
 }
 
-/// A motor that is not enabled stands.
+/// Rate of a motor; a disabled one stands.
 fn rate(enabled: Flag, pulses_per_second: f64) -> f64 {
     if enabled.is_on() {
         pulses_per_second
@@ -30,7 +30,7 @@ fn rate(enabled: Flag, pulses_per_second: f64) -> f64 {
 impl Apply for EMotor {
     const RESTS_ON: Assumption = Assumption::Steppers;
 
-    /// The motor runs on until it is told otherwise: the command has finished at once (model section 14).
+    /// Runs the motor until the next command. It has finished at once (model section 14).
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {
             return Effect::Refuse(Refusal::Pin).into();
@@ -51,7 +51,8 @@ impl Apply for EMotorS {
         AssumptionSet::from(Self::RESTS_ON).and(Assumption::StepperDistance)
     }
 
-    /// In the queue it has finished when the motor has: hosts wait for its index and then take from the belt.
+    /// Runs the motor for a number of pulses. In the queue it finishes with the motor, because
+    /// hosts wait for its index before they take from the belt.
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {
             return Effect::Refuse(Refusal::Pin).into();

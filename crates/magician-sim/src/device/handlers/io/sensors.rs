@@ -1,4 +1,4 @@
-//! The colour sensor and the infrared sensor (document 1.15.7 and 1.15.8, errata E42 and E43).
+//! Colour sensor and infrared sensor (document 1.15.7 and 1.15.8, errata E42 and E43).
 
 use magician_protocol::Flag;
 use magician_protocol::commands::*;
@@ -12,8 +12,9 @@ use crate::fidelity::{Assumption, AssumptionSet};
 impl Report for ColorSensor {
     const RESTS_ON: Assumption = Assumption::Sensors;
 
-    /// A sensor that is off sees nothing.
+    /// A sensor that is off reads 0.
     fn report(cx: &mut Context<'_>, query: &GetColorSensor) -> Self {
+        // Hosts send none, the port, or the port with a version (E42).
         let port = cx.io.color_sensors.asked(query.port);
         let [r, g, b] = port.map_or([0; 3], |port| cx.world.color(cx.now, port));
         Self { r, g, b }
@@ -23,7 +24,7 @@ impl Report for ColorSensor {
 impl Apply for SetColorSensor {
     const RESTS_ON: Assumption = Assumption::Sensors;
 
-    /// The sensor's version changes nothing here.
+    /// The version of the sensor has no effect here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         if cx.io.color_sensors.enable(self.port, self.is_enabled) {
             Effects::none()
@@ -53,7 +54,7 @@ impl Report for IrSwitch {
 impl Apply for SetIrSwitch {
     const RESTS_ON: Assumption = Assumption::Sensors;
 
-    /// The sensor's version changes nothing here.
+    /// The version of the sensor has no effect here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         if cx.io.infrared_sensors.enable(self.port, self.is_enabled) {
             Effects::none()

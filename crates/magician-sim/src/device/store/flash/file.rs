@@ -1,4 +1,4 @@
-//! The flash as text.
+//! The text form of the flash.
 
 use std::sync::Arc;
 
@@ -10,10 +10,11 @@ use super::{Flash, FlashError};
 use crate::device::store::program::Program;
 use crate::profile::{MAX_LINES, MAX_NAME, MAX_SERIAL};
 
-/// The version that is written, and the only one that is read.
+/// Version written, and the only one read.
 const VERSION: u32 = 1;
 
-/// Only the version, whatever else there is.
+/// The version alone, whatever the rest of the file is: a newer file must report its version and
+/// not an unknown key.
 #[derive(Deserialize)]
 struct Versioned {
     version: u32,
@@ -30,7 +31,7 @@ struct File {
     program: Lines,
 }
 
-/// Text as hosts send it, which need not be UTF-8.
+/// Text as sent by hosts, which need not be UTF-8.
 #[derive(Deserialize, Serialize)]
 #[serde(untagged)]
 enum Words {
@@ -43,7 +44,7 @@ enum Words {
 struct Wifi {
     ssid: Words,
     password: Words,
-    /// The flag as it came over the wire.
+    /// The flag byte as it was sent.
     dhcp: u8,
     address: [u8; 4],
     netmask: [u8; 4],
@@ -65,7 +66,7 @@ struct Calibration {
 #[serde(deny_unknown_fields)]
 struct Lines {
     loops: u32,
-    /// Frames in hex, as they were queued.
+    /// Queued frames in hex.
     lines: Vec<String>,
 }
 
@@ -77,7 +78,7 @@ impl Words {
         }
     }
 
-    /// The text as a layout that is nothing but text.
+    /// Decodes the text into a layout that consists of text only.
     fn read<L: Layout>(&self, name: &str, most: usize) -> Result<L, FlashError> {
         let bytes = match self {
             Self::Text(text) => text.as_bytes(),
@@ -87,6 +88,7 @@ impl Words {
             name: name.to_owned(),
             rule: "text without NUL that the arm can keep",
         };
+        // NUL ends a text on the wire (E17), so a stored one cannot contain it.
         if bytes.len() > most || bytes.contains(&0) {
             return Err(wrong());
         }
@@ -95,10 +97,11 @@ impl Words {
 }
 
 impl Flash {
-    /// The flash as text, for [`from_toml`](Self::from_toml).
+    /// Writes the flash as text, for [`from_toml`](Self::from_toml).
     #[must_use]
     pub fn to_toml(&self) -> String {
         let lines = self.program.lines.iter().filter_map(line_to_hex).collect();
+        // Version first: a reader must recognise a newer file before anything else.
         let file = File {
             version: VERSION,
             name: Words::of(self.name.device_name.as_bytes()),
@@ -128,10 +131,10 @@ impl Flash {
         format!("# What a virtual Dobot Magician keeps without power.\n{text}")
     }
 
-    /// Reads a flash. Every value must be there, and none that is not known.
+    /// Parses a flash. Every value must be present, and no other.
     ///
     /// # Errors
-    /// [`FlashError`] for text that is no flash.
+    /// [`FlashError`] if the text is not a valid flash file.
     pub fn from_toml(text: &str) -> Result<Self, FlashError> {
         let syntax = |error: toml::de::Error| FlashError::syntax(text, &error);
         let Versioned { version } = toml::from_str(text).map_err(syntax)?;
@@ -196,7 +199,7 @@ impl Lines {
     }
 }
 
-/// A line as the frame that queued it. What has been in a frame fits one.
+/// Formats a line as the frame that queued it. A decoded command always fits a frame.
 fn line_to_hex(set: &Set) -> Option<String> {
     let frame = FrameBuf::set(set, Ctrl::QUEUED).ok()?;
     let bytes: Vec<String> = (frame.bytes().iter())
@@ -212,6 +215,7 @@ fn line_of_hex(hex: &str) -> Option<Set> {
         .collect();
     let bytes = bytes?;
     let frame = Frame::new(&bytes)?;
+    // Read back by the decoder of the controller: a file holds what a host could have queued.
     match Request::decode(&frame) {
         Ok(Request::Queue(set)) => Some(set),
         _ => None,
