@@ -176,7 +176,9 @@ impl JobError {
                 None => message!("the check failed"),
             },
             Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
-                message!("nothing to resume")
+                message!(
+                    "nothing to resume: no journal says how far the job came; start it from the beginning"
+                )
             }
             Fault::Journal(JournalError::Unreadable { place }) => {
                 message!(

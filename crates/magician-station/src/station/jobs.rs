@@ -428,6 +428,7 @@ impl Station {
             JobNews::Progress(progress) => {
                 record.reaches(progress.step);
                 record.seconds_left = progress.left.map(|left| left.as_secs_f64());
+                self.records.progressed(now, arm);
                 self.telling.changed(Newest::Job(job), PROGRESS_INTERVAL);
             }
             JobNews::State(state, text) => {

@@ -27,6 +27,9 @@ const KEPT: usize = 500;
 const PROGRAMS: usize = 8;
 /// Time after which a disk that did not take the jobs is tried again.
 const RETRY: Duration = Duration::from_secs(5);
+/// Shortest time between two writes of the progress of a running job: after a crash the list of jobs is
+/// this old at most, and a job of a thousand steps does not write its whole list a thousand times.
+const PROGRESS_KEPT: Duration = Duration::from_secs(2);
 
 /// Sums over jobs that ran.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -86,6 +89,8 @@ struct ArmShelf {
     kept: u64,
     /// When a disk that failed is tried again.
     retry: Option<HostInstant>,
+    /// When the progress of the running job was last handed out.
+    progress: Option<HostInstant>,
 }
 
 /// The jobs of all arms, in the order in which they began.
@@ -269,6 +274,18 @@ impl Records {
         let shelf = &mut self.arms[arm.0 as usize];
         shelf.revision += 1;
         shelf.revision
+    }
+
+    /// Keeps the progress of the running job, at most once each [`PROGRESS_KEPT`].
+    pub(super) fn progressed(&mut self, now: HostInstant, arm: ArmId) {
+        let shelf = &mut self.arms[arm.0 as usize];
+        if shelf
+            .progress
+            .is_none_or(|last| now >= last + PROGRESS_KEPT)
+        {
+            shelf.progress = Some(now);
+            self.has_changed(arm);
+        }
     }
 
     /// Number of the last change of an arm's jobs.

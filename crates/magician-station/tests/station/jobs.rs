@@ -321,6 +321,28 @@ async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn job_of_a_station_that_died_shows_the_progress_of_its_last_seconds() {
+    let bench = LocalStation::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let job = start(&mut anna, json!({"loops": 0})).await;
+    let done = |job: &Value| 8 * job["loop"].as_u64().unwrap() + job["step"].as_u64().unwrap();
+    while done(&state_of(&mut anna, &job).await) < 3 * 8 {
+        tokio::time::sleep(Duration::from_secs(1)).await;
+    }
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    let shown = done(&state_of(&mut anna, &job).await);
+    bench.station.flush().await;
+    let kept = bench.kept.copy();
+    drop((anna, bench));
+    let bench = LocalStation::after(kept).await;
+    let mut ben = bench.join("Ben").await;
+    let left = state_of(&mut ben, &job).await;
+    assert_eq!(left["state"], json!("interrupted"));
+    assert!((2 * 8..=shown).contains(&done(&left)), "{left} {shown}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_job_is_made_slower_by_the_speed_of_its_arm() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
