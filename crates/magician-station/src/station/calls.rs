@@ -1,4 +1,4 @@
-//! The methods of arms: what each checks, and what it orders.
+//! Methods of arms: parameters, checks, and the orders that follow.
 
 use std::time::Duration;
 
@@ -15,11 +15,12 @@ use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
 use crate::order::{ArmAct, ArmOrder, ArmRead, Taken};
 
-/// Jogs that are known by their ids after their end.
+/// Number of jogs that are remembered by id after their end, so that a late `jog.stop` gets an
+/// answer.
 const JOGS: usize = 256;
 
 impl Station {
-    /// Does what a method is for, or orders it.
+    /// Dispatches a method that has passed the common checks.
     pub(super) fn call(
         &mut self,
         method: &'static Method,
@@ -132,7 +133,7 @@ impl Station {
         })
     }
 
-    /// What this station can do, of what not every one can.
+    /// Returns the optional features that this station has.
     fn features(&self) -> impl Iterator<Item = Feature> {
         let has = |feature: &Feature| match feature {
             Feature::BinaryFrames | Feature::Events | Feature::Presets => true,
@@ -178,7 +179,7 @@ impl Station {
         if !self.arm(arm).link {
             return Err(line_lost());
         }
-        // What is not read each time was read once: the tool. Before that the arm is asked.
+        // The tool is not in every reading. Until it was read once, the arm is asked.
         let known = self.arm(arm).reading.as_ref();
         let known = known.is_some_and(|reading| reading.tool.bias.is_some());
         let fresh = known && self.is_fresh(call.now, arm);
@@ -188,19 +189,19 @@ impl Station {
         Ok(self.read(call, arm, ArmRead::State))
     }
 
-    /// The state of an arm by its last reading, if there is one since the line was found.
+    /// Returns the state from the last reading. `None` if there was none since the line was found.
     pub(super) fn whole_state(&mut self, arm: ArmId) -> Option<Value> {
         let state = self.shared_state(arm)?;
         Some(Value::Object(Map::clone(state.fields())))
     }
 
-    /// Stops one arm, or all.
+    /// Stops one arm, or all arms.
     fn stop(&mut self, call: &Call<'_>, arm: Option<ArmId>) -> Handled {
         let request = call.request;
         let arms = self.meant(arm);
         let by = Some(call.session);
         for arm in &arms {
-            // The stop goes out before anything is told.
+            // The stop leaves before anything else is done.
             self.order(
                 *arm,
                 ArmOrder::Stop {
@@ -242,7 +243,7 @@ impl Station {
         while self.jogs.len() > JOGS {
             self.jogs.pop_first();
         }
-        // The stop of one that it replaces goes out before.
+        // Effects of the replaced jog first: its stop must leave before the new start.
         self.settle(call.now);
         let request = call.request;
         self.order(
@@ -269,7 +270,7 @@ impl Station {
                 let arm = self.jogs.get(&jog).copied().ok_or_else(unknown)?;
                 (arm, Some(jog))
             }
-            // Also one that waits for the arm to come to rest: its id is not told yet.
+            // A jog that waits for the arm to rest has an id that the client does not know yet.
             None => {
                 let arm = match call.arm {
                     Some(arm) => arm,
@@ -290,13 +291,13 @@ impl Station {
         self.number('g', text).map(JogId)
     }
 
-    /// The arm that a jog moves.
+    /// Returns the arm that a jog moves.
     fn jogging(&self, jog: JogId) -> Option<ArmId> {
         self.arm_ids()
             .find(|arm| self.control.jog(*arm).is_some_and(|(id, _)| id == jog))
     }
 
-    /// What needs the lease, and is over when the arm has done it.
+    /// Orders an action that needs the lease and is over when the arm has done it.
     fn act(
         &mut self,
         call: &Call<'_>,
@@ -314,9 +315,10 @@ impl Station {
         let kind = match &act {
             ArmAct::Move { wait: false, .. } => WorkKind::Queued,
             ArmAct::Set(set) if magician::sets_in_motion(set) => WorkKind::Queued,
-            // The laser would burn on when its holder is gone: it is left behind as what is queued is.
+            // The laser would burn on when the holder is gone, so it counts as left behind, like a
+            // queued command.
             ArmAct::Set(set) | ArmAct::Tool(set) if burns(set, true) => WorkKind::Queued,
-            // A job lets its speed be changed as a whole.
+            // During a job only its speed as a whole may change.
             ArmAct::Set(_) if kind == WorkKind::JobSetting => WorkKind::Setting,
             _ => kind,
         };
@@ -337,8 +339,8 @@ impl Station {
         Ok(Handled::Later(request, Awaited::Arm(arm)))
     }
 
-    /// Refuses what would move without an end and without a holder: a raw jog of any session, a motor where the lease ends
-    /// with the call.
+    /// Refuses motion that would continue without a holder: a raw jog of any session, and a motor
+    /// if the lease ends with the call.
     fn refuse_unheld(&self, call: &Call<'_>, act: &ArmAct) -> Result<(), RpcError> {
         let (ArmAct::Set(set) | ArmAct::Enqueue(set)) = act else {
             return Ok(());
@@ -347,7 +349,7 @@ impl Station {
             let why = "a jog that nothing holds goes on to the end of its axis: use jog.start";
             return Err(RpcError::param("command", why).with("method", "jog.start"));
         }
-        // Pulses that are counted end by themselves.
+        // A motor with a counted number of pulses ends by itself.
         if matches!(set, Set::EMotor(_)) && gate::turns_motor(set) && self.is_one_shot(call) {
             let why = "a motor runs on while the lease of its session does: use a WebSocket";
             return Err(RpcError::request(why).with("command", set.row().set_name));
@@ -360,7 +362,7 @@ pub(super) fn line_lost() -> RpcError {
     RpcError::arm(magician::ErrorKind::Port, "the line to the arm is lost")
 }
 
-/// The frame that a request names.
+/// Returns the frame named in the parameters.
 fn raw(params: &Params) -> Result<(u8, Vec<u8>), RpcError> {
     let id = params.integer("id").and_then(|id| u8::try_from(id).ok());
     let text = params.text("params").unwrap_or_default();
@@ -375,7 +377,7 @@ fn raw(params: &Params) -> Result<(u8, Vec<u8>), RpcError> {
     Ok((id.unwrap_or_default(), bytes))
 }
 
-/// The path that `by` names.
+/// Returns the kind of motion named by `by`.
 fn path(params: &Params) -> Travel {
     match params.text("by") {
         Some("linear") => Travel::Line,
@@ -384,7 +386,7 @@ fn path(params: &Params) -> Travel {
     }
 }
 
-/// What a method of the arm has it do.
+/// Returns the action of a method.
 fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
     let params = call.params;
     match name {
@@ -457,7 +459,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
     }
 }
 
-/// What `arm.get` reads.
+/// Returns the reading that `arm.get` asks for.
 fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     let name = call.params.text("command").unwrap_or_default();
     let row = Row::find_readable(name).map_err(|_| unknown("command", name, "read"))?;
@@ -476,12 +478,12 @@ fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     Ok(ArmRead::Get { id, params })
 }
 
-/// The command that a request names, with its fields.
+/// Returns the command in the parameter `command`, with its fields.
 fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
     named_command(call, "command", queued)
 }
 
-/// The command that this parameter names, with its fields.
+/// Returns the command in this parameter, with its fields.
 pub(super) fn named_command(call: &Call<'_>, param: &str, queued: bool) -> Result<Set, RpcError> {
     let name = call.params.text(param).unwrap_or_default();
     let row = Row::find_writable(name).map_err(|_| unknown(param, name, "set"))?;
