@@ -1,4 +1,4 @@
-//! The methods of the lease.
+//! Methods of the lease.
 
 use magician::message;
 use std::time::Duration;
@@ -55,14 +55,14 @@ impl Station {
             .answer(call.now, call.session, arm, asker, grant);
         match answered {
             Ok(()) => {}
-            // It has given up meanwhile, or was granted the lease by the clock.
+            // The asker gave up meanwhile, or the clock granted it the lease.
             Err(Refusal::Unknown) if self.sessions.contains_key(&asker) => {}
             Err(refusal) => return Err(self.refused(arm, refusal)),
         }
         Ok(Handled::Now(Value::Null))
     }
 
-    /// The lease that is named.
+    /// Returns the lease named in the request.
     fn lease(&self, call: &Call<'_>) -> Result<LeaseId, RpcError> {
         let text = call.params.text("lease").unwrap_or_default();
         let number = self.number('l', text);

@@ -1,4 +1,4 @@
-//! Turns, as clients see them, and the arms that are meant by them.
+//! Methods and notifications of turns.
 
 use std::collections::BTreeSet;
 
@@ -73,7 +73,8 @@ impl Station {
         }
     }
 
-    /// The persons who leave the queue by a request: its own, or, for a teacher, all who have the name that it gives.
+    /// Returns the persons who leave the queue: the client's own, or for a teacher all with the
+    /// given name.
     fn who_leaves(&self, call: &Call<'_>) -> Result<Vec<PersonId>, RpcError> {
         let own = self.control.person(call.session);
         let Some(name) = call.params.text("person") else {
@@ -101,7 +102,7 @@ impl Station {
         Ok(named)
     }
 
-    /// Why a person gets no place at any of these arms.
+    /// Returns the error for a person whom the schedule grants none of these arms.
     fn kept_by_schedule(
         &self,
         now: HostInstant,
@@ -141,7 +142,7 @@ impl Station {
             .with("until", json!(until))
     }
 
-    /// Turns and queue, as clients see them.
+    /// Returns turns and queue as clients see them.
     pub(super) fn turns(&self, now: HostInstant) -> Value {
         let rules = self.control.turn_rules();
         let arms = self.arm_ids().map(|arm| {
@@ -198,7 +199,7 @@ impl Station {
         })
     }
 
-    /// Why a job waits, beside those in front of it.
+    /// Returns the reason why a job waits, besides the jobs in front of it.
     fn why_job_waits(&self, now: HostInstant, claim: &JobClaim) -> Option<&'static str> {
         let queued = self.class.queue.get(&claim.job);
         if let Some(held) = queued.and_then(|queued| queued.held) {
@@ -210,7 +211,7 @@ impl Station {
         self.control.job_hindrance(now, claim).map(reason)
     }
 
-    /// Tells all sessions of turns, once all that followed from what happened has followed.
+    /// Sends the turns to all sessions if they have changed.
     pub(super) fn tell_turns(&mut self, now: HostInstant) {
         if std::mem::take(&mut self.class.turns_changed) {
             let turns = self.turns(now);
@@ -221,7 +222,7 @@ impl Station {
 
     pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
         match effect {
-            // One change has several: a turn is kept for a person, who is there and gets the lease.
+            // Sent later: one change often causes several of these effects.
             Effect::Turns => self.class.turns_changed = true,
             Effect::TurnEnding { arm, person, left } => {
                 let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
@@ -240,11 +241,13 @@ impl Station {
                 });
                 self.notify(session, Notice::TurnGranted, &told);
             }
+            // Not about turns: handled by the caller.
             _ => {}
         }
     }
 
-    /// The arms that a turn is wanted at: one, those of a group, those of the pupil's group, or any.
+    /// Returns the arms at which a turn is wanted: the one named, those of a group, those of the
+    /// pupil's group, or all.
     pub(super) fn turn_arms(&self, call: &Call<'_>) -> Result<BTreeSet<ArmId>, RpcError> {
         if let Some(arm) = call.arm {
             return Ok(BTreeSet::from([arm]));
@@ -277,7 +280,8 @@ impl Station {
         Ok(known)
     }
 
-    /// Why a session may not have a lease that nobody else keeps it from; none where that is not why.
+    /// Returns the reason why a session may not have a lease although no other session holds it.
+    /// `None` if it may.
     pub(super) fn not_admitted(
         &self,
         now: HostInstant,

@@ -1,4 +1,4 @@
-//! The world of a virtual arm: looked at by anybody, changed by the holder of the lease.
+//! Methods of a virtual arm's world: every client may look, the holder of the lease may change it.
 
 use magician::ErrorKind;
 use magician::message;
@@ -44,7 +44,7 @@ impl Station {
     }
 }
 
-/// The scenarios that need no file.
+/// Returns the built-in scenarios.
 fn scenarios() -> Value {
     #[cfg(feature = "sim")]
     let scenarios: Vec<_> = { magician::sim::Scenario::BUILT_IN.iter() }
@@ -59,7 +59,7 @@ fn scenarios() -> Value {
     json!({"scenarios": scenarios})
 }
 
-/// What a method does there; none for a look.
+/// Returns the event that a method causes. `None` for methods that only look.
 fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
     let params = call.params;
     let is_on = |name: &str| params.is_on(name);
