@@ -1,4 +1,4 @@
-//! One request by POST, without a session.
+//! Single request by POST, without a session.
 
 use http::header::{AUTHORIZATION, CONTENT_TYPE, HOST};
 use http::{Request, StatusCode};
@@ -33,7 +33,7 @@ pub(super) async fn call(
     outcome(&answer)
 }
 
-/// Posts a request on a connection that is open, and reads the whole answer.
+/// Posts a request on an open connection and reads the whole answer.
 pub(super) async fn exchange(
     stream: Box<dyn Stream>,
     host: &str,
@@ -56,7 +56,7 @@ pub(super) async fn exchange(
         let body = response.into_body().collect().await.map_err(lost)?;
         Ok((status, body.to_bytes()))
     };
-    // The connection ends with the answer.
+    // The connection is driven here and dropped with the answer.
     tokio::select! {
         answer = answer => answer,
         Err(error) = connection => Err(lost(error)),
