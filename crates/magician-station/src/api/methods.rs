@@ -1,4 +1,5 @@
-//! The table of methods. The check, the documents and the tests come from it. One table is one file, however long it gets.
+//! Table of methods. The check of requests, the documentation and the tests are derived from it.
+//! The table stays in one file, however long.
 
 use super::method::{may, method, needed};
 use super::types::SHEET_CORNERS;
@@ -28,7 +29,7 @@ const OF_TOOL: Param = may(
     "the tool whose tip is meant, or its tip from the flange (mm); none unless given",
 );
 const PERCENT: Kind = Kind::Number(1.0, 100.0);
-/// Most characters of a program: as long as a message.
+/// Program as text. Bounded by the size of a message.
 const PROGRAM: Kind = Kind::Text(1024 * 1024);
 const PROGRAM_NAME: Param = may(
     "program",
@@ -63,7 +64,7 @@ const AXES: &[&str] = &["x", "y", "z", "r", "j1", "j2", "j3", "j4", "l"];
 use Role::{Student, Teacher, Viewer};
 use WorkKind::{JobSetting, Motion, Queued, Setting, StartJob, SteerJob};
 
-/// All methods but those of classes, in the order of the documents.
+/// All methods except those of classes, in documentation order.
 pub(super) const STATION: &[Method] = &[
     method(
         "session.hello",
