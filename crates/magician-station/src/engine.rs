@@ -128,6 +128,7 @@ impl ArmEngine {
             doing: None,
             stops: 0,
             ended: false,
+            // A set, so that dropping the engine aborts its background tasks.
             side: JoinSet::new(),
             jog: None,
             beginning: None,
@@ -154,6 +155,7 @@ impl ArmEngine {
         async move {
             if let Some(handle) = handle {
                 handle.stop();
+                // The outcome is reported by the job's own task.
                 let _ = handle.outcome().await;
             }
         }
@@ -173,6 +175,7 @@ impl ArmEngine {
         is_reader: bool,
     ) -> impl Future<Output = magician::Result<()>> + Send + use<> {
         let (reply, ended) = oneshot::channel();
+        // If the task is gone, `reply` is dropped and the future below resolves to an error.
         let _ = self.messages.send(Message::End { is_reader, reply });
         async move {
             let gone = |_| Err(magician::Error::closed());
@@ -253,6 +256,8 @@ impl Work {
         let mut events = self.arm.events();
         self.learn();
         loop {
+            // At the top of each round, because any event may have removed what an action waited
+            // for.
             self.begin_next();
             self.tell_outputs();
             let waiting = self.inbox.len() + self.waiting.len() + self.side.len();
@@ -265,6 +270,7 @@ impl Work {
                 message = self.inbox.recv() => match message {
                     Some(Message::Order(order)) => self.obey(order),
                     Some(Message::End { is_reader, reply }) => self.end(is_reader, reply),
+                    // Never while the handle exists: dropping it aborts the task.
                     None => return,
                 },
                 // Events before readings: a line that was found must be known to be up when it is
@@ -292,6 +298,7 @@ impl Work {
     }
 
     fn obey(&mut self, order: ArmOrder) {
+        // Reads, and everything that ends motion, stay possible to the last.
         let begins_nothing = matches!(
             order,
             ArmOrder::Read { .. }
@@ -358,6 +365,7 @@ impl Work {
                 preview,
             } => self.check_job(request, *source, preview),
             ArmOrder::StartJob(start) => {
+                // The slot exists before the job's turn, so that a pause or stop already finds it.
                 self.job = Some(Slot::new(start.job));
                 self.waiting.push_back(Waiting::Job(start));
             }
@@ -384,6 +392,7 @@ impl Work {
                 self.give_up();
                 let arm = self.arm.clone();
                 self.side.spawn(async move {
+                    // The pose comes after the stop: it is where the arm came to rest.
                     let stood = async {
                         arm.stop().await?;
                         arm.get().await
@@ -409,6 +418,8 @@ impl Work {
                 if stops {
                     self.give_up();
                 } else {
+                    // A fence that does not stop the arm still holds new actions back until it is
+                    // in force.
                     self.stops += 1;
                 }
                 self.side.spawn(async move {
@@ -490,6 +501,7 @@ impl Work {
                 laser,
             }) => {
                 if let Some(outcome) = self.paced(&act) {
+                    // A running job sets the speed through its own handle.
                     return (self.report)(ArmReport::Done { request, outcome });
                 }
                 let arm = if laser {
@@ -651,6 +663,7 @@ async fn restore_after_job(arm: Arm) -> TaskResult {
     for _ in 0..LOOKS_AFTER_JOB {
         match SavedSettings::settle(&arm, Access::Sets).await {
             Settled::Later(_) => sleep(LOOK_AFTER_JOB).await,
+            // Restored, or nothing to restore.
             _ => break,
         }
     }

@@ -49,9 +49,11 @@ pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fen
         )));
     }
     let before = fence.unwrap_or_default();
+    // Built anew, because a `Fence` can only be extended: a bound could not be removed from it.
     let mut after = Fence::default();
     let number = |name: &str, was: Option<f64>| match change.get(name) {
         None => Ok(was),
+        // Null removes the bound, unlike a member that is missing.
         Some(Value::Null) => Ok(None),
         Some(value) => match value.as_f64() {
             Some(number) => Ok(Some(number)),
@@ -96,6 +98,7 @@ fn cuboid(name: &str, value: &Value) -> Result<Cuboid, RpcError> {
         let pair = value.get(axis)?.as_array()?;
         match pair.as_slice() {
             [low, high] => Some([low.as_f64()?, high.as_f64()?]),
+            // More or fewer numbers, or no array.
             _ => None,
         }
     };

@@ -113,6 +113,7 @@ impl FrameRing {
 
     /// Adds bytes that passed at this time since the creation of the ring.
     pub fn add(&self, at: Duration, direction: Direction, bytes: &[u8]) {
+        // Microseconds in 64 bits last half a million years.
         let at = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
         let mut ring = self.ring();
         // The length has 15 bits, because the direction takes one.
@@ -200,12 +201,15 @@ impl Ring {
 
     fn drop_first(&mut self) {
         let head = |ring: &Self| {
+            // A deque may wrap around, so the head is read byte by byte.
             let byte = |nth: usize| ring.bytes.get(nth).copied().unwrap_or(0);
             head_of([0, 1, 2, 3, 4, 5].map(byte))
         };
         let (.., length) = head(self);
         let whole = (HEAD + length).min(self.bytes.len());
         self.bytes.drain(..whole);
+        // Positions count from the creation of the ring, so marks stay valid when pieces are
+        // dropped.
         self.first.pieces += 1;
         self.first.bytes += whole as u64;
         if !self.bytes.is_empty() {

@@ -132,6 +132,7 @@ pub(crate) fn setup_and_preset(
         }
     };
     let options = match preset {
+        // With a preset the options may be incomplete, so each constructor checks differently.
         None => SetupOptions::from_fields(&fields),
         Some(_) => SetupOptions::from_fields_of_some(&fields),
     };
@@ -378,6 +379,7 @@ fn refusal(problem: Diagnostic) -> RpcError {
 impl Reader for FormatReader {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let mut defaults = self.defaults.clone();
+        // The measured surface is newer than the settings.
         arm.surface.apply_to(&mut defaults, arm.is_virtual);
         // A virtual arm needs no measured surface and no permission to burn.
         if arm.is_virtual {
@@ -415,12 +417,14 @@ fn converted(
     names: [String; 2],
     program: PreparedProgram,
 ) -> Result<Converting, RpcError> {
+    // Unlike a job, a conversion has no check that would report a misfit.
     let program = program.fitting().map_err(|error| refusal(*error.problem))?;
     let plan = program.program.plan();
     let (bytes, lost) = conversion.file(plan).map_err(|error| match error {
         ConversionError::Refused(problem) => refusal(problem),
         ConversionError::Rehearsal(error) => RpcError::from(error),
         ConversionError::OutOfReach => invalid("none of its lines is within reach"),
+        // The remaining error of a conversion: there is nothing to convert.
         _ => invalid("it draws and burns nothing"),
     })?;
     let steps = plan.steps.len();
@@ -484,9 +488,11 @@ pub(crate) fn check_report(
     let mut found = CheckReport::of(program, rest, report, &Words);
     let mut parts = program.parts.clone();
     PartSummary::measure(&mut parts, report);
+    // After `measure`, which needs all parts.
     parts.truncate(PARTS);
     for part in &mut parts {
         part.drawn_mm = (part.drawn_mm * 1000.0).round() / 1000.0;
+        // Cut between characters: `truncate` panics inside of one.
         let end = { part.name.as_ref() }.and_then(|name| name.char_indices().nth(LONGEST_NAME));
         if let (Some((end, _)), Some(name)) = (end, &mut part.name) {
             name.truncate(end);

@@ -113,6 +113,7 @@ impl Keeper {
         }
         let mut waiting = self.waiting();
         waiting.files.extend(files);
+        // New lines are dropped and not old ones, so that the journal has a single gap.
         let room = LINES.saturating_sub(waiting.lines.len());
         waiting.lost += lines.len().saturating_sub(room) as u64;
         waiting.lines.extend(lines.into_iter().take(room));
@@ -140,6 +141,7 @@ impl Keeper {
             let lost = std::mem::take(&mut waiting.lost);
             let files = std::mem::take(&mut waiting.files);
             if lines.is_empty() && jobs.is_empty() && files.is_empty() {
+                // Cleared under the lock that found nothing to do, so no work is left behind.
                 waiting.busy = false;
                 drop(waiting);
                 self.idle.notify_waiters();
@@ -170,6 +172,7 @@ impl Keeper {
                     outcome: saved.map_err(|error| error.to_string()),
                 });
             }
+            // Errors are the sink's: the journal warns by itself.
             lines.into_iter().for_each(&self.journal);
             if lost > 0 {
                 tracing::warn!(lost, "lines of the journal are lost: the disk is slow");

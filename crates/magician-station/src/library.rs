@@ -50,6 +50,7 @@ impl ProgramName {
             && name.bytes().all(sign)
             && !name.starts_with(['.', ' '])
             && !name.ends_with(' ')
+            // On other systems these names are ordinary, and existing files keep them.
             && !(cfg!(windows) && is_of_windows(name));
         good.then(|| Self(name.to_owned()))
     }
@@ -222,6 +223,7 @@ impl LibraryQuotas {
     #[must_use]
     pub fn room(&self, role: Role, others: LibraryUse, before: Option<u64>) -> u64 {
         let room = self.of(role).bytes.saturating_sub(others.bytes);
+        // A replacement of the same size always fits.
         room.max(before.unwrap_or(0))
     }
 }
@@ -457,6 +459,7 @@ impl LibraryAct {
             setup,
             preset,
         };
+        // Both are needed again for storing the result.
         let (opened, name) = (Arc::clone(&store), to.clone());
         let converted = beside(move || {
             // Opened here although the reader opens it again: the reader would report an unknown
@@ -550,6 +553,7 @@ pub(crate) fn wrong(error: LibraryError) -> RpcError {
                 .with("quota", shown(met.quota))
                 .with("used", shown(met.used))
         }
+        // Errors of the disk, which no parameter can mend.
         _ => RpcError::arm(ErrorKind::Unexpected, error.to_string()),
     }
 }

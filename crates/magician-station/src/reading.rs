@@ -155,6 +155,7 @@ impl ArmReading {
             "arm": beside.arm,
             "current_index": self.current_index,
             "left_space": self.left_space,
+            // Only codes: `arm.alarms` explains them.
             "alarms": self.alarms,
             "link": if self.link { "up" } else { "lost" },
             "moving": self.moving,
@@ -232,6 +233,7 @@ pub(crate) fn changes(before: &Map<String, Value>, now: &Map<String, Value>) -> 
 
 /// Returns the fields that a binary frame does not carry.
 pub(crate) fn beside_frames(fields: &Map<String, Value>) -> Map<String, Value> {
+    // `t` is in both: each message needs its own time.
     let carried = |name: &str| name != "t" && FRAME_FIELDS.contains(&name);
     let rest = fields.iter().filter(|(name, _)| !carried(name));
     rest.map(|(name, value)| (name.clone(), value.clone()))

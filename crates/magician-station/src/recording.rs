@@ -217,6 +217,7 @@ impl Recorder {
         report: impl Fn(ArmId, RecordReport) + Send + 'static,
     ) -> Self {
         let (orders, mut inbox) = mpsc::unbounded_channel();
+        // Without recordings there is no task, and orders go nowhere.
         if !KEEPS {
             return Self(orders);
         }
@@ -242,6 +243,7 @@ impl Recorder {
                         let reports = files.carry_out(batch);
                         (files, reports)
                     });
+                    // The runtime shuts down.
                     let Ok(done) = done.await else { return };
                     (files, reports) = done;
                 }
@@ -249,6 +251,7 @@ impl Recorder {
                     .into_iter()
                     .for_each(|(arm, told)| report(arm, told));
             }
+            // Dropping completes the files, which may block.
             let _ = crate::engine::beside(move || drop(files)).await;
         });
         Self(orders)
@@ -296,6 +299,7 @@ fn put(
         Some(line) => (line.line(), Some(|at| line.unix(at))),
         None => ("", None),
     };
+    // Traffic up to the time of a reading is written before it.
     let mut before = |file: &mut dyn RecordingFile, t: f64| {
         let Some(unix) = &unix else { return Ok(()) };
         while let Some(piece) = passed.next_if(|piece| unix(piece.at) <= t) {
@@ -307,6 +311,7 @@ fn put(
         before(file, sample.t)?;
         file.write(&sample)?;
     }
+    // The traffic after the last reading.
     before(file, f64::INFINITY)
 }
 
@@ -368,6 +373,7 @@ impl Files {
             Job::Order(arm, RecordOrder::Sample(sample)) => {
                 { self.open.get(arm) }.is_none_or(|open| !open.is_due(sample.t))
             }
+            // Notes, beginnings and ends are written at once.
             _ => false,
         })
     }
@@ -410,6 +416,7 @@ impl Files {
             } => {
                 let begun = self.store.begin(&name, epoch, rate);
                 let begun = begun.and_then(|mut file| {
+                    // Created on the disk before the client learns the name.
                     file.flush()?;
                     Ok(file)
                 });
@@ -442,6 +449,7 @@ impl Files {
                 let line = self.lines.get(arm.0 as usize);
                 let mut passed = line.map_or_else(Vec::new, |line| line.since(&Mark::default()).0);
                 if let Some(line) = line {
+                    // The ring may reach further back than the readings.
                     passed.retain(|piece| line.unix(piece.at) >= from);
                 }
                 let first = { samples.iter().map(|sample| sample.t) }

@@ -161,6 +161,7 @@ impl RunningStation {
     pub fn start(mut config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
         let begun = Instant::now();
         for (entry, arm) in config.arms.iter_mut().zip(&arms) {
+            // The driver may have a fence from its options.
             entry.fence = arm.fence();
         }
         let (lines, zero) = (config.lines.clone(), config.unix_zero);
@@ -279,6 +280,7 @@ impl RunningStation {
     /// evicted has had its time to say hello ([`Station::admits_at`]). Waiting clients are admitted
     /// by address in turns. `None` if the station refuses the client.
     pub async fn admit(&self, peer: Peer) -> Option<Client> {
+        // By host, because each connection has another port.
         let host = peer.address.rsplit_once(':');
         let host = host.map_or(peer.address.as_str(), |(host, _)| host);
         let (host, origin) = (host.to_owned(), peer.origin);
@@ -305,6 +307,7 @@ impl RunningStation {
                 let mut changed = pin!(self.shared.changed.notified());
                 changed.as_mut().enable();
                 let now = self.shared.now();
+                // Asked again after each change: the answer depends on all other sockets.
                 let at = self.shared.lock().station.admits_at(now, origin);
                 let Some(at) = at else {
                     break;
@@ -450,8 +453,10 @@ impl RunningStation {
         // The limit is needed because a job of an arm that does not answer does not end.
         let _ = timeout(if again { AT_ONCE } else { RUNS }, runs).await;
         let stops: Vec<_> = self.shared.with(|inner, now| {
+            // A second call within the station: those that still hold an arm now lose it.
             inner.station.end(now);
             let is_reader = inner.station.is_read_only();
+            // All arms at once, so that one that does not answer does not delay the others.
             let stops = inner.engines.iter().map(|engine| engine.end(is_reader));
             stops.map(|stop| timeout(LAST_STOP, stop)).collect()
         });
@@ -468,6 +473,7 @@ impl RunningStation {
         // Final states of jobs are reported and saved before the sockets close.
         let _ = timeout(JOBS_OVER, self.jobs_over()).await;
         self.shared.with(|inner, now| {
+            // Jobs of arms that did not confirm are recorded as interrupted.
             let lost: Vec<_> = unconfirmed.iter().map(|(arm, _)| arm.clone()).collect();
             inner.station.end_jobs(now, &lost);
         });
@@ -537,6 +543,7 @@ impl Shared {
     /// Changes the station and carries out everything that follows.
     fn with<T>(&self, act: impl FnOnce(&mut Inner, HostInstant) -> T) -> T {
         let mut inner = self.lock();
+        // Compared after the change: the timer is woken only if its deadline moved.
         let due = inner.station.poll_timeout();
         let outcome = act(&mut inner, self.now());
         // Files that were written inline are reported back, which may produce further effects.

@@ -167,6 +167,7 @@ impl ArmSurface {
         touches.push(point);
         let fitted = FittedSurface::touched(&touches).map_err(refused)?;
         let plane = WorkSurface::Plane(fitted.surface).rounded();
+        // Stored first: if that fails, the touches in memory stay those of the stored plane.
         self.keep(Some(plane)).await?;
         self.with_measuring(|measuring| {
             *measuring = Measuring {
@@ -219,6 +220,7 @@ impl ArmSurface {
     fn with_measuring<T>(&self, change: impl FnOnce(&mut Measuring) -> T) -> T {
         let mut measuring = self
             .measuring
+            // A poisoned lock still holds whole values.
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         change(&mut measuring)
@@ -256,6 +258,7 @@ impl ArmSurface {
                 touches.first().map_or([0.0, 0.0], |&[x, y, _]| [x, y]),
             ),
         };
+        // Rounded like the stored value, so that both show the same digits.
         let z = magician_program::rounded_height(plane.at([x, y]));
         let [slope_x, slope_y] = plane.slope;
         // A plane from the store counts as one touch: it exists, but its touches are not kept.

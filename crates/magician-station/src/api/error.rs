@@ -78,6 +78,7 @@ impl RpcError {
             message: message.as_str().to_owned(),
             data,
         };
+        // Only sentences with a template can be translated.
         if message.template().is_some() {
             error.said(&message)
         } else {
@@ -157,6 +158,7 @@ impl RpcError {
         let data = match error.remove("data") {
             None => Map::new(),
             Some(Value::Object(data)) => data,
+            // `data` of a foreign server may have any form; ours is an object.
             Some(_) => return None,
         };
         Some(Self {
@@ -170,6 +172,7 @@ impl RpcError {
     pub(crate) fn outcome(&self) -> &str {
         match self.data.get("kind") {
             Some(Value::String(kind)) => kind,
+            // An error of JSON-RPC itself.
             _ => "request",
         }
     }
@@ -227,6 +230,7 @@ const fn kind(code: i32) -> Option<&'static str> {
         RpcError::FROZEN => "frozen",
         RpcError::TOO_MANY => "too-many",
         RpcError::STOPPED => "stopped",
+        // The codes of JSON-RPC have no kind of ours.
         _ => return None,
     })
 }

@@ -202,6 +202,7 @@ impl ErrorRow {
     pub(super) fn is_of(&self, method: &Method) -> bool {
         let takes = |name: &str| method.params.iter().any(|param| param.name == name);
         let leased = method.needs != Needs::Nothing;
+        // A job and a jog belong to an arm, so their methods meet its errors too.
         let of_arm = takes("arm") || takes("job") || takes("jog");
         match self.code {
             // A method of the table exists, and JSON is parsed before the method is known.
@@ -218,6 +219,7 @@ impl ErrorRow {
             RpcError::CHECK_FAILED => leased && (takes("setup") || takes("approach")),
             RpcError::DANGEROUS => takes("yes"),
             RpcError::STOPPED | RpcError::FROZEN => leased || method.name.starts_with("lease."),
+            // Codes that any method may answer with.
             _ => true,
         }
     }

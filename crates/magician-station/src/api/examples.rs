@@ -143,6 +143,7 @@ fn component_of(value: &Value) -> Option<&'static str> {
     let names = |value: &Value| Some(value.as_object()?.keys().cloned().collect::<BTreeSet<_>>());
     let members = names(value)?;
     let is_type = |one: &&Type| {
+        // The same names and no others: a superset would be another object.
         one.members.len() == members.len()
             && one
                 .members
@@ -215,6 +216,7 @@ fn at<'v>(value: &'v Value, place: &str) -> Option<&'v Value> {
             let (name, lists) = step
                 .split_once("[]")
                 .map_or((step, 0), |(name, _)| (name, step.matches("[]").count()));
+            // `[]` may follow a name several times, for lists of lists.
             std::iter::once(Some(name)).chain(std::iter::repeat_n(None, lists))
         })
         .try_fold(value, |value, step| match step {

@@ -36,6 +36,7 @@ fn word(value: &Value) -> String {
             let parts: Vec<_> = parts.values().map(word).collect();
             parts.join(":")
         }
+        // Numbers, true, false and null read as on the command line.
         value => value.to_string(),
     }
 }

@@ -144,6 +144,7 @@ impl Method {
 pub fn each_id(value: &mut Value, places: &[IdPlace], change: &mut dyn FnMut(IdKind, &mut Value)) {
     for (place, kind) in places {
         at(value, place, &mut |id| {
+            // Null means that there is no session or job, so there is nothing to rename.
             if !id.is_null() {
                 change(*kind, id);
             }

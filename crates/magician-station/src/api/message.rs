@@ -62,6 +62,7 @@ impl Message {
         let id = match object.remove("id") {
             None => None,
             Some(Value::String(text)) => Some(MessageId::Text(text)),
+            // A fraction may change when it is printed, and the client would not find its request.
             Some(Value::Number(number)) if number.is_i64() => {
                 number.as_i64().map(MessageId::Number)
             }
@@ -83,6 +84,7 @@ impl Message {
             Some(_) => return refuse("`params` must be an object"),
         };
         match object.keys().next() {
+            // Unknown members are refused: a misspelt `params` would otherwise call with defaults.
             Some(key) => refuse(&format!("a request has no `{key}`")),
             None => Ok(Self { id, method, params }),
         }

@@ -103,6 +103,7 @@ impl Kind {
             Self::Choice(names) => format!("one of {}", names.join(", ")),
             Self::Switch => "true or false".to_owned(),
             Self::Integer(least, most) => format!("a whole number from {least} to {most}"),
+            // `f64::MIN` and `f64::MAX` stand for no bound.
             Self::Number(least, most) if least <= f64::MIN && most >= f64::MAX => {
                 "a number".to_owned()
             }
@@ -169,6 +170,8 @@ impl Params {
     /// # Errors
     /// The first parameter that is wrong.
     pub fn check(wanted: &[Param], given: Map<String, Value>) -> Result<Self, RpcError> {
+        // Unknown parameters are refused, because a misspelt one must not be ignored at a moving
+        // arm.
         for (name, value) in &given {
             let Some(param) = wanted.iter().find(|param| param.name == name) else {
                 let names: Vec<_> = wanted.iter().map(|param| param.name).collect();
@@ -256,9 +259,11 @@ impl Params {
     pub(crate) fn for_journal(&self) -> Value {
         let shown = |(name, value): (&String, &Value)| {
             let value = match (name.as_str(), value) {
+                // The journal is a file that others may be given to read.
                 ("token" | "resume" | "pin", _) => return None,
                 // The name without the code.
                 ("pupil", pupil) => json!({"name": pupil.get("name")}),
+                // Programs may be large, and are the user's own.
                 ("data" | "text", Value::String(text)) => json!({"bytes": text.len()}),
                 _ => value.clone(),
             };

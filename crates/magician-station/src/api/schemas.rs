@@ -94,9 +94,11 @@ fn option(row: &OptionSpec) -> Value {
         OptionKind::Switch => json!({"type": "boolean"}),
         OptionKind::List => json!({"type": "array", "items": {"type": "string"}}),
         OptionKind::Pens => json!({"type": "array", "items": {"$ref": format!("{PLACE}PenSetup")}}),
+        // Text, and choices that accept other text as well.
         _ => json!({"type": "string"}),
     };
     match row.name {
+        // These two options take more than one type, which the table of options cannot say.
         "power" => schema = json!({"anyOf": [{"type": "number"}, {"type": "string"}]}),
         "tool" => schema = json!({"anyOf": [{"type": "string"}, numbers(3, "number")]}),
         _ => {}

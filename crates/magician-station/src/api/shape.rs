@@ -124,6 +124,7 @@ pub(super) fn or_null(mut schema: Value) -> Value {
             schema["type"] = kinds;
             schema
         }
+        // References and enums cannot be extended in place.
         _ => json!({"anyOf": [schema, {"type": "null"}]}),
     }
 }

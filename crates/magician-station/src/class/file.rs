@@ -108,6 +108,7 @@ impl ClassFile {
                     magician_protocol::visible(name)
                 ));
             }
+            // Signing in ignores case, so names must differ without it.
             if !names.insert(name.to_lowercase()) {
                 return wrong(format!("two pupils are called {name}: add a letter to one"));
             }
@@ -196,6 +197,7 @@ impl ClassFile {
             if known.code.is_empty() || !is_kept(&pupil.code) {
                 continue;
             }
+            // Codes are compared without case when signing in.
             let differs = !pupil.code.eq_ignore_ascii_case(&known.code);
             if differs && !pupil.code.is_empty() {
                 kept.push(pupil.name.clone());
@@ -237,10 +239,13 @@ impl ClassFile {
     /// `random` must return unpredictable numbers.
     pub fn make_codes(&mut self, mut random: impl FnMut() -> u64) {
         if self.class.pin.is_empty() {
+            // Six digits can be typed quickly. They suffice because the PIN is valid on one machine
+            // and tries are limited.
             self.class.pin = format!("{:06}", random() % 1_000_000);
         }
         let mut taken: BTreeSet<_> = self.pupil.iter().map(|pupil| pupil.code.clone()).collect();
         for pupil in self.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
+            // Also leaves the empty code, which is in the set.
             while taken.contains(&pupil.code) {
                 let mut number = random();
                 pupil.code = (0..6)

@@ -19,6 +19,7 @@ code{font-size:1.8rem;letter-spacing:.15em}img{display:block;width:100%;height:1
 
 /// Escapes text for HTML.
 fn escaped(text: &str) -> String {
+    // Control characters first, then the characters that HTML reserves.
     let text = magician_protocol::visible(text).to_string();
     let text = text
         .replace('&', "&amp;")
@@ -63,6 +64,7 @@ pub fn results_page(results: &Value) -> String {
     }
     let mut names: Vec<_> = items.iter().map(|item| text_of(item, "pupil")).collect();
     names.sort_unstable();
+    // One heading per pupil.
     names.dedup();
     for name in names {
         let _ = writeln!(page, "<h2>{}</h2>\n<ul>", escaped(name));
@@ -114,6 +116,8 @@ pub(crate) fn picture_svg(strokes: &Value) -> String {
     for stroke in &strokes {
         for (at, point) in stroke.iter().enumerate() {
             let sign = if at == 0 { 'M' } else { 'L' };
+            // The arm's y runs to the reader's right, and its x away from the arm, that is down the
+            // page.
             let (x, y) = (point[1] - least[1], point[0] - least[0]);
             let _ = write!(path, "{sign}{:.1} {:.1}", x + MARGIN, y + MARGIN);
         }
@@ -157,6 +161,7 @@ pub(crate) fn picture(preview: &Value) -> Value {
         let kept = |(at, point): (usize, Value)| (at % every == 0 || at == last).then_some(point);
         Value::Array(points.into_iter().enumerate().filter_map(kept).collect())
     });
+    // Bounded as well: a drawing of dots has many strokes of one point.
     Value::Array(thinned.take(POINTS).collect())
 }
 

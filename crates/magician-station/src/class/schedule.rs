@@ -137,6 +137,7 @@ impl Schedule {
             return None;
         }
         let offset = self.offset.unwrap_or_default();
+        // Euclidean, so that the times of a clock that is not set, before 1970, work as well.
         let today = (now + offset).div_euclid(DAY);
         let mut out = Vec::new();
         for slot in slots {
@@ -165,6 +166,7 @@ impl Schedule {
             }
         }
         out.retain(|window| window.until > now);
+        // The first window that has not begun is the next one.
         out.sort_by_key(|window| window.from);
         Some(out)
     }
@@ -201,11 +203,13 @@ fn when(row: &Row, local: bool) -> Result<When, ClassError> {
                 "`from` and `until` must be like \"2026-11-25T08:00:00+01:00\"; every week: add `days` and times like \"08:00\"",
             );
         };
+        // An empty slot would never be open.
         if begin >= end {
             return wrong(format!("`until` {until} is not behind `from` {from}"));
         }
         return Ok(When::Once(begin, end));
     }
+    // Without an offset "08:00" is not an instant.
     if !local {
         return wrong(
             "weekly slots need the station's local time: add offset = \"+01:00\" at the top of the file",

@@ -52,6 +52,7 @@ impl FromStr for StationAddress {
             port => port.unwrap_or(PORT),
         };
         let arm = url.path().trim_matches('/');
+        // No credentials, queries or further path: they would be ignored silently.
         let strange = text.contains(['@', '?', '#']) || arm.contains('/');
         if authority.host().is_empty() || strange {
             return Err(wrong());

@@ -23,6 +23,7 @@ impl StationHomings {
     pub async fn ask(&self, client: &StationClient, arm: Option<&str>) -> Result<(), ClientError> {
         let asked = arm.map_or_else(|| json!({}), |arm| json!({ "arm": arm }));
         let state = client.call("arm.state", asked).await?;
+        // Unknown (null) counts as not homed.
         self.set(state["homed"] == true);
         Ok(())
     }

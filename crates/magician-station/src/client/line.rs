@@ -142,6 +142,7 @@ impl StationLine {
     fn failure(&self) -> Option<io::Error> {
         let why = self.broken.why()?;
         let kind = match why {
+            // The kind that the driver reports as a refusal instead of a broken line.
             ClientError::Refused { .. } => io::ErrorKind::PermissionDenied,
             // The messages of these errors already say what became of the line.
             ClientError::Lost | ClientError::Ended => io::ErrorKind::ConnectionAborted,
@@ -231,6 +232,7 @@ impl Bridge {
         keeps.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let count = tokio::select! {
+                // An error means that the driver dropped the line, like the end of the stream.
                 count = far.read(&mut bytes) => count.unwrap_or(0),
                 _ = keeps.tick(), if self.jog.is_some() => {
                     self.client.notify("jog.keep", json!({"jog": self.jog}));
@@ -244,6 +246,7 @@ impl Bridge {
             let mut frames = Vec::new();
             while let Some(event) = deframer.next(&mut input) {
                 if let Event::Frame { frame, .. } = event {
+                    // Copied, because the frame borrows the deframer's buffer.
                     frames.extend(FrameBuf::new(frame.id(), frame.ctrl(), frame.params()));
                 }
             }
@@ -260,6 +263,7 @@ impl Bridge {
     /// Sends a frame to the station as a request. `None` if an arm would not answer it either.
     async fn ask(&mut self, frame: &FrameBuf) -> Result<Option<FrameBuf>, ClientError> {
         let frame = frame.frame();
+        // Unknown frames get no answer, as from an arm.
         let Some(row) = Row::with_id(frame.id()) else {
             return Ok(None);
         };
@@ -285,9 +289,11 @@ impl Bridge {
                 Err(error) => silent_or(error),
             };
         }
+        // The station encodes the command from its fields, so it must be valid here.
         let Ok(command) = Set::decode(id, frame.params()) else {
             return Ok(None);
         };
+        // Commands that start, stop or clear the queue act at once even if they are sent as queued.
         if ctrl.queued() && !row.steers_queue() {
             let mut params = json!({"command": row.set_name, "fields": fields});
             self.mean(&mut params);
@@ -330,6 +336,7 @@ impl Bridge {
             }
             Set::JogCmd(_) => {
                 self.lease().await?;
+                // Anything else goes to the station as it is.
                 if let Ok(direction) = JogDirection::try_from(command) {
                     let params = json!({"axis": direction.to_string()});
                     let started = self.call("jog.start", params).await?;
@@ -369,6 +376,7 @@ impl Bridge {
 
     async fn lease(&mut self) -> Result<(), ClientError> {
         self.lease.take(Duration::ZERO).await?;
+        // What follows the lease sets something again.
         self.stopped = false;
         Ok(())
     }
@@ -392,6 +400,7 @@ fn is_anothers(error: &ClientError) -> bool {
 fn silent_or(error: ClientError) -> Result<Option<FrameBuf>, ClientError> {
     match error.kind() {
         Some("timeout" | "unexpected" | "unsupported") => Ok(None),
+        // Refusals, which an arm does not know.
         _ => Err(error),
     }
 }

@@ -196,6 +196,7 @@ impl StationClient {
             (notices.clone(), frames.clone()),
             (connected, end_notice.clone()),
         );
+        // Greeted before the task starts, so that a refusal is the caller's error.
         let (task, socket, hello) = task.greet().await?;
         // Ends with the last clone, which closes the connection.
         tokio::spawn(task.run(socket));
@@ -271,6 +272,7 @@ impl StationClient {
     pub async fn release(&self, lease: &str) -> Result<(), ClientError> {
         let last = {
             let mut leases = self.leases.lock().unwrap_or_else(PoisonError::into_inner);
+            // A lease that was not counted is released at once.
             let left = leases.remove(lease).unwrap_or_default().saturating_sub(1);
             if left > 0 {
                 leases.insert(lease.to_owned(), left);
@@ -291,6 +293,8 @@ impl StationClient {
     pub async fn is_virtual(&self, arm: Option<&str>) -> Result<bool, ClientError> {
         let list = self.call("arm.list", json!({})).await?;
         let mut arms = list["arms"].as_array().into_iter().flatten();
+        // Without a name the first one, which is the only one: with several the station asks for a
+        // name.
         let named = arms.find(|entry| arm.is_none_or(|arm| entry["name"] == arm));
         Ok(named.is_some_and(|entry| entry["virtual"] == true))
     }

@@ -26,6 +26,7 @@ pub(super) async fn call(
     let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
     let host = &address.host;
     let (status, body) = exchange(stream, host, token, message.to_string()).await?;
+    // Errors of JSON-RPC come with 200; other statuses are those of HTTP.
     if status != StatusCode::OK {
         return Err(refused(host, status, Some(&body)));
     }

@@ -112,6 +112,7 @@ impl Task {
                 None => "ws",
             };
             let mut socket = upgrade(stream, scheme, host).await?;
+            // The token is sent in the hello and not in the address, which may be logged.
             let mut params = json!({"client": self.client});
             for (name, value) in [("token", &self.token), ("resume", &self.resume)] {
                 if let Some(value) = value {
@@ -124,6 +125,7 @@ impl Task {
                 match socket.next().await {
                     Some(Ok(Message::Text(text))) => {
                         let answer: Value = serde_json::from_str(&text).unwrap_or_default();
+                        // Notifications may arrive before the answer.
                         if answer.get("id") == Some(&json!(0)) {
                             let hello = outcome(&answer).map_err(|error| match error {
                                 ClientError::Refused { code, message, .. } if code == TOO_MANY => {
@@ -140,12 +142,14 @@ impl Task {
                         return Err(busy(host, &end.reason));
                     }
                     Some(Ok(_)) => {}
+                    // Closed or broken before the answer.
                     _ => return Err(no_station(host, "it hung up")),
                 }
             }
         };
         let opened = timeout(OPENING, opening).await;
         let (socket, hello) = opened.unwrap_or_else(|_| Err(no_station(host, SILENT)))?;
+        // Each hello gives a new secret.
         self.resume = hello["resume"].as_str().map(str::to_owned);
         Ok((socket, hello))
     }
@@ -236,6 +240,7 @@ impl Task {
                         if code == GOING_AWAY {
                             self.end_notice.set(true);
                         }
+                        // Bad hello, no token, token revoked, session taken over.
                         let over = [4400, 4401, 4403, 4409].contains(&code);
                         return if over { End::Closed } else { End::Broken };
                     }
@@ -326,6 +331,7 @@ pub(super) fn refused(at: &str, status: StatusCode, body: Option<&[u8]>) -> Clie
     };
     match status {
         StatusCode::SERVICE_UNAVAILABLE => busy(at, &why),
+        // No station serves this address, or it does not know the path.
         _ => no_station(at, why),
     }
 }

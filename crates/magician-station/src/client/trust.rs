@@ -52,6 +52,7 @@ impl Trust {
             // A certificate that cannot be used is skipped: system files contain some of old kinds.
             let _ = roots.add(certificate.map_err(|e| unreadable(&e))?);
         }
+        // An empty store would refuse every certificate with a misleading error.
         if roots.is_empty() {
             let why = format!("{} holds no certificate as PEM", path.display());
             return Err(untrusted(why));
@@ -117,6 +118,7 @@ pub(super) fn refused_certificate(host: &str, error: &std::io::Error) -> ClientE
         Some(Error::InvalidMessage(_)) => ClientError::Unreachable(format!(
             "the station at {host} does not encrypt: use http instead of https"
         )),
+        // The connection broke, or something other than a station answered.
         _ => ClientError::Unreachable(format!("no station at {host}: {error}")),
     }
 }

@@ -22,6 +22,7 @@ impl Control {
         let from_present = |at: HostInstant| PRESENT + (at - now) - (now - at);
         let mut out = self.clone();
         out.ids = 0;
+        // Deadlines of claims are shifted like all others.
         out.claims.canonical(from_present);
         #[cfg(feature = "class")]
         out.class.each_instant(|at| *at = from_present(*at));

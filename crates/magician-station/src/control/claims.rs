@@ -105,6 +105,7 @@ impl Claims {
 
     /// Returns the requests for an arm: first those that wait, in order, then those that ask.
     pub(super) fn requests(&self, arm: ArmId) -> impl Iterator<Item = &LeaseRequest> {
+        // One list holds both kinds; their order within a kind is that of arrival.
         let of = move |asks| {
             let requests = self.0.iter().filter_map(Claim::request);
             requests.filter(move |request| request.arm == arm && request.asks == asks)
@@ -242,6 +243,7 @@ impl Claims {
     pub(super) fn insert_job(&mut self, claim: JobClaim, place: usize) {
         let of = |other: &Claim| matches!(other, Claim::Job(job) if job.arm == claim.arm);
         let mut others = (0..self.0.len()).filter(|at| of(&self.0[*at]));
+        // Claims of other arms lie in between, so a position counts only the jobs of this arm.
         let at = others.nth(place).unwrap_or(self.0.len());
         self.0.insert(at, Claim::Job(claim));
     }

@@ -161,6 +161,7 @@ impl Control {
     /// are not identified.
     pub fn identify(&mut self, now: HostInstant, session: SessionId, person: Option<PersonId>) {
         self.class.persons.insert(session, person);
+        // The person may have a kept turn, which goes on now.
         self.person_is_here(now, session);
     }
 
@@ -169,6 +170,7 @@ impl Control {
         self.class.rules = rules;
         if rules.is_none() {
             self.claims.drop_places(|_| true);
+            // Leases are left alone: without turns anyone may hold an arm.
             self.class.arms.iter_mut().for_each(|arm| arm.turn = None);
         }
         // A person who holds an arm without a turn gets one now.
@@ -232,6 +234,7 @@ impl Control {
         if self.turn_of(person).is_some() {
             return Ok(());
         }
+        // A slot that opens later counts: the person may wait for it.
         arms.retain(|arm| self.opens(now, *arm, person).is_some());
         if arms.is_empty() {
             return Err(NoQueue::Schedule);
@@ -297,6 +300,7 @@ impl Control {
             person: turn.person,
             arms: turn.arms,
             left: None,
+            // An absent person must not block the queue.
             missed: self.session_of_person(turn.person).is_none(),
         });
         self.end_turn(now, arm);
@@ -328,6 +332,7 @@ impl Control {
             self.class_mut(arm).frozen = Some(now);
             self.turns_changed();
         }
+        // Requests of teachers end as well: a freeze stops everything at the arm.
         let requests = self.stop(now, arm);
         let job = self.arm(arm).job;
         let running = job.filter(|job| job.phase.is_under_way());
@@ -466,6 +471,7 @@ impl Control {
 impl TurnRules {
     /// Number of warnings that a turn of this length skips, because it is no longer than they are.
     pub(super) fn told(&self) -> usize {
+        // A turn of one minute would start with the warning of its end.
         let short = |before: &&Duration| self.length.is_some_and(|length| length <= **before);
         TOLD.iter().filter(short).count()
     }

@@ -108,6 +108,8 @@ impl WrongCodes {
                 wait,
             });
         }
+        // After the limit of the name, before that of the address: the right code passes behind a
+        // shared address, but not under guessing.
         if is_right() {
             return Ok(CodeTry::Right);
         }
@@ -122,6 +124,7 @@ impl WrongCodes {
             });
         }
         self.addresses.count(now, address);
+        // Only attackers make many unknown names, so memory is bounded here.
         while self.nobodies.0.len() > REMEMBERED {
             self.nobodies.forget_oldest();
         }
@@ -154,6 +157,7 @@ impl Tries {
     /// Returns the time until the key is below its limit. `None` if it is below now.
     fn wait(&self, now: HostInstant, key: &str, limit: usize) -> Option<Duration> {
         let tries = self.0.get(key)?;
+        // The try whose expiry brings the count below the limit.
         let blocks = tries.len().checked_sub(limit)?;
         tries.get(blocks).map(|at| WINDOW - (now - *at))
     }

@@ -48,7 +48,10 @@ impl Control {
             return;
         }
         match self.arm(arm).lease {
+            // A free arm is granted at once even if others wait: nobody waits at a free arm, except
+            // those who may not hold it.
             None => self.grant(now, arm, session, Some(request)),
+            // Acquiring twice is harmless and returns the same lease.
             Some(held) if held.session == session => {
                 let lease = held.id;
                 self.effects.push_back(Effect::Granted {
@@ -67,6 +70,7 @@ impl Control {
                     session,
                     request,
                     asks: false,
+                    // A client without a timeout must not stay in the queue for ever.
                     until: now + wait.min(super::LONGEST_WAIT),
                 });
                 let place = self.claims.waits(arm).count();
@@ -109,6 +113,7 @@ impl Control {
     /// Asks the holder for the lease. Grants it if the arm has no holder.
     pub fn ask(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         let holder = self.arm(arm).lease.map(|held| held.session);
+        // Asking oneself, or no one, is acquiring.
         let Some(holder) = holder.filter(|holder| *holder != session) else {
             return self.acquire(now, session, arm, request, Duration::ZERO);
         };
@@ -174,6 +179,7 @@ impl Control {
             Some(holder) if holder != session && !self.closed => {
                 self.pass(now, arm, session, Some(request))
             }
+            // Nothing to take: the arm is free, or the session holds it already.
             _ => self.acquire(now, session, arm, request, Duration::ZERO),
         }
     }
@@ -202,6 +208,7 @@ impl Control {
         request: Option<RequestId>,
     ) {
         if self.holder(arm) != Some(to) {
+            // Work of the former holder ends before the new one is granted the lease.
             self.finish_lease(now, arm, LeaseEnd::Passed, Some(to));
         }
         self.grant(now, arm, to, request);
@@ -212,6 +219,7 @@ impl Control {
         #[cfg(feature = "class")]
         {
             if let Some(holder) = self.holder(arm) {
+                // Before the next grant, which may start another turn.
                 self.turn_lease_ended(now, arm, holder, end);
             }
             self.deny_unadmitted(now, arm);
@@ -230,6 +238,8 @@ impl Control {
         self.deny(arm, others.map(|asked| asked.request).collect());
         #[cfg(feature = "class")]
         {
+            // Not after silence: the silent page still has its socket, and would get the lease
+            // back.
             if end == LeaseEnd::Gone {
                 self.hand_to_other_page(now, arm);
             }
@@ -258,6 +268,7 @@ impl Control {
         } else if let Some(holder) = holder {
             let (requests, stop) = self.end_work_of(now, arm, holder.session);
             let why = WorkEnd::Lease(next);
+            // The stop switches motors off as well.
             stops = stop;
             if stop || !requests.is_empty() {
                 self.effects.push_back(Effect::EndWork {
@@ -325,6 +336,7 @@ impl Control {
         }
         #[cfg(feature = "class")]
         self.turn_granted(now, arm, session);
+        // Questions concern the lease, not its holder.
         self.ask_again(now, arm);
         self.tell_places(arm);
     }

@@ -360,9 +360,11 @@ impl Control {
         let Some(presence) = self.sessions.get_mut(&session) else {
             return;
         };
+        // The first end counts: a session is left only once until it rejoins.
         presence.left.get_or_insert(now);
         for arm in self.arm_ids() {
             self.end_jog_of(arm, JogEnd::Released, |jog| jog.session == session);
+            // No socket is left to receive the answer.
             self.deny_session(arm, session);
             if self.holder(arm) == Some(session) {
                 self.let_go_of_burning(arm);
@@ -388,6 +390,7 @@ impl Control {
 
     /// Ends a session at once and for good: its token was revoked, or its server demands it.
     pub fn expel(&mut self, now: HostInstant, session: SessionId) {
+        // Jogs and burning jobs end as if the socket had closed.
         self.leave(now, session);
         self.over(now, session);
     }
@@ -482,6 +485,7 @@ impl Control {
                 self.end_lease(now, arm, LeaseEnd::Silent);
             }
             let due = |request: &LeaseRequest| request.arm == arm && request.until <= now;
+            // A wait that is over is denied; a question that is over is granted (below).
             if self.deny_requests(arm, |request| due(request) && !request.asks) {
                 self.tell_places(arm);
             }
@@ -499,6 +503,7 @@ impl Control {
 
     /// Ends a session that did not come back.
     fn over(&mut self, now: HostInstant, session: SessionId) {
+        // May be called twice for a session, by its expulsion and by the clock.
         if self.sessions.remove(&session).is_none() {
             return;
         }
@@ -517,6 +522,7 @@ impl Control {
         let held = arm.lease?;
         let presence = self.sessions.get(&held.session)?;
         match presence.left {
+            // Without a socket the grace period decides alone, whatever is in progress.
             Some(left) => Some(left + GRACE),
             // A request in progress counts as a permanent sign of life.
             None if self.works(held.session) => None,

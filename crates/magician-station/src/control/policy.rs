@@ -49,6 +49,7 @@ impl Control {
     /// True if a session may hold the lease of an arm now, assuming that it is free.
     #[must_use]
     pub fn may_hold(&self, now: HostInstant, session: SessionId, arm: ArmId) -> bool {
+        // Not identified: a teacher, whom nothing here binds.
         let Some(person) = self.class.persons.get(&session) else {
             return true;
         };
@@ -66,6 +67,8 @@ impl Control {
             Some(turn) => turn.person == person,
             None => {
                 let mut places = self.claims.places();
+                // A free arm belongs to the person at the head of the queue, not to the fastest
+                // click.
                 let behind =
                     places.any(|place| place.person != person && self.is_next(now, arm, place));
                 !behind && self.turn_of(person).is_none() && !self.job_runs(arm)
@@ -96,6 +99,7 @@ impl Control {
         }
         let state = self.arm(arm);
         let idle = state.job.is_none() && state.jog.is_none() && state.work.is_empty();
+        // The owner's own lease is no obstacle, on whichever page.
         let own = self.holder(arm).is_none_or(|holder| {
             self.person(holder) == person && self.is_bound(holder) == person.is_some()
         });
@@ -139,6 +143,7 @@ impl Control {
             return Some(now);
         };
         let own = slots.iter();
+        // Slots that are over may still be listed until the next timeout.
         let own = own.filter(|slot| slot.who.contains(&person) && now < slot.until);
         own.map(|slot| slot.from.map_or(now, |from| from.max(now)))
             .min()

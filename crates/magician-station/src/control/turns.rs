@@ -33,6 +33,7 @@ impl Control {
             && self.person(session).is_some()
             && self.person(holder) == self.person(session)
         {
+            // The lease passes in one step, so the turn is not interrupted.
             self.pass(now, arm, session, Some(request));
             return false;
         }
@@ -53,6 +54,7 @@ impl Control {
             match before.as_ref().map(|turn| turn.state) {
                 // A new page of the same person does not restart the clock.
                 Some(running @ TurnState::Running { .. }) => running,
+                // The clock starts with the rest that was left, or with a full turn.
                 _ => TurnState::Running {
                     ends: left.map(|left| clock + left),
                 },
@@ -61,6 +63,7 @@ impl Control {
             TurnState::Suspended { left }
         };
         let turn = match (before, self.person(session)) {
+            // A turn that exists keeps its person, even if a teacher takes the arm.
             (Some(turn), _) => Turn { state, ..turn },
             (None, Some(person)) => {
                 self.claims.drop_places(|place| place.person == person);
@@ -71,6 +74,7 @@ impl Control {
                     told: rules.told(),
                 }
             }
+            // A teacher at an arm without a turn has no turn.
             (None, None) => return,
         };
         self.class_mut(arm).turn = Some(turn);
@@ -99,6 +103,7 @@ impl Control {
                 };
                 Some(Turn { state, ..turn })
             }
+            // Given back on purpose, or over: nothing is kept.
             LeaseEnd::Released | LeaseEnd::Passed | LeaseEnd::Over => None,
         };
         self.class_mut(arm).turn = turn;
@@ -179,6 +184,7 @@ impl Control {
             };
             let here = self.session_of_person(turn.person);
             let left = self.left(now, arm, &turn);
+            // Even for a person who is present: the grant below replaces it.
             let until = now + rules.grace;
             self.class_mut(arm).turn = Some(Turn {
                 state: TurnState::Kept { until, left },
@@ -306,6 +312,7 @@ impl Control {
 
     /// Returns the newest session of a person that has a socket.
     pub(super) fn session_of_person(&self, person: PersonId) -> Option<SessionId> {
+        // Ids grow, so the last session is the newest page.
         let mut sessions = self.class.persons.iter().rev();
         let of = |(session, of): &(&SessionId, &Option<PersonId>)| {
             **of == Some(person) && self.has_socket(**session)

@@ -88,6 +88,7 @@ impl OnLost {
         match name {
             Some("stop") => Self::Stop,
             Some("continue") => Self::Continue,
+            // The safe choice, also for a name of a later version.
             _ => Self::Pause,
         }
     }
@@ -173,9 +174,12 @@ impl Control {
             return Err(Refusal::Busy(Busy::Jog(jog.id)));
         }
         match (state.job, kind) {
+            // A paused job blocks another one too: both would have to share the arm.
             (Some(job), WorkKind::StartJob) => Err(Refusal::Busy(Busy::Job(job.id))),
+            // Steering is what a running job allows.
             (_, WorkKind::SteerJob | WorkKind::JobSetting) => Ok(()),
             (Some(job), _) if job.phase.is_under_way() => Err(Refusal::Busy(Busy::Job(job.id))),
+            // No job, or a paused one, during which the arm may be moved.
             _ => Ok(()),
         }
     }
@@ -216,6 +220,7 @@ impl Control {
             return Err(Refusal::Closed);
         }
         self.heard(now, session);
+        // The stop of the old jog is emitted before the start of the new one.
         self.end_jog_of(arm, JogEnd::Replaced, |_| true);
         let id = JogId(self.next_id());
         self.arm_mut(arm).jog = Some(Jog {
@@ -306,6 +311,7 @@ impl Control {
         holder: SessionId,
     ) -> (Vec<RequestId>, bool) {
         let state = self.arm_mut(arm);
+        // Requests that only steer a job do not make the arm move.
         let mut own = state.work.iter().filter(|work| work.session == holder);
         let moves = own.any(|work| !work.kind.is_of_jobs());
         let stop = std::mem::take(&mut state.queued) || moves;
@@ -333,6 +339,7 @@ impl Control {
             id: job,
             on_lost,
             phase,
+            // Facts about the job survive a change of its phase.
             burns: before.is_some_and(|before| before.burns),
             endless: before.is_some_and(|before| before.endless),
             let_go: phase.is_under_way() && before.is_some_and(|before| before.let_go),

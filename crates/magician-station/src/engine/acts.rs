@@ -34,6 +34,7 @@ pub(super) async fn to_the_end(
 ) -> Done {
     // `SetDeviceWithL` adds or removes the rail, which is not in every reading.
     let stale = matches!(what, ArmAct::Set(Set::SetDeviceWithL(_)));
+    // After these the arm is expected to stand, so the reading waits for it.
     let rests = matches!(
         what,
         ArmAct::Move { .. } | ArmAct::Home | ArmAct::Step { .. }
@@ -48,6 +49,7 @@ pub(super) async fn to_the_end(
     if let Ok(Outcome::State) = done.outcome {
         let read = async {
             if on_rail {
+                // The motion may have moved the rail.
                 known = Known::read(&arm).await?;
             }
             if rests {
@@ -177,6 +179,8 @@ async fn act(
             // A step is relative: from a moving arm its target would depend on timing.
             arm.wait_still().await?;
             if let Some(percent) = percent {
+                // Read first: the command sets velocity and acceleration together, and only one
+                // changes.
                 let before = arm.get::<PtpCommonParams>().await?;
                 arm.set(&PtpCommonParams {
                     velocity_ratio: percent,
@@ -235,6 +239,7 @@ async fn turned_step(arm: &Arm, axis: Axis, by: f32) -> Result<Set, RpcError> {
 }
 
 async fn speed(arm: &Arm, percent: f32) -> Result<(), RpcError> {
+    // Both are read before either is set, so that a lost reply changes nothing.
     let moves = arm.get::<PtpCommonParams>().await?;
     let jogs = arm.get::<JogCommonParams>().await?;
     arm.set(&PtpCommonParams {
@@ -274,6 +279,7 @@ fn command(
             let [x, y, z, r] = to;
             match by {
                 Travel::Line => build::line_by(x, y, z, r),
+                // A jump was refused above.
                 _ => build::move_by(x, y, z, r),
             }
         }

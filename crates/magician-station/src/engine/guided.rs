@@ -114,6 +114,7 @@ impl Work {
                 // Beginning may have changed some settings before it failed: restore them.
                 let ends = end(self.arm.clone(), self.guided.saved.clone());
                 self.guided.now = Now::Ends(Box::pin(ends));
+                // Otherwise it would be tried again without end.
                 self.guided.wanted = false;
                 self.answer_guides(&Err(error));
             }
@@ -135,6 +136,7 @@ impl Work {
     }
 
     fn hand_trigger(&self, pose: &Pose) {
+        // By joints: the hand has put the arm there, so the joint angles are reachable.
         let step = capture(pose, Travel::Joints).map(|mut captured| captured["step"].take());
         let fields = vec![("step", step.unwrap_or_default())];
         let event = ArmEvent::HandTrigger;

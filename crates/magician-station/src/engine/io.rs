@@ -24,6 +24,7 @@ fn role(row: &Row) -> Option<&'static str> {
         id if id == <IoMultiplexing as Writable>::ROW.id => Some("function"),
         id if id == <IoDo as Writable>::ROW.id => Some("output"),
         id if id == <IoPwm as Writable>::ROW.id => Some("signal"),
+        // By effect and not by id, so that a new motor command appears by itself.
         _ if row.effect == Effect::Motor => Some("stepper"),
         _ if row.chapter == Chapter::Io && row.set.is_some_and(sets_port) => Some("sensor"),
         _ => None,
@@ -61,6 +62,7 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
         pins.push(pin);
     }
     let rows = TABLE.iter().filter_map(|row| {
+        // Rows without a part on the page are skipped.
         Some(json!({
             "role": role(row)?,
             "command": row.name,
@@ -113,6 +115,7 @@ fn field(field: &Field) -> Value {
             });
             ("choice", named.collect())
         }
+        // Every other type of the protocol is a number.
         _ => ("number", Vec::new()),
     };
     json!({

@@ -145,6 +145,7 @@ fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
     let before = before.unwrap_or(now);
     // Loading a scenario resets the counters, so they may be lower than before.
     let begun = now.begun.saturating_sub(before.begun);
+    // A grip that failed began without taking anything.
     let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
     if missed > 0 {
         let what = if begun == 1 {
@@ -225,6 +226,7 @@ impl Work {
         let surface = self.jobs_with.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
         let unhomed = start.order.unhomed;
+        // Stays unused if the slot belongs to another job by now.
         let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
             slot.start = Some(Box::new(start));
@@ -274,6 +276,7 @@ impl Work {
             Ok(spec) => spec,
             Err(error) => return self.never_began(job, "failed", Some(error)),
         };
+        // The driver enforces the permission for every frame of the job.
         let arm = match start.laser {
             Ok(()) => self.arm.allowing_laser(),
             Err(_) => self.arm.clone(),
@@ -291,6 +294,7 @@ impl Work {
         let Some(slot) = &mut self.job else {
             return;
         };
+        // Before the first report, so that a pause that answers it finds the job.
         slot.handle = Some(handle.clone());
         if handle.burns() {
             let news = JobNews::Burns;
@@ -298,6 +302,7 @@ impl Work {
         }
         let paused = Arc::clone(&slot.paused);
         let owes_motors = Arc::clone(&slot.owes_motors);
+        // Pauses that were requested while the program was read.
         let pauses = std::mem::take(&mut slot.pauses);
         for (request, reason) in pauses {
             self.pause_job(request, job, reason);
@@ -309,6 +314,7 @@ impl Work {
             let mut events = handle.events();
             while let Some(event) = events.next().await {
                 let news = match event {
+                    // The end is reported below, with its details.
                     JobEvent::State(JobState::Ended) => break,
                     JobEvent::State(state) => {
                         // The pose is needed to see at a resume whether the arm was moved.
@@ -462,6 +468,8 @@ impl Work {
                     return Err(*refused);
                 }
                 if !approach {
+                    // Without an approach the first move would start from a wrong place and draw a
+                    // line.
                     stands_there(&arm, paused).await?;
                 }
                 handle.resume().await.map_err(|error| match error {
@@ -551,6 +559,7 @@ impl Work {
         if !self.job_drives() {
             return None;
         }
+        // Jobs take whole percents.
         let set = handle.set_speed(percent.round() as u8);
         Some(match set {
             Ok(()) => Ok(Outcome::Value(Value::Null)),
@@ -624,6 +633,7 @@ async fn read(
         }
         match read {
             ProgramReading::Done(program) => return Ok(*program),
+            // Not possible after the loop above.
             ProgramReading::ToCome(_) => {}
             ProgramReading::LacksSurface(error) => {
                 // Measuring the surface needs a homed arm, so an arm that is not homed gets that
@@ -669,6 +679,7 @@ fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
             Fault::Arm(fault) if fault.kind() == ErrorKind::Port => {
                 over("interrupted", Some(RpcError::from(&**fault)))
             }
+            // Everything that is neither a stop nor a broken line.
             _ => over("failed", Some(fault_of(error, program))),
         },
     }
@@ -697,6 +708,7 @@ fn fault_of(error: &JobError, program: &PreparedProgram) -> RpcError {
             .said(&error.sentence())
             .with("from", span.least + 1)
             .with("to", span.most),
+        // Faults that are neither the arm's nor the program's.
         _ => RpcError::arm(ErrorKind::InvalidInput, message).said(&error.sentence()),
     }
 }

@@ -51,6 +51,7 @@ impl Known {
         // Also loads the remembered homing, which counts from here on.
         arm.homing().is_homed().await?;
         arm.read_outputs().await?;
+        // Only then is there a position on the rail.
         let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
         let rail = if on_rail {
             Some(arm.get::<PoseL>().await?.pose_l)
@@ -93,7 +94,10 @@ impl Known {
         let differs = last.is_some_and(|(last, _)| last != pose);
         let far = last.is_some_and(|(_, at)| now.saturating_sub(at) >= FAR_APART);
         let moves = match (&mut self.moves, differs) {
+            // Still moving if the detector says so; but two equal poses far apart end it in any
+            // case.
             (Some(rest), _) => !rest.see(now, pose) && (differs || !far),
+            // The first difference starts a new detector.
             (None, true) => {
                 let mut rest = RestDetector::default();
                 rest.see(now, pose);
@@ -235,6 +239,7 @@ async fn value(
             Ok(json!({"params": hex(reply.frame().params())}))
         }
         ArmRead::Surface => surface.shown().await,
+        // Handled by `answer` above.
         ArmRead::State => Err(RpcError::internal("a state is a reading")),
     }
 }

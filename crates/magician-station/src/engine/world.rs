@@ -87,6 +87,7 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
         WorldAct::Unlock(held) => arm.with(|arm| arm.unlock(held)),
         WorldAct::Plug(plugged) => arm.with(|arm| arm.inject(ExternalEvent::Cable { plugged })),
         WorldAct::Guide(joints) => {
+            // A real arm cannot be bent while its motors hold it.
             if !arm.state().unlocked {
                 let why =
                     message!("the motors hold the arm: hold the unlock key first (world.unlock)");

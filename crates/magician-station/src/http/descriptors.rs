@@ -41,6 +41,7 @@ pub(super) fn limit() -> Option<usize> {
 pub(super) fn within(limits: AdmissionLimits, descriptors: Option<usize>) -> AdmissionLimits {
     let wanted = limits.loopback_strangers + limits.strangers + limits.claims;
     let left = descriptors.map_or(wanted, |all| {
+        // A socket needs a descriptor besides those of connections.
         all.saturating_sub(KEPT_FREE + SOCKETS + SILENT_SOCKETS)
     });
     if left >= wanted {

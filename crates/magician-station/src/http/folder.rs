@@ -70,6 +70,7 @@ impl ProgramFolder {
                 .and_then(|at| at.elapsed().ok());
             // A young part may belong to another station that is running.
             if is_part && age.is_some_and(|age| age > STALE) {
+                // Left for the next start if it fails.
                 let _ = fs::remove_file(item.path());
             }
         }
@@ -173,6 +174,7 @@ impl ProgramStore for ProgramFolder {
         let part = format!("{PART}{}-{part}", std::process::id());
         let part = self.path.join(part);
         let mut options = OpenOptions::new();
+        // Never another upload's part.
         options.write(true).create_new(true);
         let file = options.open(&part).map_err(failed)?;
         Ok(Box::new(Part {
@@ -216,6 +218,7 @@ impl Part {
 impl Upload for Part {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         self.written += bytes.len() as u64;
+        // The length was declared by the client, or not at all.
         if self.written > LARGEST_PROGRAM {
             return Err(LibraryError::TooLarge);
         }
@@ -245,9 +248,11 @@ impl Upload for Part {
                 let why = "a folder has this name".to_owned();
                 return Err(LibraryError::Other(why));
             }
+            // A program of this name is replaced, and so is a link.
             _ => false,
         };
         fs::rename(&self.path, to).map_err(failed)?;
+        // The part has become the program: dropping must not remove it.
         self.path.clear();
         Ok(is_new)
     }
@@ -269,6 +274,7 @@ fn failed(error: io::Error) -> LibraryError {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
             LibraryError::Full
         }
+        // Permissions and failures of the disk.
         _ => LibraryError::Other(error.to_string()),
     }
 }

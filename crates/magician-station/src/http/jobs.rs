@@ -181,6 +181,7 @@ impl JobFolder {
         // Removed last, and only what is in another file by now: nothing is lost if this is
         // interrupted.
         if is_written && rest.is_empty() {
+            // If this fails, the jobs are known by their ids and not taken over twice.
             let _ = fs::remove_file(&path);
         } else if is_written && rest.len() < all.len() {
             let _ = replace_private(&path, &json!(rest).to_string());
@@ -293,6 +294,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
     let keys = (0..arms.len()).map(|at| {
         let own = serial(at);
         let mut others = (0..arms.len()).filter(|other| *other != at && real(*other));
+        // The prefix of the file names of arms that shared this number.
         let was_shared = plain(&shared_stem(own, ""));
         let is_shared = !own.is_empty()
             && (others.any(|other| serial(other) == own)
@@ -318,6 +320,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
             .flatten()
             .is_some_and(|file| file["arm"]["port"].as_str() == Some(key.port.as_str()));
         if was_here && !to.exists() {
+            // If this fails the arm starts with an empty list, and the old file stays.
             let _ = fs::rename(from, to);
         }
     }
@@ -333,6 +336,7 @@ fn shared_stem(serial: &str, port: &str) -> String {
 fn plain(text: &str) -> String {
     let sign = |sign: char| match sign {
         'a'..='z' | 'A'..='Z' | '0'..='9' | '-' | '_' | '@' => sign,
+        // Separators and other characters that some file systems refuse.
         _ => '_',
     };
     let name: String = text.chars().take(LONGEST_NAME).map(sign).collect();
@@ -422,6 +426,7 @@ impl JobStore for JobFolder {
             .filter(|run| file.key.has_run(run))
             .filter_map(kept)
             .collect();
+        // `left_runs` returns the oldest first.
         runs.drain(..runs.len().saturating_sub(MOST_RUNS));
         runs
     }

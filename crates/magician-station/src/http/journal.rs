@@ -91,6 +91,7 @@ impl JournalFile {
         for number in (1..KEPT).rev() {
             match fs::rename(older(number), older(number + 1)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                // Renamed, or there was no such file yet.
                 _ => {}
             }
         }

@@ -123,6 +123,7 @@ impl Listener {
             None => Wanted::Loopback(usual),
         };
         let address = match wanted {
+            // `localhost` means both families, because browsers try either first.
             Wanted::Loopback(port) => return Self::loopback(port).await,
             Wanted::At(address) => address,
         };
@@ -344,7 +345,9 @@ async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
         service.map_request(|request: hyper::Request<Incoming>| request.map(axum::body::Body::new));
     let mut http = hyper::server::conn::http1::Builder::new();
     http.timer(TokioTimer::new())
+        // A client that sends its head byte by byte would hold its place.
         .header_read_timeout(HEAD)
+        // Limits the head of a request; hyper's own default is larger.
         .max_buf_size(64 * 1024);
     let connection = http
         .serve_connection(TokioIo::new(stream), TowerToHyperService::new(service))

@@ -88,6 +88,7 @@ impl Pacer {
 
     /// Waits for the next turn of this connection.
     pub(crate) async fn turn(&self, lane: Lane) {
+        // Without a session a client is known by its address alone.
         let sender = if self.has_session.load(Ordering::Relaxed) {
             Sender::Session(self.number)
         } else {

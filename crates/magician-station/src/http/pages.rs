@@ -71,6 +71,7 @@ impl Pages {
             .iter()
             .filter_map(|tags| tags.to_str().ok());
         let mut known = known.flat_map(|tags| tags.split(','));
+        // `If-None-Match` compares weakly (RFC 9110, 13.1.2).
         let mut response = if known.any(|known| known.trim().trim_start_matches("W/") == tag) {
             StatusCode::NOT_MODIFIED.into_response()
         } else if zipped {
@@ -87,6 +88,7 @@ impl Pages {
         // File names are the same in every version, so the browser must revalidate; that costs one
         // short answer.
         said.insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+        // A shared cache must not give compressed bytes to a client that cannot read them.
         said.insert(VARY, HeaderValue::from_static("Accept-Encoding"));
         if let Ok(tag) = HeaderValue::from_str(&tag) {
             said.insert(ETAG, tag);

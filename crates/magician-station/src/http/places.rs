@@ -77,6 +77,7 @@ impl Places {
             hall: Arc::clone(&self.0),
             key,
             end,
+            // Canonical, so that a client has one turn on IPv4 and mapped IPv6.
             pacer: Pacer::new(turns, address.to_canonical(), key),
         }))
     }
@@ -166,6 +167,7 @@ impl Drop for Held {
     fn drop(&mut self) {
         let mut inner = self.hall.lock();
         inner.table.close(self.key);
+        // Already gone if the connection was evicted.
         inner.ends.remove(&self.key);
     }
 }

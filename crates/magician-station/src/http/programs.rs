@@ -89,6 +89,7 @@ type From = Box<dyn Read + Send>;
 fn piece(mut from: From) -> Option<(io::Result<Bytes>, Option<From>)> {
     let mut bytes = Vec::new();
     match from.by_ref().take(PIECE).read_to_end(&mut bytes) {
+        // End of the file; the length was sent before.
         Ok(0) => None,
         Ok(_) => Some((Ok(bytes.into()), Some(from))),
         Err(error) => Some((Err(error), None)),
@@ -105,6 +106,7 @@ pub(super) async fn put(
 ) -> Response {
     let length = request.headers().get(CONTENT_LENGTH);
     let length = length.and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    // Held until the upload is stored or dropped.
     let Some(_permit) = uploads.begin() else {
         let why = "the station takes other programs already: try again";
         return text(StatusCode::SERVICE_UNAVAILABLE, why);
@@ -124,6 +126,7 @@ pub(super) async fn put(
         let piece = match timeout(PATIENCE, pieces.next()).await {
             Ok(Some(Ok(piece))) => piece,
             Ok(Some(Err(_))) => {
+                // The part file is removed when `upload` is dropped.
                 return text(StatusCode::BAD_REQUEST, "the program ended before its end");
             }
             Ok(None) => break,

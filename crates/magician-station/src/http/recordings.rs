@@ -41,6 +41,7 @@ impl RecordingFolder {
 fn is_name(name: &str) -> bool {
     let sign =
         |sign: char| sign.is_ascii_lowercase() || sign.is_ascii_digit() || "_-".contains(sign);
+    // Room for the longest name of an arm and the time.
     let stem = name.strip_suffix(".mcap").filter(|stem| stem.len() <= 64);
     stem.is_some_and(|stem| !stem.is_empty() && stem.chars().all(sign))
 }
@@ -84,6 +85,7 @@ impl RecordingFile for Mcap {
             rail: sample.rail.map(f64::from),
             index: sample.current_index,
             left_space: sample.left_space,
+            // An arm that reports more free places has a larger queue.
             capacity: QUEUE.max(sample.left_space),
             alarms: sample.alarms,
         })

@@ -408,6 +408,7 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
         #[cfg(feature = "class")]
         ("GET", "/api/v1/class/results.html") => results(here, admitted, route).await,
         ("GET", "/api/v1/link") => link(here, admitted, route).await,
+        // The last route of the table.
         _ => pair(here, request).await,
     }
 }
@@ -425,6 +426,7 @@ async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) 
         Err(refused) => return refusal(&refused),
     };
     let token = admitted.token.clone();
+    // By the method, so that the page has the same rights and content.
     let answer = here.station.call(peer, token, ASKED).await;
     let page = crate::engine::beside(move || {
         let answer: Value = serde_json::from_str(&answer.unwrap_or_default()).unwrap_or_default();
@@ -497,6 +499,7 @@ async fn entitled<S: Served>(
     let grant = granted(here, admitted).await?;
     let role = match grant {
         Some(grant) => grant.role,
+        // No token is needed on this machine.
         None if admitted.loopback => here.station.place_role(),
         None => return Err(needs_token()),
     };
@@ -550,6 +553,7 @@ async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Optio
 fn pin_refused(error: &crate::api::RpcError) -> Refused {
     let status = match error.code {
         crate::api::RpcError::TOO_MANY => StatusCode::TOO_MANY_REQUESTS,
+        // A wrong PIN, or no class.
         _ => StatusCode::UNAUTHORIZED,
     };
     Refused::new(status, error.message.clone())
@@ -564,6 +568,7 @@ fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<
     let mut peer = Peer::elsewhere(grant, here.address.clone())
         .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
     if admitted.loopback {
+        // Only `security` knows what is local, so the address alone does not decide.
         peer.origin = Origin::Loopback;
     }
     Ok(peer)
@@ -571,6 +576,7 @@ fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<
 
 async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
     let (mut parts, _) = request.into_parts();
+    // A person who opens the address in a browser.
     if !parts.headers.contains_key(UPGRADE) {
         let mut response = text(StatusCode::UPGRADE_REQUIRED, "this is for a WebSocket");
         response
@@ -665,6 +671,7 @@ async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
     // Counted before anything else, so that malformed tries count too.
     if let Err(wait) = here.options.tries.count() {
         let mut response = text(StatusCode::TOO_MANY_REQUESTS, "five tries a minute: wait");
+        // Rounded up, so that the next try is not early.
         let seconds = HeaderValue::from(wait.as_secs() + 1);
         response.headers_mut().insert(RETRY_AFTER, seconds);
         return response;
@@ -681,6 +688,7 @@ async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
     let code = wanted["code"].as_str().unwrap_or_default();
     let name = wanted["name"].as_str().unwrap_or_default();
     let sign = |sign: char| sign.is_ascii_alphanumeric() || "._- ".contains(sign);
+    // The name of the token comes from a stranger and is shown to teachers.
     let name: String = name.chars().filter(|known| sign(*known)).take(32).collect();
     let (code, name) = (code.to_owned(), name.trim().to_owned());
     let redeemed = beside(&here.options.tokens, move |tokens| {
@@ -727,6 +735,7 @@ fn refusal(refused: &Refused) -> Response {
     let mut response = text(refused.status, &refused.why);
     if refused.status == StatusCode::UNAUTHORIZED {
         let bearer = HeaderValue::from_static("Bearer");
+        // Required with 401 (RFC 9110, 11.6.1).
         response.headers_mut().insert(WWW_AUTHENTICATE, bearer);
     }
     response

@@ -159,6 +159,7 @@ impl Admission {
         let at = ends.local.port();
         let at_port = match port {
             Some(port) => port == at,
+            // A host without a port means the scheme's default port.
             None => at == 80 || (ends.tls && at == 443),
         };
         own && at_port
@@ -202,6 +203,7 @@ fn split(host: &str) -> Option<(String, Option<u16>)> {
     let authority: Authority = host.parse().ok()?;
     let name = authority.host();
     let port = authority.port_u16();
+    // The parser accepts more than host and port, such as user information, which is refused.
     let same = match port {
         Some(port) => host == format!("{name}:{port}"),
         None => host == name,

@@ -67,6 +67,7 @@ pub(super) async fn carry(
                 Some(Ok(Message::Pong(_))) => client.pong(),
                 // The library answers pings itself.
                 Some(Ok(Message::Ping(_))) => {}
+                // 1003: unsupported data (RFC 6455, 7.4.1).
                 Some(Ok(Message::Binary(_))) => return Some(close(1003, "messages are text")),
                 Some(Err(error)) => return broken(&error),
                 Some(Ok(Message::Close(_))) | None => return None,
@@ -79,6 +80,7 @@ pub(super) async fn carry(
         pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let message = tokio::select! {
+                // The end of the station first; then messages before pings.
                 biased;
                 () = ended(&mut over) => return Some(close(1001, "the station ends")),
                 outgoing = client.receive() => match outgoing {
@@ -134,6 +136,7 @@ fn broken(error: &axum::Error) -> Option<Message> {
         Error::Capacity(_) => Some(too_large()),
         Error::Utf8(_) => Some(close(1007, "the message is no UTF-8")),
         Error::Protocol(_) => Some(close(1002, "no WebSocket")),
+        // The transport failed: no close frame can be sent.
         _ => None,
     }
 }

@@ -178,6 +178,7 @@ impl TokenStore {
         }
         let text = fs::read_to_string(path).map_err(io)?;
         for (at, line) in text.lines().enumerate() {
+            // Tokens contain no `#`, so comments need no escaping.
             let line = line.split('#').next().unwrap_or_default();
             let words: Vec<_> = line.split_whitespace().collect();
             let wrong = |why| TokenError::Line(path.to_owned(), at + 1, why);
@@ -193,6 +194,7 @@ impl TokenStore {
             }
             let role = Role::named(role);
             let role = role.ok_or_else(|| wrong("the role is viewer, student or teacher"))?;
+            // Kept as a digest like the others, so that memory holds no token.
             self.more.insert(name, (role, digest(token)));
         }
         Ok(self)
@@ -258,6 +260,7 @@ impl TokenStore {
         getrandom::fill(&mut bytes).map_err(|_| TokenError::Random)?;
         let code = format!("{:06}", u64::from_le_bytes(bytes) % 1_000_000);
         self.update(|file| {
+            // Expired codes are removed whenever a new one is made.
             file.code.retain(|code| code.until > unix_now());
             file.code.push(PairingCode {
                 sha256: digest(&code),
@@ -283,6 +286,7 @@ impl TokenStore {
             let Some(at) = file.code.iter().position(good) else {
                 return Ok(None);
             };
+            // Used up even if no token can be made from it.
             let known = file.code.remove(at);
             let Some(role) = Role::named(&known.role) else {
                 return Ok(None);

@@ -132,6 +132,7 @@ async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenEr
         Some(Wanted::At(address)) if !address.ip().is_loopback() => {
             Err(ListenError::Beyond(address))
         }
+        // `localhost`, a loopback address, or none given.
         _ => Listener::bind_at(address, usual).await,
     }
 }
@@ -167,6 +168,7 @@ async fn accept(
         programs.spawn(async move {
             let served = async {
                 if let Ok(Some(socket)) =
+                    // The whole handshake has to fit into this time.
                     timeout(HEAD, open(stream, peer, &place, &admission)).await
                 {
                     place.heard();
@@ -244,6 +246,7 @@ async fn talk(
             let heard = match message {
                 Ok(Message::Text(text)) => Heard::Text(text.as_str().to_owned()),
                 Ok(Message::Pong(_)) => Heard::Pong,
+                // The library answers pings.
                 Ok(Message::Ping(_) | Message::Frame(_)) => continue,
                 Ok(Message::Binary(_)) => {
                     return Some((CloseCode::Unsupported, "messages are text"));
@@ -264,6 +267,7 @@ async fn talk(
         let mut pings = interval(PING);
         loop {
             let message = tokio::select! {
+                // The end of the station first; then answers before pings.
                 biased;
                 () = crate::http::ended(&mut over) => {
                     return Some((CloseCode::Away, "the station ends"));

@@ -66,6 +66,7 @@ impl LinkService {
     /// Connects a program of this machine. Dropping the returned value disconnects it.
     #[must_use]
     pub fn connect(&self, name: &str, address: &str) -> LinkProgram {
+        // Bounded, so that a program that floods is slowed down by its own socket.
         let (said, hears) = mpsc::channel(64);
         let (tells, told) = mpsc::channel(UNREAD);
         let service = self.clone();

@@ -27,6 +27,7 @@ impl Station {
         call: &Call<'_>,
     ) -> Result<Handled, RpcError> {
         let name = method.name;
+        // Families of methods have files of their own.
         if name.starts_with("lease.") {
             return self.lease_call(name, call);
         }
@@ -69,6 +70,7 @@ impl Station {
                 subscribed.map(Handled::Now)
             }
             ("arm.unsubscribe", _) => {
+                // 0 is never an id, so a missing parameter finds no subscription.
                 let id = call.params.integer("subscription").unwrap_or(0) as u16;
                 self.unsubscribe(call.socket, id).map(Handled::Now)
             }
@@ -97,6 +99,8 @@ impl Station {
                 Ok(self.read(call, arm, read))
             }
             ("jog.start", Some(arm)) => self.start_jog(call, arm),
+            // No error for an unknown jog: a notification has no answer, and the jog's end is
+            // reported anyway.
             ("jog.keep", _) => {
                 if let Some(jog) = self.jog_named(call)
                     && self.control.keep_jog(call.now, call.session, jog)
@@ -235,6 +239,8 @@ impl Station {
         let direction: JogDirection = axis
             .parse()
             .map_err(|_| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
+        // A choice: long enough for the delays of a wireless network, short enough to bound the
+        // motion after the client has died.
         let keep = Duration::from_millis(params.integer("keep_ms").unwrap_or(250));
         let percent = params.number("percent").map(|percent| percent as f32);
         let begun = self.control.start_jog(call.now, call.session, arm, keep);
@@ -313,6 +319,7 @@ impl Station {
         };
         let laser = self.laser(call, arm, command)?;
         let kind = match &act {
+            // Answered before it is done, so the command stays behind in the queue.
             ArmAct::Move { wait: false, .. } => WorkKind::Queued,
             ArmAct::Set(set) if magician::sets_in_motion(set) => WorkKind::Queued,
             // The laser would burn on when the holder is gone, so it counts as left behind, like a
@@ -322,6 +329,7 @@ impl Station {
             ArmAct::Set(_) if kind == WorkKind::JobSetting => WorkKind::Setting,
             _ => kind,
         };
+        // After the checks of parameters: a wrong request takes no lease.
         self.take_lease(call, arm);
         let begun = self
             .control
@@ -345,6 +353,7 @@ impl Station {
         let (ArmAct::Set(set) | ArmAct::Enqueue(set)) = act else {
             return Ok(());
         };
+        // A raw jog has no keep-alive at the station.
         if gate::jogs(set) {
             let why = "a jog that nothing holds goes on to the end of its axis: use jog.start";
             return Err(RpcError::param("command", why).with("method", "jog.start"));
@@ -382,6 +391,7 @@ fn path(params: &Params) -> Travel {
     match params.text("by") {
         Some("linear") => Travel::Line,
         Some("jump") => Travel::Jump,
+        // The check of parameters admits no other word; joints is the default.
         _ => Travel::Joints,
     }
 }
@@ -435,6 +445,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
                 by: path(params),
                 joints: params.text("frame") == Some("joints"),
                 relative: params.is_on("relative"),
+                // Waiting is the default, because the answer is then the pose that was reached.
                 wait: params.switch("wait").unwrap_or(true),
             })
         }

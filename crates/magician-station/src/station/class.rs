@@ -113,6 +113,7 @@ impl Class {
             Err(error) => Some(Err(error)),
         };
         let given = config.class.as_deref().map(ClassFile::parse);
+        // A file from the flags replaces the stored one, except for its codes (below).
         let mut file = given.or_else(|| before.clone()).map(|file| {
             file.unwrap_or_else(|error| {
                 noted("class", &error);
@@ -255,6 +256,7 @@ impl Station {
         match tried {
             Ok(CodeTry::Right) => Ok(found),
             Ok(CodeTry::Wrong) => {
+                // The same sentence for both, which does not reveal whether the name exists.
                 let why = "name or code is not good: both are on the slip of paper";
                 Err(RpcError::new(RpcError::FORBIDDEN, why))
             }
@@ -333,6 +335,7 @@ impl Station {
         }
         self.class.elsewhere = pin;
         let out: Vec<_> = { self.sessions.iter() }
+            // Only these have their role from the class.
             .filter(|(_, session)| matches!(session.entry, Entry::Place | Entry::Pin))
             .map(|(id, session)| (*id, session.socket))
             .collect();
@@ -369,6 +372,7 @@ impl Station {
                 continue;
             }
             for arm in self.control.held_by(session).collect::<Vec<_>>() {
+                // Evicted and not released: motion of a session that becomes a viewer has to stop.
                 self.control.evict(now, arm);
             }
             // Its waits and questions end too. The session itself stays as a viewer.
@@ -411,6 +415,7 @@ impl Station {
         let persons = &mut self.class.persons;
         let at = persons.iter().position(|known| *known == person);
         let at = at.unwrap_or_else(|| {
+            // Numbers are never reused, because claims and turns refer to them.
             persons.push(person);
             persons.len() - 1
         });
@@ -573,6 +578,7 @@ impl Station {
             );
             is.is_some() && was.is_none_or(|was| is.is_some_and(|is| was.code == is.code))
         };
+        // Without a class before or after, no session has to sign in with another PIN.
         let is_pin_same = match (&before, file) {
             (Some(before), Some(file)) => before.class.pin == file.class.pin,
             _ => true,
@@ -613,6 +619,7 @@ impl Station {
         self.identify_tokens(now);
         self.bar_groups(now);
         self.place_role_changed(now);
+        // Last, because it grants turns to the persons identified above.
         self.control.set_turns(now, rules);
     }
 

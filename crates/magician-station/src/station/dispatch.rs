@@ -54,9 +54,11 @@ impl Station {
         if open.outbox.is_closing() {
             return;
         }
+        // Every message counts, also one that is not JSON.
         let pace = open.hears(now);
         let session = open.session;
         if let Some(session) = session {
+            // Before parsing: even an invalid message proves that the client is alive.
             self.control.keep_alive(now, session);
         }
         let parsed = Message::parse(text);
@@ -75,6 +77,7 @@ impl Station {
                     };
                     return self.answer(socket, id, &Err(error));
                 }
+                // A client that ignored refusals for seconds will not slow down.
                 Pace::Close => return self.end_socket(socket, CloseCode::TOO_MANY),
             }
         }
@@ -144,6 +147,7 @@ impl Station {
             let error = RpcError::new(RpcError::METHOD, format!("unknown method `{shown}`"));
             return self.answer(socket, id.as_ref(), &Err(error));
         };
+        // A client that forgets the id would never learn of an error.
         if id.is_none() && !method.always {
             let why = format!("{} needs an `id`", method.name);
             return self.answer(socket, None, &Err(RpcError::request(why)));
@@ -157,6 +161,7 @@ impl Station {
             return self.answer(socket, id.as_ref(), &Err(error));
         };
         let request = RequestId(self.next_id());
+        // Checked before the rights, so that a wrong parameter is reported by name.
         let params = Params::check(method.params, params);
         let mut line = self.line_of(now, session, method, params.as_ref().ok());
         // A link translates calls of its program: the journal names the call and not the method.
@@ -311,6 +316,7 @@ impl Station {
             self.heard_at_end(now, session, false);
         }
         if let Some(open) = self.sockets.get_mut(&pending.socket) {
+            // Saturating, because a link does not count.
             open.under_way = open.under_way.saturating_sub(1);
         }
         self.answer(pending.socket, pending.id.as_ref(), &outcome);
@@ -356,6 +362,7 @@ impl Station {
         let mut line = self.line(now, Some(session), method.name, shown);
         let named = params.and_then(|params| params.text("arm"));
         let of_job = params.and_then(|params| self.records.find(params.text("job")?));
+        // Methods of jobs name the arm through the job.
         let named = named.or_else(|| Some(of_job?.arm.as_str()));
         line.arm = self
             .arm_named(named)

@@ -53,6 +53,7 @@ impl Station {
                         let why = match held {
                             #[cfg(feature = "class")]
                             _ if not_admitted.is_some() => not_admitted.unwrap_or_default(),
+                            // Names the holder, whom a person can go and ask.
                             Some(held) => held,
                             None => "the lease was not granted".to_owned(),
                         };
@@ -125,12 +126,14 @@ impl Station {
                 if stop {
                     // The stop first, then the answers.
                     self.order(arm, ArmOrder::Stop { request: None });
+                    // Only a stop counts: a holder that let go in time was not cut off.
                     self.note_cut_off(arm);
                 }
                 for request in requests {
                     let error = self.ended(arm, why);
                     self.finish(now, request, Err(error));
                 }
+                // A stop by a client has its event already, with its session.
                 if stop && let WorkEnd::Lease(_) = why {
                     self.event(now, arm, ArmEvent::Stop, vec![("by", Value::Null)]);
                 }

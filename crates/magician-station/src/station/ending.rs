@@ -82,6 +82,7 @@ impl Station {
         });
         let sockets = self.sessions.values().filter_map(|session| session.socket);
         for socket in sockets.collect::<Vec<_>>() {
+            // Before control closes, so that the notice precedes denials that result from it.
             self.tell_of_end(now, socket);
         }
         self.control.close();
@@ -171,11 +172,14 @@ impl Station {
                 continue;
             }
             let lasting = self.sessions.get(&holder);
+            // A request by POST has no client that could be named.
             let lasting = lasting.filter(|session| !session.one_shot);
             let name = lasting.map(|session| session.name.clone());
             if let Some(ending) = &mut self.ending {
                 ending.put_out.insert(holder);
                 if let Some(name) = name {
+                    // Before the eviction: `note_cut_off` looks the holder up when the stop is
+                    // ordered.
                     ending.evicted.insert(arm, name);
                 }
             }
@@ -210,6 +214,7 @@ impl Station {
             None => ending.began + REACTS,
             // A request in flight, such as lifting the pen, may take all the time there is.
             Some(_) if self.waits_for_answer(socket) => last,
+            // Never beyond the time for everything.
             Some(heard) => last.min(*heard + SILENT),
         }
     }

@@ -23,6 +23,7 @@ impl Station {
             return Ok(Handled::Now(json!({ "fence": fence })));
         };
         let fence = fence::changed(before, change)?;
+        // Reading needs no role, so it is checked here and not in the table.
         if call.grant.role < Role::Teacher {
             return Err(forbidden(
                 &call.grant,
@@ -42,6 +43,7 @@ impl Station {
         }
         self.arm_mut(arm).entry.fence = fence;
         let (request, by) = (call.request, Some(call.session));
+        // Removing a fence, or an equal one, endangers nothing in progress.
         let stops = fence.is_some() && fence != before;
         #[cfg(feature = "class")]
         let fence = self.fence_now(arm);

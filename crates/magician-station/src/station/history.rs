@@ -30,6 +30,7 @@ impl Station {
         });
         for (at, runs) in (0..).map(ArmId).zip(runs) {
             for run in runs {
+                // Taken over by an earlier start of this station.
                 let is_known =
                     |record: &JobRecord| record.hidden.run.as_deref() == Some(run.name.as_str());
                 if let Some(known) = { self.records.each() }.find(|record| is_known(record)) {

@@ -83,7 +83,9 @@ impl Station {
         let source = source(call)?;
         let order = JobOrder {
             source,
+            // 0 means endless in the API.
             loops: Some(params.integer("loops").unwrap_or(1)).filter(|loops| *loops > 0),
+            // Clients count steps from 1. The parameter's range excludes 0.
             from: params.integer("from").map_or(0, |step| step - 1),
             keep: params.is_on("keep"),
             require_homed: params.is_on("require_homed"),
@@ -139,7 +141,9 @@ impl Station {
         self.records.push(record);
         self.keyed(job, key);
         self.begin_job(call, arm, job, order, None);
+        // After the record changed, so that the revision includes it.
         self.note_fresh(arm, job);
+        // The caller does not want to wait for the check.
         if call.params.switch("after_check") == Some(false) {
             self.control.finish(call.now, arm, call.request);
             let result = json!({"job": id});
@@ -161,6 +165,7 @@ impl Station {
     ) -> Option<Result<Handled, RpcError>> {
         let record = self.records.keyed(arm, key)?;
         let result = json!({"job": record.id});
+        // Same key and same order is a retry; another order is a mistake of the caller.
         if record.hidden.digest != Some(digest(order)) {
             let why = message!(
                 "the key is of {id}, which does something else: each job has a key of its own",
@@ -229,6 +234,7 @@ impl Station {
             laser: self.job_laser(call, arm),
             danger: job_danger(call),
         };
+        // A new job is written to disk before the arm moves.
         let is_new = resumes.is_none();
         let start = ArmOrder::StartJob(Box::new(start));
         self.job_changed(now, arm, job);
@@ -254,6 +260,7 @@ impl Station {
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
             return Err(self.not_steered(call, arm, "the job is over"));
         };
+        // Pausing is idempotent.
         if state == "paused" {
             self.control.finish(call.now, arm, call.request);
             return Ok(Handled::Now(self.shown(job)));
@@ -325,6 +332,7 @@ impl Station {
         let order = ArmOrder::ResumeJob {
             request: call.request,
             job,
+            // Approaching is safe in any case, so it is the default.
             approach: call.params.switch("approach").unwrap_or(true),
             laser,
         };
@@ -494,6 +502,7 @@ impl Station {
                             *record = *before;
                             record.number = Some(job);
                         }
+                        // A job that ran, or a first start that failed.
                         _ => record.is_over(t, &end),
                     }
                 }
@@ -501,6 +510,7 @@ impl Station {
                 self.keep_result(arm, job, order.as_ref());
                 self.job_changed(now, arm, job);
                 self.answer_end(now, arm, job, end.state, end.error);
+                // A stop may wait for the end of this job.
                 self.tell_stands(now);
             }
         }
@@ -539,6 +549,7 @@ impl Station {
                     magician::ErrorKind::InvalidInput,
                     message!("the job is over"),
                 )),
+                // Whoever stopped it: the requester learns that its request did not finish.
                 (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
                 _ => Err(error
                     .clone()

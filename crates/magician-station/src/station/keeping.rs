@@ -107,6 +107,7 @@ impl Station {
             .extract_if(.., |start| start.arm == arm && start.revision <= revision)
             .collect();
         for held in starts {
+            // The start first, then what came meanwhile, such as a pause.
             self.order(arm, held.start);
             for order in held.then {
                 self.order(arm, order);
@@ -152,6 +153,7 @@ impl Station {
             .extract_if(.., |(of, at, _)| *of == arm && *at <= revision)
             .collect();
         for (_, _, job) in fresh {
+            // A job that is not on the disk must not start.
             self.keeping.starts.retain(|start| start.job != job);
             #[cfg(feature = "class")]
             self.drop_queued(now, arm, job);
@@ -170,6 +172,7 @@ impl Station {
             .extract_if(.., |start| start.arm == arm && start.revision <= revision)
             .collect();
         for held in starts {
+            // Stopped while it waited for the disk.
             let stopped = { held.then.iter() }.any(|order| matches!(order, ArmOrder::StopJob(_)));
             #[cfg(feature = "class")]
             if !stopped && self.wait_again(now, held.job) {
@@ -241,6 +244,7 @@ impl Station {
             .into_iter()
             .map(|arm| (arm, self.records.revision(arm)));
         let needs: BTreeMap<_, _> = revisions
+            // Arms whose jobs are on the disk already need no wait.
             .filter(|(arm, revision)| !self.records.is_kept(*arm, *revision))
             .collect();
         if needs.is_empty() {
@@ -339,6 +343,7 @@ impl Station {
             let news = crate::order::JobNews::Over(Box::new(JobEnd::new(state)));
             self.job_news(now, arm, job, news);
         }
+        // The last chance: the program ends.
         self.records.try_again(now, true);
         self.settle(now);
     }

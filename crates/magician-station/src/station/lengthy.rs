@@ -57,11 +57,14 @@ impl LengthyWork {
             if computes {
                 computing < CHECKS
             } else {
+                // Kinds have separate limits, so that a long check does not delay a list of
+                // programs.
                 running.len() - computing < FILES
             }
         };
         let of = |session, computes| running.values().any(|run| *run == (session, computes));
         let at = self.waiting.iter().position(|(_, session, what)| {
+            // A session may compute and read at the same time, but do neither twice.
             free(what.computes()) && !of(*session, what.computes())
         })?;
         let (request, session, what) = self.waiting.remove(at)?;

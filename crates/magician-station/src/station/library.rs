@@ -76,6 +76,7 @@ impl Station {
         preset: Option<String>,
     ) -> Result<Handled, RpcError> {
         let find = LibraryAct::Find { program, preset };
+        // In turn as well, because looking up a file may block.
         self.in_turn(call, Lengthy::Library(call.grant.role, find))?;
         let params = Box::new(call.params.clone());
         Ok(Handled::Later(call.request, Awaited::Program(arm, params)))

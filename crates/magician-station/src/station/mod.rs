@@ -382,6 +382,7 @@ impl Station {
             ending: None,
             ids: 0,
         };
+        // Before the first client, who may list or resume them.
         station.take_up_jobs();
         // Reading for the history starts now, before the first client.
         station.watch_anew();
@@ -514,6 +515,7 @@ impl Station {
             return;
         };
         self.admission.close(socket);
+        // Looked at before requests without a line are dropped below.
         let unanswered = self
             .pending
             .values()
@@ -646,6 +648,7 @@ impl Station {
 
     /// Carries out all consequences of what happened.
     fn settle(&mut self, now: HostInstant) {
+        // First, because it produces effects.
         self.evict_overdue(now);
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
@@ -691,6 +694,7 @@ impl Station {
                 | ArmOrder::StartJob(_)
                 | ArmOrder::ResumeJob { .. }
         );
+        // The history is read faster before the arm moves, or its start would be missing.
         if moves && self.arm_mut(arm).recordings.expect_motion() {
             self.watch_anew();
         }
@@ -702,6 +706,7 @@ impl Station {
     /// Converts an instant to Unix seconds.
     fn unix(&self, now: HostInstant) -> f64 {
         let micros = (self.config.unix_zero + now.as_micros() as f64 / 1e6) * 1e6;
+        // Rounded to microseconds, or the sum shows digits that were never measured.
         micros.round() / 1e6
     }
 

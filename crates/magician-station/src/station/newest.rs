@@ -49,6 +49,7 @@ impl Telling {
         let told = self.told.get(&what);
         let due = told.map_or(HostInstant::ZERO, |told| *told + interval);
         let waiting = self.due.entry(what).or_insert(due);
+        // The earlier of two intervals wins.
         *waiting = due.min(*waiting);
     }
 

@@ -104,6 +104,7 @@ impl<K: Copy + PartialEq> Outbox<K> {
     /// Prepends a notification, to be sent together with the state that is being sent.
     pub fn notice_next(&mut self, text: String) {
         self.notices += text.len();
+        // In front, because the state's frame is sent by the caller just now.
         self.waiting.push_front(Waiting::Notice(text));
     }
 

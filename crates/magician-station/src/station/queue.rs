@@ -137,6 +137,7 @@ impl Station {
                     .is_none_or(|job| job.held.is_some())
             };
             let next = { self.control.next_job(now, arm, |job| !held(job)) }
+                // Without a line the start would only fail.
                 .filter(|_| self.arm(arm).link)
                 .and_then(|claim| self.take_from_queue(claim.job));
             if let Some((claim, queued)) = next {
@@ -150,6 +151,7 @@ impl Station {
 
     fn begin_from_queue(&mut self, now: HostInstant, claim: JobClaim, queued: QueuedJob) {
         let JobClaim { job, arm, person } = claim;
+        // The fence of the owner, not of the current holder: the job may start without one.
         let fence = self.fence_for(arm, person.is_none());
         self.put_fence(arm, fence);
         let holder = self.control.holder(arm);
@@ -267,6 +269,7 @@ impl Station {
             if !may_endanger_already && self.arm(arm).entry.is_virtual {
                 may_endanger(call, Risk::of_job("job.resume"), Danger::JOB)?;
             }
+            // The confirming person must be there when the laser starts, not some time later.
             if !self.control.may_begin(call.now, &claim) {
                 let why = "the arm is not free for it: say yes when it can begin";
                 return Err(RpcError::new(RpcError::BUSY, why).with("job", self.job_id(job)));
@@ -359,6 +362,7 @@ impl Station {
             });
             let held = match reason.as_deref() {
                 Some("yes") => "yes",
+                // Whatever the reason was, after a restart a person has to look first.
                 _ => "restart",
             };
             let is_virtual = self.arm(arm).entry.is_virtual;
@@ -367,6 +371,7 @@ impl Station {
                 on_lost,
                 pupil,
                 holder,
+                // A confirmation given to an earlier station is not carried over.
                 may_burn: is_virtual,
                 may_endanger: false,
                 held: Some(held),
@@ -473,6 +478,7 @@ impl Station {
                 start: None,
             };
             let name = self.arm(arm).entry.name.clone();
+            // One refusal does not stop the others: each arm gets its own result.
             let queued = self.queue_job(call, arm, order, OnLost::Continue);
             jobs.push((name, queued));
         }

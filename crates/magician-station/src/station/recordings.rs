@@ -141,12 +141,14 @@ impl ArmRecordings {
             return false;
         }
         let next = recording.due + period;
+        // On a grid like subscriptions; after a gap it starts anew.
         recording.due = if next <= now { now + period } else { next };
         true
     }
 
     /// Returns a name for a file that no other file has.
     fn name(&mut self, arm: &str, t: f64) -> String {
+        // Two files within a second would get the same name.
         self.named = (t as u64).max(self.named + 1);
         let moment = UNIX_EPOCH + Duration::from_secs(self.named);
         let moment = humantime::format_rfc3339_seconds(moment).to_string();
@@ -242,6 +244,7 @@ impl Station {
 
     /// Returns the rate at which an arm is read for the history. `None` if there is no history.
     pub(super) fn ring_rate(&self, arm: ArmId) -> Option<u32> {
+        // 50/s is the highest rate at which an arm is read.
         let ring = self.config.ring.min(50);
         if ring == 0 || !self.keeps_recordings() {
             return None;
@@ -413,6 +416,7 @@ impl Station {
                 let Some(one) = &mut self.arm_mut(arm).recordings.under_way else {
                     return;
                 };
+                // Kept until `record.stop`, which then answers with the reason.
                 one.lost = Some(why.clone());
                 let fields = vec![("name", json!(one.name)), ("message", json!(why))];
                 self.watch_anew();

@@ -186,6 +186,7 @@ impl JobRecord {
     pub(super) fn begins(&mut self, t: f64, holder: Value) {
         "checking".clone_into(&mut self.state);
         self.is_read = false;
+        // A resumed job keeps its first start.
         self.started.get_or_insert(t);
         (self.ended, self.error, self.holder) = (None, Value::Null, holder);
         self.notes = None;

@@ -48,11 +48,13 @@ impl Station {
                 let place = self.arm_mut(arm);
                 let was = std::mem::replace(&mut place.link, up);
                 if was != up {
+                    // Another arm may be behind the line when it is found.
                     (place.reading, place.state) = (None, None);
                     place.found_at = now;
                 }
                 if was && !up {
                     if let Some((jog, _)) = self.control.jog(arm) {
+                        // The arm itself goes on jogging to its limit; no stop can reach it.
                         self.control.jog_ended(arm, jog, JogEnd::Link);
                     }
                     self.has_lost(now, arm);
@@ -113,6 +115,7 @@ impl Station {
                 let id = self.jog_id(jog);
                 match outcome {
                     Ok(_) => {
+                        // The keep-alive period starts with the answer that carries the id.
                         self.control.jog_begun(now, jog);
                         self.finish(now, request, Ok(json!({"jog": id})));
                     }
@@ -154,11 +157,13 @@ impl Station {
         left.remove(&arm);
         match outcome {
             Ok(mut stood) => {
+                // A stop of several arms has one answer, so each part names its arm.
                 if let Value::Object(stood) = &mut stood {
                     stood.insert("arm".to_owned(), name.into());
                 }
                 arms.push(stood);
             }
+            // The answer waits for the other arms even then.
             Err(error) => *failed = Some(error),
         }
         if left.is_empty() {

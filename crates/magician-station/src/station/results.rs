@@ -26,6 +26,7 @@ impl Station {
         };
         let (id, title) = (record.id.clone(), record.title.clone());
         let ended = record.ended.unwrap_or_default();
+        // `from_secs_f64` panics on negative numbers.
         let time = UNIX_EPOCH + Duration::from_secs_f64(ended.max(0.0));
         let drawn = record.drawn_mm;
         let group = self.group_of(&pupil).map(str::to_owned);
@@ -39,6 +40,7 @@ impl Station {
         results.retain(|known| known["job"] != json!(id));
         results.push(result);
         let over = results.len().saturating_sub(MOST);
+        // The oldest results go first.
         results.drain(..over);
         if let Some(order) = order {
             let request = RequestId(self.next_id());

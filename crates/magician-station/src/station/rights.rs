@@ -164,6 +164,7 @@ fn confirmed(
     risk: Risk<'_>,
     danger: Danger,
 ) -> Result<(), RpcError> {
+    // The role first: `yes` from a student must not look like the missing part.
     if grant.role < needs {
         return Err(forbidden(grant, needs, risk.needs_role));
     }

@@ -36,6 +36,7 @@ impl Station {
         let unix = self.unix(now).floor() as i64;
         let at = |time: i64| {
             let since = time as f64 - self.config.unix_zero;
+            // A slot that began before the station started begins at its start.
             HostInstant::from_micros((since.max(0.0) * 1e6) as u64)
         };
         let mut all = Vec::new();
@@ -135,6 +136,7 @@ impl Station {
             return SlotNow::Free;
         };
         let open = windows.iter().filter(|window| window.from <= unix);
+        // Of several open slots the first to end changes who may have the arm.
         let Some(until) = open.clone().map(|window| window.until).min() else {
             return SlotNow::Closed(windows.first().map(|window| window.from));
         };
@@ -153,6 +155,7 @@ impl Station {
             let of =
                 pupils.filter(|pupil| pupil.name == *name || pupil.group.as_ref() == Some(name));
             let pupils: Vec<_> = of.map(|pupil| Person::Pupil(pupil.name.clone())).collect();
+            // A name may be that of a token, which no file lists.
             let token = Person::Token(name.clone());
             out.extend({ pupils.into_iter().chain([token]) }.map(|person| self.number_of(person)));
         }

@@ -147,6 +147,7 @@ impl Station {
         #[cfg(feature = "class")]
         // A secret alone must not let one pupil resume the session of another.
         let back = back.filter(|session| self.sessions[session].pupil == pupil);
+        // Viewers have a limit below that of all sessions.
         let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= VIEWERS;
         let full = if is_beyond {
             Some(("the station has all its viewers", VIEWERS))
@@ -265,6 +266,7 @@ impl Station {
             let Some(viewer) = viewer.filter(|_| role > Role::Viewer) else {
                 return Err(full);
             };
+            // Freed at once: the socket itself closes after its farewell.
             self.admission.close(viewer);
             self.end_socket(viewer, CloseCode::FULL);
         }
@@ -275,6 +277,7 @@ impl Station {
     /// those the latest, so that a flood of pages cannot evict earlier viewers.
     pub(super) fn yielding_viewer(&self, now: HostInstant, origin: Origin) -> Option<SocketId> {
         let makes_room = |socket: &SocketId| {
+            // Tried on a copy, because the table alone knows which place frees which.
             let mut others = self.admission.clone();
             others.close(*socket);
             others.has_room(now, origin)
@@ -286,6 +289,7 @@ impl Station {
                 Some((is_nameless, session.since, *id, session.socket?))
             });
         let mut viewers: Vec<_> = viewers.collect();
+        // Descending: anonymous before named, then latest first.
         viewers.sort_unstable_by(|one, other| other.cmp(one));
         let sockets = viewers.into_iter().map(|(.., socket)| socket);
         { sockets }.find(makes_room)
@@ -510,6 +514,7 @@ fn client_name(client: &Map<String, Value>) -> Result<String, RpcError> {
         Some(name) if !name.is_empty() => {
             let mut name = magician_protocol::visible(name).to_string();
             while name.len() > NAME {
+                // By characters, so that the text stays valid UTF-8.
                 name.pop();
             }
             Ok(name)

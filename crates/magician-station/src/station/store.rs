@@ -54,6 +54,7 @@ impl JobTotals {
             "interrupted" => &mut self.interrupted,
             _ => return,
         };
+        // Refused jobs moved nothing and do not count.
         if !record.hidden.ran {
             return;
         }
@@ -120,6 +121,7 @@ impl Records {
                     });
                     (items.unwrap_or_default(), earlier)
                 }
+                // No file, or one of a form that `check_jobs` has already refused.
                 _ => continue,
             };
             records.arms[at].earlier = serde_json::from_value(earlier).unwrap_or_default();
@@ -307,6 +309,7 @@ impl Records {
     pub(super) fn try_again(&mut self, now: HostInstant, at_once: bool) {
         for shelf in &mut self.arms {
             if shelf.retry.is_some_and(|retry| at_once || retry <= now) {
+                // `poll_jobs` then finds the newest revision unsent.
                 (shelf.retry, shelf.sent) = (None, shelf.kept);
             }
         }

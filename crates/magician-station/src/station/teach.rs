@@ -69,6 +69,7 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
         let count = program.plan_steps_before(nth + 1) - program.plan_steps_before(nth);
         for planned in steps.by_ref().take(count) {
             let mut planned = planned.as_object().cloned().unwrap_or_default();
+            // The name belongs to the row, which may have several steps.
             planned.remove("name");
             match OF_TOOLS.iter().find(|name| planned.contains_key(**name)) {
                 Some(name) => row[*name] = planned[*name].clone(),
@@ -165,6 +166,7 @@ fn file(program: &ProgramModel) -> Result<Value, RpcError> {
 
 /// Returns an error of the reader with the number of its row.
 fn of_row(of_rows: &[usize], problem: &Diagnostic) -> RpcError {
+    // Line 1 is the head, so the first step is on line 2.
     let line = (problem.origin.line as usize).checked_sub(2);
     match line.and_then(|line| of_rows.get(line)) {
         Some(nth) => in_row(*nth, &problem.message),

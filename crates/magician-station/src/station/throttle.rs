@@ -36,6 +36,7 @@ impl Throttle {
         }
         if self.heard.len() < rate {
             self.heard.push_back(now);
+            // A second within the limit forgives earlier excess.
             self.over_since = self.over_since.filter(|since| now - *since < second);
             return Pace::Fine;
         }

@@ -44,6 +44,7 @@ impl Station {
                 Ok(self.turns(now))
             }
             "turn.leave" => {
+                // A name may stand for a pupil and for a token.
                 for person in self.who_leaves(call)? {
                     self.control.leave_turn(now, person);
                 }
@@ -62,6 +63,7 @@ impl Station {
             "turn.next" => {
                 let mut arms = self.arms_meant(call)?;
                 arms.retain(|arm| self.control.pass_turn(now, *arm).is_ok());
+                // With several arms, those without a successor are left out silently.
                 if let (Some(arm), true) = (call.arm, arms.is_empty()) {
                     let name = &self.arm(arm).entry.name;
                     let why = format!("nobody who is there waits to follow a turn at {name}");
@@ -267,6 +269,7 @@ impl Station {
             );
             return Err(RpcError::param("group", why));
         }
+        // No group, or a group without a list: any arm.
         let Some(arms) = arms else {
             return Ok(self.arm_ids().collect());
         };

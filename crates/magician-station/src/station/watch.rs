@@ -34,6 +34,7 @@ impl Station {
         arm: ArmId,
         params: &Params,
     ) -> Result<Value, RpcError> {
+        // 50/s is the highest rate at which an arm is read.
         let rate = params.integer("rate").unwrap_or(1).clamp(1, 50) as u32;
         let binary = params.text("frame") == Some("binary");
         let pins = pins(params.get("pins"))?;
@@ -116,6 +117,7 @@ impl Station {
                 }
             }
             let wanted = (rate, pins);
+            // An order only if something changes: each one restarts the watch.
             if self.arm(arm).watched != wanted {
                 self.arm_mut(arm).watched = wanted.clone();
                 let (rate, pins) = wanted;
@@ -202,6 +204,7 @@ impl Station {
             let knows_pins = reading.is_some_and(|reading| reading.has(&subscription.pins));
             // The first state is whole, so it waits for a reading that includes its pins.
             if subscription.sequence == 0 && !knows_pins {
+                // Due with the next reading, whenever that comes.
                 subscription.due = HostInstant::ZERO;
                 return;
             }
@@ -220,9 +223,11 @@ impl Station {
         let subscription = open.subscriptions.iter().find(|one| one.id == id)?;
         let (arm, binary) = (subscription.arm, subscription.binary);
         let sent = Arc::clone(&subscription.sent);
+        // The sequence was increased when the state became due.
         let number = subscription.sequence.wrapping_sub(1);
         let shared = self.shared_state(arm)?;
         let fields = Arc::clone(shared.fields());
+        // A binary subscription also gets the fields that its frame lacks, when they change.
         let text = match (sent.is_empty(), binary) {
             (true, _) => Some(shared.whole()),
             (_, false) if number.is_multiple_of(WHOLE) => Some(shared.whole()),
@@ -273,6 +278,7 @@ fn pins(given: Option<&Value>) -> Result<Vec<Pin>, RpcError> {
             .filter(|at| PINS.contains(at))? as u8;
         let known = item.as_object()?.len() == 2;
         match item.get("kind")?.as_str()? {
+            // A further member would be a misspelt one.
             _ if !known => None,
             "input" => Some(Pin::Input(address)),
             "output" => Some(Pin::Output(address)),

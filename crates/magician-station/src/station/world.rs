@@ -20,6 +20,7 @@ impl Station {
         if method.name == "world.scenarios" {
             return Ok(Handled::Now(scenarios()));
         }
+        // Parameters first, so that a wrong one is reported for every arm.
         let act = act_of(method.name, call)?;
         let entry = &self.arm(arm).entry;
         if !entry.is_virtual {
@@ -100,6 +101,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
                 joint: params.integer("joint").unwrap_or(1) as u8,
                 degrees: params.number("degrees").unwrap_or_default(),
             },
+            // The check of parameters admits no other fault.
             _ => Fault::Reset,
         }),
         "world.scenario" => WorldAct::Scenario(params.text("text").unwrap_or_default().to_owned()),
