@@ -276,9 +276,11 @@ impl RunningStation {
     }
 
     /// Connects a client as [`try_connect`](Self::try_connect) does, but evicts no client that has
-    /// just connected. If all sessions are in use, it waits until one is free or the client to be
-    /// evicted has had its time to say hello ([`Station::admits_at`]). Waiting clients are admitted
-    /// by address in turns. `None` if the station refuses the client.
+    /// just connected.
+    ///
+    /// If all sessions are in use, it waits until one is free or the client to be evicted has had
+    /// its time to say hello ([`Station::admits_at`]). Waiting clients are admitted by address in
+    /// turns. `None` if the station refuses the client.
     pub async fn admit(&self, peer: Peer) -> Option<Client> {
         // By host, because each connection has another port.
         let host = peer.address.rsplit_once(':');
@@ -325,9 +327,11 @@ impl RunningStation {
         }
     }
 
-    /// Carries out one request in a session of its own. The session acquires the lease if the
-    /// request needs it and it is free. `None` for a notification, which has no answer. Dropping
-    /// the future ends the session and stops what it started.
+    /// Carries out one request in a session of its own.
+    ///
+    /// The session acquires the lease if the request needs it and it is free. `None` for a
+    /// notification, which has no answer. Dropping the future ends the session and stops what it
+    /// started.
     pub async fn call(&self, peer: Peer, text: &str) -> Option<String> {
         let client = self.connect(peer);
         let answered = self

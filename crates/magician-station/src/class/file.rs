@@ -182,8 +182,10 @@ impl ClassFile {
     }
 
     /// Takes over codes and PIN from the class `before`, so that an old file does not bring old
-    /// codes back. With `uses_own` the codes in this file win. Returns the names of pupils whose
-    /// code in this file does not apply.
+    /// codes back.
+    ///
+    /// With `uses_own` the codes in this file win. Returns the names of pupils whose code in this
+    /// file does not apply.
     pub fn keep_codes(&mut self, before: &Self, uses_own: bool) -> Vec<String> {
         let is_kept = |own: &str| !uses_own || own.is_empty();
         if is_kept(&self.class.pin) && !before.class.pin.is_empty() {

@@ -30,9 +30,10 @@ const ROOM: usize = 4096;
 /// 250 ms.
 const KEEP: Duration = Duration::from_millis(60);
 
-/// Line to an arm of a station, for [`Arm::over`](magician::Arm::over). Reading needs no lease. The
-/// first command that sets or moves acquires it, and it is kept until the line ends. Jogs run at
-/// the station, so they end if this program hangs.
+/// Line to an arm of a station, for [`Arm::over`](magician::Arm::over).
+///
+/// Reading needs no lease. The first command that sets or moves acquires it, and it is kept until
+/// the line ends. Jogs run at the station, so they end if this program hangs.
 #[derive(Debug)]
 pub struct StationLine {
     stream: DuplexStream,
@@ -95,9 +96,11 @@ impl LineEnd {
 }
 
 impl StationLine {
-    /// Opens a line to this arm, or to the only one. The returned task ends after the lease was
-    /// given back. With `yes` dangerous commands, and those that may burn, are sent as confirmed.
-    /// Pass [`StationClient::end_notice`] to the options of the driver.
+    /// Opens a line to this arm, or to the only one.
+    ///
+    /// The returned task ends after the lease was given back. With `yes` dangerous commands, and
+    /// those that may burn, are sent as confirmed. Pass [`StationClient::end_notice`] to the
+    /// options of the driver.
     #[must_use]
     pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {
         let (stream, far) = tokio::io::duplex(ROOM);

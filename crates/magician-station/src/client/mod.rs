@@ -251,6 +251,7 @@ impl StationClient {
     }
 
     /// Acquires a lease by `lease.acquire`, `lease.ask` or `lease.take`, and returns its answer.
+    ///
     /// All users in this session share the lease, including a [`StationLine`]: the last
     /// [`release`](Self::release) gives it back.
     ///
@@ -327,6 +328,7 @@ impl StationClient {
 
     /// Returns the notice that the station is about to end or has ended, for
     /// [`Options::end_notice`](magician::Options::end_notice) of a driver behind a [`StationLine`].
+    ///
     /// Its jobs then stop within the few seconds that the station waits. Withdrawn when the station
     /// is back.
     #[must_use]

@@ -13,8 +13,10 @@ const PRESENT: HostInstant = HostInstant::from_micros(3_600_000_000);
 
 impl Control {
     /// Returns the state reduced to what matters from `now` on: instants are relative to a fixed
-    /// present, leases and jogs have no ids. Two controls with equal canonical forms behave equally
-    /// from now on, except for the ids that they assign.
+    /// present, leases and jogs have no ids.
+    ///
+    /// Two controls with equal canonical forms behave equally from now on, except for the ids that
+    /// they assign.
     #[doc(hidden)]
     #[must_use]
     pub fn canonical(&self, now: HostInstant) -> Self {

@@ -287,9 +287,10 @@ impl Control {
     }
 
     /// Ends the job of an arm without a holder in the way the end of a turn does: it pauses, or
-    /// continues with [`finish_job`](TurnRules::finish_job). Needed because a job of the queue runs
-    /// without a lease whose end would end it. With `stops` it stops instead of pausing. Returns
-    /// false if no such job is running.
+    /// continues with [`finish_job`](TurnRules::finish_job).
+    ///
+    /// Needed because a job of the queue runs without a lease whose end would end it. With `stops`
+    /// it stops instead of pausing. Returns false if no such job is running.
     pub fn end_unheld_job(&mut self, arm: ArmId, stops: bool) -> bool {
         let job = { self.arm(arm).job }
             .filter(|job| job.phase.is_under_way() && self.holder(arm).is_none());

@@ -106,9 +106,11 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Binds `HOST:PORT`. Without an address, and for `localhost`, binds both loopback addresses at
-    /// port 8910 or the given port. Port 0 takes a free port, the same on both. On a machine
-    /// without IPv6 only `127.0.0.1` is bound.
+    /// Binds `HOST:PORT`.
+    ///
+    /// Without an address, and for `localhost`, binds both loopback addresses at port 8910 or the
+    /// given port. Port 0 takes a free port, the same on both. On a machine without IPv6 only
+    /// `127.0.0.1` is bound.
     ///
     /// # Errors
     /// [`ListenError`] if the address is invalid or cannot be bound.

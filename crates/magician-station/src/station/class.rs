@@ -326,9 +326,10 @@ impl Station {
         (!pin.is_empty()).then_some(pin)
     }
 
-    /// Sets the PIN of the class held by the stations behind this one. `None` if they have no
-    /// class. If it changes, the sockets of anonymous clients of this machine, and of those with
-    /// the PIN, are closed and reconnect with their new role.
+    /// Sets the PIN of the class held by the stations behind this one.
+    ///
+    /// `None` if they have no class. If it changes, the sockets of anonymous clients of this
+    /// machine, and of those with the PIN, are closed and reconnect with their new role.
     pub fn set_class_elsewhere(&mut self, now: HostInstant, pin: Option<String>) {
         if self.class.elsewhere == pin {
             return;

@@ -395,9 +395,11 @@ impl Station {
         &self.config.arms
     }
 
-    /// Admits a client of a listener. A socket has no claim to its place until its hello: if there
-    /// are too many of those, the oldest is evicted. `None` if all sessions are in use and no
-    /// viewer can be evicted for a client with a higher role.
+    /// Admits a client of a listener.
+    ///
+    /// A socket has no claim to its place until its hello: if there are too many of those, the
+    /// oldest is evicted. `None` if all sessions are in use and no viewer can be evicted for a
+    /// client with a higher role.
     pub fn admit(&mut self, now: HostInstant, peer: Peer) -> Option<SocketId> {
         let origin = peer.origin;
         if !self.may_have_room(now, origin) {
@@ -411,8 +413,9 @@ impl Station {
     }
 
     /// Returns the earliest instant at which a client can be [admitted](Self::admit) without
-    /// evicting a socket that has not had its time for a hello. `None` if it can be admitted now,
-    /// or if all sessions are in use.
+    /// evicting a socket that has not had its time for a hello.
+    ///
+    /// `None` if it can be admitted now, or if all sessions are in use.
     #[must_use]
     pub fn admits_at(&self, now: HostInstant, origin: Origin) -> Option<HostInstant> {
         if !self.may_have_room(now, origin) {

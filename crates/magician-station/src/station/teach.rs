@@ -1,6 +1,7 @@
-//! Methods for teaching programs on a page. A page shows a program as rows; a row may hold several
-//! steps of a plan file (motion, gripper, suction, wait). The conversion in both directions goes
-//! through the model of `magician-job`.
+//! Methods for teaching programs on a page.
+//!
+//! A page shows a program as rows; a row may hold several steps of a plan file (motion, gripper,
+//! suction, wait). The conversion in both directions goes through the model of `magician-job`.
 
 use magician_job::teach::{ProgramModel, TeachStep};
 use magician_program::{Action, Diagnostic, Plan};
