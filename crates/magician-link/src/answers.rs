@@ -259,7 +259,7 @@ impl Link {
         let found = list.into_iter().flatten().find_map(|arm| {
             let text = |name: &str| arm.get(name).and_then(Value::as_str);
             let (name, at) = (text("name")?, text("port")?);
-            // In this order: the first name is the one that the program sees.
+            // The program sees the first of these names, so the order matters.
             let names = vec![port_name(name, at), name.to_owned(), at.to_owned()];
             // Port names on Windows ignore case.
             let is_it = names.iter().any(|name| name.eq_ignore_ascii_case(port));
@@ -361,7 +361,7 @@ impl Link {
             return;
         };
         match EFFECTORS.get(read.len()) {
-            // One after the other: the program gets all values or the first error.
+            // In sequence, because the program gets either all values or the first error.
             Some((command, _)) => {
                 let get = json!({"arm": arm, "command": command});
                 self.call("arm.get", get, Then::Effectors { asked, arm, read });
@@ -422,7 +422,7 @@ impl Link {
     }
 }
 
-/// Returns the result of a frame that is not in the protocol's table.
+/// Returns the result of a command without a row in the protocol's table.
 pub(crate) fn raw(method: &Method, value: &Value) -> Value {
     if method.results.is_empty() {
         return json!(true);

@@ -282,7 +282,7 @@ impl Link {
         self.write(now, name, write);
     }
 
-    /// Sends a command that is not in the protocol's table to a real arm.
+    /// Sends a command without a row in the protocol's table to a real arm.
     fn raw(
         &mut self,
         now: HostInstant,
@@ -310,7 +310,7 @@ impl Link {
         Ok(())
     }
 
-    /// Answers a command that is not in the protocol's table for a virtual arm.
+    /// Answers a command without a row in the protocol's table for a virtual arm.
     fn pretend(
         &mut self,
         now: HostInstant,
@@ -388,7 +388,7 @@ impl Link {
         name: &str,
         params: &Map<String, Value>,
     ) -> Result<(), LinkError> {
-        // `SetRCmd` has no command of its own: it is a move, so it takes the options of one.
+        // `SetRCmd` has no command of its own. It is carried out as a move, with the same options.
         let turned = Method::named("SetPTPCmd").ok_or_else(|| no_api("SetRCmd"))?;
         let manner = Manner::of(turned, params)?;
         let r = { params.get("r") }

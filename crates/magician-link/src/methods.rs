@@ -18,15 +18,15 @@ pub struct Method {
     pub access: Access,
     /// Way in which it is answered.
     pub class: Class,
-    /// Command of the protocol's table. `None` if the table does not have it.
+    /// Name of the command's row in the protocol's table. `None` without a row.
     pub command: Option<String>,
-    /// Answer of a virtual arm to a command that is not in the table. `None` if it has no answer.
+    /// Answer of a virtual arm to a command without a row. `None` if it has no answer.
     #[serde(rename = "virtual")]
     pub virtual_answer: Option<VirtualAnswer>,
-    /// True if the call moves the arm; used for commands that are not in the table.
+    /// True if the call moves the arm; used for commands without a row.
     #[serde(default)]
     pub moves: bool,
-    /// True if the call is dangerous; used for commands that are not in the table.
+    /// True if the call is dangerous; used for commands without a row.
     #[serde(default)]
     pub dangerous: bool,
     /// Reason why the call is never sent. `None` for calls that are.
@@ -61,7 +61,7 @@ pub enum Class {
     Action,
 }
 
-/// Answer of a virtual arm to a command that is not in the table.
+/// Answer of a virtual arm to a command without a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VirtualAnswer {
@@ -97,7 +97,7 @@ pub struct Param {
     pub kind: Kind,
     /// Field of the command. `None` if the table does not have the command.
     pub field: Option<String>,
-    /// Encoding, for commands that are not in the table.
+    /// Encoding, for commands without a row.
     pub wire: Option<Wire>,
     /// Default. `None` if the parameter is required.
     pub default: Option<Value>,
@@ -141,7 +141,7 @@ impl Kind {
     }
 }
 
-/// Encoding of a value in a frame, little endian, for commands that are not in the table.
+/// Encoding of a value in a frame, little endian, for commands without a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wire {
@@ -161,7 +161,7 @@ pub struct ResultField {
     pub name: String,
     /// Field of the command. `None` if the table does not have the command.
     pub field: Option<String>,
-    /// Encoding, for commands that are not in the table.
+    /// Encoding, for commands without a row.
     pub wire: Option<Wire>,
     /// Conversion of the value.
     #[serde(default)]

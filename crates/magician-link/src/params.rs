@@ -232,7 +232,7 @@ impl Manner {
     /// Reads how a call asks to be carried out.
     ///
     /// # Errors
-    /// A switch or a time that is not valid.
+    /// Returns an error for an invalid switch or time.
     pub(crate) fn of(method: &Method, params: &Map<String, Value>) -> Result<Self, LinkError> {
         let switch = |name: &str, otherwise: bool| match params.get(name) {
             None | Some(Value::Null) => Ok(otherwise),

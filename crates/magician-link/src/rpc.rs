@@ -17,7 +17,7 @@ pub(crate) struct Request {
     pub(crate) params: Map<String, Value>,
 }
 
-/// Id for the answer, and the error, of a message that is not a request.
+/// Id for the answer, and the error, of an invalid request.
 pub(crate) type Bad = (Option<Value>, LinkError);
 
 impl Request {

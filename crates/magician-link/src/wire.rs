@@ -1,4 +1,4 @@
-//! Encoding and decoding of commands that are not in the protocol's table.
+//! Encoding and decoding of commands without a row in the protocol's table.
 
 use serde_json::{Map, Value, json};
 

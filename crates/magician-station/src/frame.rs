@@ -88,6 +88,7 @@ impl StateFrame {
             return Err(FrameError::Length(bytes.len()));
         };
         let (head, rest) = frame.split_at(HEAD);
+        // Always matches, because `HEAD` is 8.
         let &[mark, version, s0, s1, n0, n1, n2, n3] = head else {
             return Err(FrameError::Length(bytes.len()));
         };

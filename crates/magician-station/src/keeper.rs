@@ -172,7 +172,7 @@ impl Keeper {
                     outcome: saved.map_err(|error| error.to_string()),
                 });
             }
-            // Errors are the sink's: the journal warns by itself.
+            // The sink handles its own errors: the journal logs a warning.
             lines.into_iter().for_each(&self.journal);
             if lost > 0 {
                 tracing::warn!(lost, "lines of the journal are lost: the disk is slow");

@@ -28,7 +28,7 @@ pub enum ArmOrder {
     Read {
         /// Request that is answered with the reading.
         request: RequestId,
-        /// What to read.
+        /// Value to read.
         read: ArmRead,
     },
     /// Carry out an action. Actions run one after the other.
@@ -228,7 +228,7 @@ pub enum ArmRead {
         /// True to accept an arm that is not known to be homed.
         unhomed: bool,
     },
-    /// Reply to a frame that is not in the protocol's table.
+    /// Reply to a frame without a row in the protocol's table.
     Raw {
         /// Id of the command.
         id: u8,
@@ -264,7 +264,7 @@ pub enum ArmAct {
     Set(Set),
     /// Set command for the queue.
     Enqueue(Set),
-    /// Frame that is not in the protocol's table.
+    /// Frame without a row in the protocol's table.
     Raw {
         /// Id of the command.
         id: u8,
@@ -298,7 +298,7 @@ pub enum ArmAct {
     ClearAlarms,
     /// Take a height or a corner from where the tool touches the work surface.
     Touch {
-        /// What is taken.
+        /// Value to take.
         takes: Taken,
         /// True to accept an arm that is not known to be homed.
         unhomed: bool,
@@ -394,7 +394,7 @@ pub enum ArmReport {
     Done {
         /// The request.
         request: RequestId,
-        /// Its outcome.
+        /// Outcome, as the answer to the request.
         outcome: Result<Outcome, RpcError>,
     },
     /// New reading of the arm.
@@ -437,7 +437,7 @@ pub enum ArmReport {
 pub enum JobNews {
     /// The program was read.
     Read {
-        /// Its title.
+        /// Title of the program.
         title: String,
         /// Steps of one loop.
         steps: u64,

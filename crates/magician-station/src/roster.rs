@@ -76,6 +76,7 @@ impl Roster {
     pub fn expect(&mut self, arm: String, machine: &str) {
         if self.0.len() < MOST {
             let machine = machine.chars().take(MACHINE).collect();
+            // A known arm keeps its machine, so a stranger's roster cannot move it.
             self.0.entry(arm).or_insert(machine);
         }
     }

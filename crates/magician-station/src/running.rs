@@ -457,10 +457,10 @@ impl RunningStation {
         // The limit is needed because a job of an arm that does not answer does not end.
         let _ = timeout(if again { AT_ONCE } else { RUNS }, runs).await;
         let stops: Vec<_> = self.shared.with(|inner, now| {
-            // A second call within the station: those that still hold an arm now lose it.
+            // `Station::end` again: sessions that still hold a lease lose it now.
             inner.station.end(now);
             let is_reader = inner.station.is_read_only();
-            // All arms at once, so that one that does not answer does not delay the others.
+            // All arms at once: an arm that does not answer must not delay the stop of the others.
             let stops = inner.engines.iter().map(|engine| engine.end(is_reader));
             stops.map(|stop| timeout(LAST_STOP, stop)).collect()
         });

@@ -42,7 +42,8 @@ impl KnownSurface {
             Self::BySettings => {}
             Self::Unknown => {
                 defaults.surface = None;
-                // Read when the station started: the sheet on a real arm may be gone since.
+                // The default dates from the start of the station. The sheet under a real arm may be
+                // gone since.
                 defaults.sheet = defaults.sheet.filter(|_| is_virtual);
             }
             Self::Measured(WorkSurface::Plane(surface)) => {

@@ -137,7 +137,8 @@ impl Schedule {
             return None;
         }
         let offset = self.offset.unwrap_or_default();
-        // Euclidean, so that the times of a clock that is not set, before 1970, work as well.
+        // Euclidean division is also right for times before 1970, which an unset clock may give
+        // together with the offset.
         let today = (now + offset).div_euclid(DAY);
         let mut out = Vec::new();
         for slot in slots {

@@ -55,7 +55,7 @@ impl LineLease {
     /// most `wait` until it is free.
     ///
     /// # Errors
-    /// The refusal of the station. [`ClientError::free_soon`] tells whether it will be free soon.
+    /// The refusal of the station. [`ClientError::free_soon`] is true if it will be free soon.
     pub async fn take(&self, wait: Duration) -> Result<(), ClientError> {
         // Locked across the call, so that two tasks do not acquire it twice.
         let mut held = self.held.lock().await;
@@ -211,7 +211,7 @@ struct Bridge {
 impl Bridge {
     async fn carry(mut self, mut far: DuplexStream, end: &LineEnd) {
         if let Err(error) = self.exchange(&mut far).await {
-            // Whatever an ending station refuses, it refuses because it ends.
+            // An ending station refuses calls with several errors. They all mean that it ends.
             let ends = self.client.end_notice().is_given();
             *end.why_mut() = Some(if ends { ClientError::Ended } else { error });
         }
@@ -379,7 +379,7 @@ impl Bridge {
 
     async fn lease(&mut self) -> Result<(), ClientError> {
         self.lease.take(Duration::ZERO).await?;
-        // What follows the lease sets something again.
+        // The command that needs the lease sets something after the stop.
         self.stopped = false;
         Ok(())
     }
@@ -403,7 +403,7 @@ fn is_anothers(error: &ClientError) -> bool {
 fn silent_or(error: ClientError) -> Result<Option<FrameBuf>, ClientError> {
     match error.kind() {
         Some("timeout" | "unexpected" | "unsupported") => Ok(None),
-        // Refusals, which an arm does not know.
+        // Refusals by the station. An arm has no such answer.
         _ => Err(error),
     }
 }

@@ -103,7 +103,7 @@ impl Claims {
         self.0.push(Claim::Lease(request));
     }
 
-    /// Returns the requests for an arm: first those that wait, in order, then those that ask.
+    /// Returns the requests for an arm: the waiting ones in order, then the asking ones.
     pub(super) fn requests(&self, arm: ArmId) -> impl Iterator<Item = &LeaseRequest> {
         // One list holds both kinds; their order within a kind is that of arrival.
         let of = move |asks| {

@@ -48,8 +48,8 @@ impl Control {
             return;
         }
         match self.arm(arm).lease {
-            // A free arm is granted at once even if others wait: nobody waits at a free arm, except
-            // those who may not hold it.
+            // No session is passed over: the only sessions that wait at a free arm are those that
+            // are not allowed to hold it.
             None => self.grant(now, arm, session, Some(request)),
             // Acquiring twice is harmless and returns the same lease.
             Some(held) if held.session == session => {
@@ -113,7 +113,7 @@ impl Control {
     /// Asks the holder for the lease. Grants it if the arm has no holder.
     pub fn ask(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         let holder = self.arm(arm).lease.map(|held| held.session);
-        // Asking oneself, or no one, is acquiring.
+        // Without another holder there is no session to ask.
         let Some(holder) = holder.filter(|holder| *holder != session) else {
             return self.acquire(now, session, arm, request, Duration::ZERO);
         };
@@ -132,7 +132,7 @@ impl Control {
             asks: true,
             until: now + ASK,
         });
-        // One question per asking session, however often it asks: the holder answers a session, not
+        // The holder is asked once per session, not once per request: it answers a session, not
         // a request.
         if !asks_already {
             self.effects.push_back(Effect::Asked {
@@ -179,7 +179,7 @@ impl Control {
             Some(holder) if holder != session && !self.closed => {
                 self.pass(now, arm, session, Some(request))
             }
-            // Nothing to take: the arm is free, or the session holds it already.
+            // The arm is free or the session holds it already, so there is no lease to take away.
             _ => self.acquire(now, session, arm, request, Duration::ZERO),
         }
     }
@@ -224,9 +224,9 @@ impl Control {
             }
             self.deny_unadmitted(now, arm);
         }
-        // Requests that wait come first, then those that asked the former holder.
+        // Waiting requests come first, then the requests that asked the former holder.
         let next = self.claims.requests(arm).next().copied();
-        // All that asked are answered now: the holder they asked is gone.
+        // Requests that asked are answered now, because the holder that they asked is gone.
         let ended = |other: &LeaseRequest| other.arm == arm && (other.asks || Some(*other) == next);
         let asked = self.claims.take(ended);
         self.finish_lease(now, arm, end, next.map(|next| next.session));

@@ -1,4 +1,5 @@
-//! Arbitration: who may move an arm, and what gives way to what. No I/O, no clock, no text.
+//! Arbitration of the arms: leases, and the precedence of jogs, jobs and stops. No I/O, no clock, no
+//! text.
 //!
 //! All decisions of a station about motion are made here: leases, the keep-alive of a jog, jobs,
 //! turns of a class, and the order between them. Methods take the current instant and change the
@@ -559,7 +560,7 @@ impl Control {
 enum LeaseEnd {
     /// The holder gave it back: what it queued continues.
     Released,
-    /// It passed to another session.
+    /// The lease passed to another session.
     Passed,
     /// The holder sent nothing for [`TTL`].
     Silent,

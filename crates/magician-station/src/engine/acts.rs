@@ -199,7 +199,7 @@ async fn act(
     }
 }
 
-/// Sends a frame that is not in the protocol's table. The only thing known of it is what the caller
+/// Sends a frame without a row in the protocol's table. All knowledge about it is what the caller
 /// declared.
 async fn raw(
     arm: &Arm,
@@ -208,7 +208,7 @@ async fn raw(
     queued: bool,
     moves: bool,
 ) -> Result<Outcome, RpcError> {
-    // Its target is unknown, so the fence cannot check it.
+    // The fence cannot check a command whose target is unknown.
     if moves && arm.fence().is_some() {
         let why = message!("the arm has a fence, and where this command goes is not known");
         return Err(RpcError::arm(magician::ErrorKind::Unreachable, why));

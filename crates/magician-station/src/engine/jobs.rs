@@ -334,7 +334,7 @@ impl Work {
                         tracing::warn!("{}", report::unkept(&cause).message);
                         continue;
                     }
-                    // Events that clients have no word for.
+                    // The API does not report the other events.
                     _ => continue,
                 };
                 report(ArmReport::Job { job, news });

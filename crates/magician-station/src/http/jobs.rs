@@ -112,7 +112,7 @@ impl JobFolder {
         // Errors are ignored: a full disk must not keep a station from its arms. Starts of jobs are
         // refused then.
         let _ = fs::create_dir_all(folder.join(FOLDER));
-        // One station at a time opens files, because opening may rename them.
+        // Stations open files one at a time, because opening may rename them.
         let guard = File::open(folder.join(FOLDER)).ok();
         let _guard = guard.filter(|guard| guard.lock().is_ok());
         let keys = keys(&folder, arms, serials);
@@ -308,7 +308,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
     });
     let keys: Vec<_> = keys.collect();
     for key in keys.iter().filter(|key| key.is_shared && !key.is_virtual) {
-        // The arm that had the number alone so far keeps its jobs under the new name.
+        // The arm that was the only one with this number keeps its jobs under the new name.
         let alone = ArmKey {
             is_shared: false,
             ..key.clone()

@@ -1,6 +1,6 @@
 //! Network interface of a station: WebSocket and HTTP.
 //!
-//! [`Listener`] binds loopback addresses unless told otherwise and serves a
+//! [`Listener`] binds loopback addresses by default and serves a
 //! [`RunningStation`](crate::RunningStation) or anything else that is [`Served`]. Who is admitted
 //! is decided in one place, `security`; how many and in which turn, in `places` and `pacing`. The
 //! other files are the routes, the stores on disk, and TLS.

@@ -106,6 +106,7 @@ impl Hall {
 
 impl Inner {
     fn end(&mut self, gone: Option<u64>) {
+        // `notify_one` stores a permit, so a connection that does not wait yet also learns of it.
         if let Some(end) = gone.and_then(|gone| self.ends.remove(&gone)) {
             end.notify_one();
         }
@@ -198,6 +199,7 @@ impl HttpBody for Watched {
     }
 
     fn is_end_stream(&self) -> bool {
+        // Forwarded, as is the size below, so that hyper knows the length of the answer.
         self.body.is_end_stream()
     }
 

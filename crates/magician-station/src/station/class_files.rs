@@ -81,6 +81,7 @@ impl Station {
         revision: u64,
         outcome: Result<(), String>,
     ) {
+        // A file is written whole, so a later revision contains the change as well.
         let is_meant = |held: &mut HeldChange| held.name == name && held.revision <= revision;
         let held: Vec<_> = { &mut self.class.files.held }
             .extract_if(.., is_meant)
@@ -91,6 +92,7 @@ impl Station {
         {
             let outcome = match &outcome {
                 Ok(()) => Ok(self.put_into_effect(now, change)),
+                // The change is dropped, so that the station and the disk stay equal.
                 Err(why) => Err(unkept(why)),
             };
             self.finish(now, request, outcome);

@@ -224,7 +224,7 @@ impl Station {
         params: &Params,
         request: RequestId,
     ) -> Result<Handled, RpcError> {
-        // These methods mean all arms if none is named.
+        // Without the parameter `arm` these methods apply to all arms.
         let arm = match (method.takes_arm(), method.name) {
             (false, _) => None,
             (true, "arm.stop" | "turn.join" | "turn.end" | "turn.next" | "jog.stop")

@@ -16,6 +16,7 @@ impl Station {
         match (name, call.arm) {
             ("lease.acquire", Some(arm)) => {
                 let wait = call.params.number("wait_s").unwrap_or(0.0);
+                // The check of parameters bounds the number, so the conversion does not fail.
                 let wait = Duration::try_from_secs_f64(wait).unwrap_or_default();
                 self.control.acquire(now, session, arm, request, wait);
                 Ok(Handled::Later(request, Awaited::Lease { asked: false }))
@@ -31,6 +32,8 @@ impl Station {
             ("lease.answer", Some(arm)) => self.answer_ask(call, arm),
             ("lease.renew", _) => {
                 let lease = self.lease(call)?;
+                // Any message renews the lease. This one also reports whether the lease still
+                // exists.
                 let renewed = self.control.renew(session, lease);
                 renewed
                     .map_err(|_| RpcError::new(RpcError::LEASE, message!("the lease has ended")))?;
@@ -38,6 +41,8 @@ impl Station {
             }
             ("lease.release", _) => {
                 let lease = self.lease(call)?;
+                // A lease that has already ended gets the same answer, so a repeated release is
+                // harmless.
                 self.control.release(now, session, lease);
                 Ok(Handled::Now(Value::Null))
             }

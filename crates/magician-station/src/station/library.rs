@@ -24,6 +24,7 @@ impl Station {
     ) -> Result<Handled, RpcError> {
         let params = call.params;
         if name == "program.options" {
+            // Answered at once: a table holds the options, so no file is read.
             let format = params.text("format").unwrap_or_default().parse();
             let format: Format =
                 format.map_err(|error: String| RpcError::param("format", error))?;
@@ -93,10 +94,12 @@ impl Station {
             return;
         };
         let socket = pending.socket;
+        // A placeholder until the start says what the request waits for.
         let waits = std::mem::replace(&mut pending.waits, Awaited::Library);
         let Awaited::Program(arm, params) = waits else {
             return;
         };
+        // Looked up again: the rights of now count, because they may have been withdrawn meanwhile.
         let session = self.session_of(socket);
         let known = session.and_then(|session| Some((session, self.sessions.get(&session)?)));
         let Some((session, grant)) = known.map(|(id, session)| (id, session.grant.clone())) else {

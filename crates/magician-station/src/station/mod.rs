@@ -4,7 +4,7 @@
 //! [`Station`] joins the parts: sockets and sessions, [`Control`](crate::control::Control) for all
 //! decisions about motion, records of jobs, subscriptions, recordings, and with the feature `class`
 //! a class. Every public method that changes something ends in `settle`, which carries out the
-//! effects of control until there are none. What results is collected in queues and polled by the
+//! effects of control until none is left. The results are collected in queues and polled by the
 //! shell: orders, journal lines, jobs and files to write, sockets with something to send.
 
 mod calls;
@@ -534,6 +534,7 @@ impl Station {
             }
         }
         self.forget_turns();
+        // Its subscriptions are gone as well, so some arms can be read less often.
         self.watch_anew();
         self.settle(now);
     }
@@ -636,6 +637,7 @@ impl Station {
                 Next::State(Newest::Turns) => {}
                 Next::State(Newest::Sessions) => return Some(Outgoing::Text(self.session_list())),
                 Next::State(Newest::Job(job)) => {
+                    // A job may have been deleted since. Then the next message follows.
                     if let Some(text) = self.job_notice(job) {
                         return Some(Outgoing::Text(text));
                     }
@@ -659,12 +661,13 @@ impl Station {
         #[cfg(feature = "class")]
         {
             self.put_fences();
-            // A job that starts has consequences of its own.
+            // Starting a job has effects of its own, so control is settled again.
             if self.begin_queued(now) {
                 return self.settle(now);
             }
             self.tell_turns(now);
         }
+        // Last, so that it reports the state after all effects.
         self.tell_newest(now);
     }
 

@@ -71,6 +71,7 @@ impl<K: Copy + PartialEq> Outbox<K> {
 
     /// Closes the socket at once and drops all waiting messages.
     fn cut(&mut self, code: CloseCode) {
+        // Frees the memory at once: a client that slow would not read the rest in time.
         self.waiting.clear();
         (self.notices, self.answers) = (0, 0);
         self.closing = Some(code);
@@ -91,6 +92,7 @@ impl<K: Copy + PartialEq> Outbox<K> {
 
     /// Appends a notification. No effect while closing.
     pub fn notice(&mut self, text: String) {
+        // A client that is being closed still gets its answers, but no news.
         if self.closing.is_some() {
             return;
         }

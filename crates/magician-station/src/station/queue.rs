@@ -362,7 +362,7 @@ impl Station {
             });
             let held = match reason.as_deref() {
                 Some("yes") => "yes",
-                // Whatever the reason was, after a restart a person has to look first.
+                // After a restart a person has to look at the arm first, whatever the reason was.
                 _ => "restart",
             };
             let is_virtual = self.arm(arm).entry.is_virtual;

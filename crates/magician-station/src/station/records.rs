@@ -247,6 +247,7 @@ impl JobRecord {
         }
         let mut data = self.error.as_object()?.clone();
         let message = data.remove("message")?.as_str()?.to_owned();
+        // The record stores the kind of the error. Its code follows from the kind.
         let of_kind = |code: &&i32| RpcError::new(**code, "").data.get("kind") == data.get("kind");
         let code = RpcError::CODES.iter().find(of_kind);
         let code = code.copied().unwrap_or(RpcError::ARM);

@@ -176,6 +176,7 @@ impl Socket {
 
     /// Counts a message.
     pub(super) fn hears(&mut self, now: HostInstant) -> Pace {
+        // A link limits its program itself.
         if self.link {
             return Pace::Fine;
         }

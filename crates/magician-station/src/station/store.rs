@@ -63,11 +63,13 @@ impl JobTotals {
         self.drawn_mm += record.drawn_mm.unwrap_or(0.0);
         self.travel_mm += record.travel_mm.unwrap_or(0.0);
         if let Some((started, ended)) = record.started.zip(record.ended) {
+            // The clock may have been set back between start and end.
             self.seconds += (ended - started).max(0.0);
         }
     }
 
     fn rounded(mut self) -> Self {
+        // Digits beyond thousandths are rounding errors of the sum.
         for sum in [&mut self.drawn_mm, &mut self.travel_mm, &mut self.seconds] {
             *sum = (*sum * 1000.0).round() / 1000.0;
         }
@@ -191,6 +193,7 @@ impl Records {
     pub(super) fn put_back(&mut self, at: usize, record: JobRecord, totals: JobTotals) {
         let arm = record.at;
         self.arms[arm.0 as usize].earlier = totals;
+        // Other jobs may have been dropped since.
         self.all.insert(at.min(self.all.len()), record);
         self.has_changed(arm);
     }
@@ -398,6 +401,7 @@ pub struct FileToKeep {
 /// Sentence that says why not: it is damaged, or of a later version.
 pub fn check_jobs(file: &Value) -> Result<(), String> {
     let items = match file {
+        // Version 1 was a bare list.
         Value::Array(items) => items,
         Value::Object(members) => {
             match members.get("version").and_then(Value::as_u64) {
@@ -432,6 +436,7 @@ pub fn check_jobs(file: &Value) -> Result<(), String> {
         if !JOB_STATES.contains(&job.state.as_str()) {
             return Err(format!("its job {number} has no state that is known"));
         }
+        // Clients name a job by its id, so a second job with the same id could never be named.
         if !known.insert(job.id) {
             return Err(format!("its job {number} has the id of another one"));
         }

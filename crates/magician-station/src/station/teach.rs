@@ -90,6 +90,7 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
 
 /// Returns a step that sets an output.
 fn output(params: &Params) -> Result<Value, RpcError> {
+    // The check of parameters bounds the address to 1 to 20.
     let address = params.integer("address").unwrap_or_default() as u8;
     let set = magician::build::output(address, params.is_on("high"));
     let step = TeachStep {
@@ -119,6 +120,7 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
         let row = row.as_object().cloned().unwrap_or_default();
         for (name, value) in row.iter().filter(|(_, value)| !value.is_null()) {
             let step = match name.as_str() {
+                // Not a step: the name goes to the row, below.
                 "name" if value.is_string() => continue,
                 "motion" if value.is_object() => value.clone(),
                 name if OF_TOOLS.contains(&name) => {
@@ -151,6 +153,8 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
             Action::Gripper(grip) => step.gripper = Some(grip),
             Action::Suction(on) => step.suction = Some(on),
             Action::Wait(pause) => step.pause = pause,
+            // The model has no other places: everything else, outputs included, is the motion of a
+            // row.
             motion => step.motion = Some(motion),
         }
     }

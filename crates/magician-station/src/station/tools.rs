@@ -37,7 +37,7 @@ pub(super) fn tool(call: &Call<'_>) -> Result<ArmAct, RpcError> {
     let given: BTreeSet<_> = { things.iter() }
         .filter(|name| params.get(name).is_some())
         .collect();
-    // One answer reports one outcome.
+    // With two, the first could succeed and the second fail; an answer cannot say that.
     if given.len() != 1 {
         let why = "one of `tool`, `suction`, `gripper`, `laser` has to be given";
         return Err(RpcError::param("tool", why));

@@ -22,6 +22,7 @@ impl Station {
             "turn.list" => {
                 let mut turns = self.turns(now);
                 if let Some(person) = self.control.person(call.session) {
+                    // A group without arms here gives an empty list. Joining reports the reason.
                     let arms: Vec<_> = self.turn_arms(call).into_iter().flatten().collect();
                     let (person, arms) = (self.person_name(person), self.names_of(&arms));
                     turns["you"] = json!({"person": person, "arms": arms});
@@ -30,6 +31,8 @@ impl Station {
             }
             "turn.join" => {
                 let arms = self.turn_arms(call)?;
+                // A session that no turn binds, such as a teacher's, does not queue and gets the
+                // list.
                 if self.control.is_bound(call.session) {
                     let Some(person) = self.control.person(call.session) else {
                         let why = "turns are of persons: sign in with name and code first";
@@ -114,6 +117,7 @@ impl Station {
         if let Some(why) = self.unread_schedule() {
             return RpcError::new(RpcError::FORBIDDEN, why);
         }
+        // A bar is the reason only if it applies at every arm.
         let barred = arms.iter().map(|arm| self.barred(*arm, person));
         if let Some(why) = barred.reduce(Option::and).flatten() {
             return RpcError::new(RpcError::FORBIDDEN, why);
@@ -125,6 +129,7 @@ impl Station {
             SlotNow::Open(slot) => (*arm, Some(slot)),
             SlotNow::Free | SlotNow::Closed(_) => (*arm, None),
         });
+        // An arm with an open slot gives the better message: it names the others and the end.
         let Some((arm, slot)) = slots.min_by_key(|(_, slot)| slot.is_none()) else {
             return no_class();
         };
@@ -195,6 +200,7 @@ impl Station {
         });
         let queue: Vec<Value> = queue.collect();
         json!({
+            // 0 stands for turns without a limit, null for a station without turns.
             "turn_s": rules.map(|rules| rules.length.map_or(0, |length| length.as_secs())),
             "arms": arms.collect::<Vec<_>>(),
             "queue": queue,
