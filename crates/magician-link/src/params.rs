@@ -232,21 +232,24 @@ impl Manner {
     /// Reads how a call asks to be carried out.
     ///
     /// # Errors
-    /// Returns an error for an invalid switch or time.
+    /// An invalid switch or time.
     pub(crate) fn of(method: &Method, params: &Map<String, Value>) -> Result<Self, LinkError> {
         let switch = |name: &str, otherwise: bool| match params.get(name) {
             None | Some(Value::Null) => Ok(otherwise),
             Some(Value::Bool(on)) => Ok(*on),
+            // Some programs send switches as numbers.
             Some(value) if value.as_f64() == Some(0.0) => Ok(false),
             Some(value) if value.as_f64() == Some(1.0) => Ok(true),
             Some(_) => Err(LinkError::params(format!("`{name}` must be true or false"))),
         };
         let action = method.class == Class::Action;
+        // A call that cannot be queued ignores `isQueued`, valid or not.
         let queued = method.class != Class::Plain && switch("isQueued", action)?;
         let usual = if method.id == HOME { HOMING } else { TIMEOUT };
         let timeout_ms = match params.get("timeout") {
             None | Some(Value::Null) => usual,
             Some(value) => match value.as_f64() {
+                // Below 2^53, so the conversion is exact.
                 Some(ms) if (0.0..9e15).contains(&ms) => ms as u64,
                 _ => return Err(LinkError::params("`timeout` must be a time in ms")),
             },

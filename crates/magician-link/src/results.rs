@@ -43,6 +43,7 @@ pub(crate) fn shape(field: &ResultField, value: &Value, fields: &Value) -> Optio
 /// Formats milliseconds since the start as a time of day, `hh:mm:ss.z`, without trailing zeros in
 /// the fraction.
 fn clock(ms: u64) -> String {
+    // A time of day starts again after 24 h, also if the arm has run longer.
     let (seconds, fraction) = (ms / 1000 % 86_400, ms % 1000);
     let fraction = format!("{fraction:03}");
     let fraction = match fraction.trim_end_matches('0') {

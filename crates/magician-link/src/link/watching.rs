@@ -50,6 +50,7 @@ impl Link {
         let raised = arm.raised;
         for wait in arm.waits.finished(now, current) {
             let outcome = match raised {
+                // An alarm of the same reading belongs to the command that was finished last.
                 Some(code) if wait.index == current && !wait.homing => Err(held_by(code)),
                 _ => Ok(()),
             };
@@ -77,6 +78,8 @@ impl Link {
             && arm.waits.is_empty()
             && arm.fast.is_some()
         {
+            // The fast subscription stays for a while, because programs often send the next call at
+            // once.
             arm.idle.get_or_insert(now);
         }
     }

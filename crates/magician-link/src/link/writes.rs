@@ -52,6 +52,7 @@ impl Link {
             let why = LinkError::cancelled("the jog was stopped before it began");
             self.answer(&write.asked, &Err(why));
         }
+        // Sent by the arm and not by the jog, whose id is unknown while `jog.start` is unanswered.
         self.call("jog.stop", json!({"arm": name}), then);
     }
 
@@ -74,6 +75,7 @@ impl Link {
         let Some(write) = at.and_then(|at| arm.writes.remove(at)) else {
             return;
         };
+        // One write is in flight at a time: the station's answers decide which write may follow.
         arm.writing = true;
         let (starts, held) = (arm.starts, arm.lease.is_some());
         if !held {
