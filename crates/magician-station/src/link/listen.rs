@@ -85,8 +85,8 @@ pub struct ImageStub(Listener);
 impl ImageStub {
     /// Binds the port.
     ///
+    /// # Errors
     /// [`ListenError`] if the port is in use.
-    /// [`ListenError`].
     pub async fn bind() -> Result<Self, ListenError> {
         at_home(None, IMAGE).await.map(Self)
     }

@@ -117,8 +117,8 @@ impl Class {
         let mut file = given.or_else(|| before.clone()).map(|file| {
             file.unwrap_or_else(|error| {
                 noted("class", &error);
-                // A class that cannot be read still is a class: with the empty one nobody becomes a
-                // teacher without the PIN until another is set.
+                // A class that cannot be read counts as an empty class. So anonymous clients of
+                // this machine stay viewers until another class is set.
                 ClassFile::default()
             })
         });

@@ -549,7 +549,7 @@ impl Station {
                     magician::ErrorKind::InvalidInput,
                     message!("the job is over"),
                 )),
-                // Whoever stopped it: the requester learns that its request did not finish.
+                // Independent of who stopped it, the requester learns that its request did not finish.
                 (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
                 _ => Err(error
                     .clone()
