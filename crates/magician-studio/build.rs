@@ -1,7 +1,8 @@
 //! Compresses the files of the page and lists them for `src/lib.rs`.
 //!
-//! `page` is what `cargo xtask studio` makes of the page's sources. `modules` has the WebAssembly
-//! modules that only a page without a server loads, already compressed; it may be empty.
+//! `page` contains the files that `cargo xtask studio` builds from the page's sources. `modules`
+//! contains the WebAssembly modules that only a page without a server loads, already compressed; it
+//! may be empty.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -22,8 +23,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut plain = BTreeMap::new();
     read(&root.join("page"), "", &mut plain)?;
-    // A package that was made without modules has no such folder. Cargo would take one that does not
-    // exist for changed, at every build.
+    // A package that was built without modules lacks the folder. Cargo treats a missing path in
+    // `rerun-if-changed` as changed, and would run this script at every build.
     let folder = root.join("modules");
     let mut packed = BTreeMap::new();
     if folder.exists() {
@@ -88,7 +89,8 @@ fn modules(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>, Box<dyn Error>> {
     Ok(packed.collect())
 }
 
-/// Fills in which files the service worker keeps, and a build id that changes with any of them.
+/// Fills in the list of files that the service worker caches, and a build id that changes with any
+/// of them.
 fn service_worker(
     template: &str,
     plain: &BTreeMap<String, Vec<u8>>,
@@ -99,6 +101,7 @@ fn service_worker(
         files.insert(name, bytes);
     }
     let mut digest = Sha256::new();
+    // The template too: a changed worker must replace the one that browsers have installed.
     digest.update(template);
     for (name, bytes) in &files {
         digest.update(name);
@@ -122,13 +125,14 @@ fn service_worker(
     Ok(text.into_bytes())
 }
 
-/// Compresses without a name and a time, so that the same bytes give the same file.
+/// Compresses without file name and time, so that equal input gives equal output.
 fn gzip(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
     let mut gzip = GzBuilder::new().write(Vec::new(), Compression::best());
     gzip.write_all(bytes)?;
     gzip.finish()
 }
 
+/// Returns the media type of a file, from its extension.
 fn kind(name: &str) -> Result<&'static str, String> {
     let end = name.rsplit_once('.').map_or("", |(_, end)| end);
     Ok(match end {
@@ -142,6 +146,7 @@ fn kind(name: &str) -> Result<&'static str, String> {
         "wasm" => "application/wasm",
         "webmanifest" => "application/manifest+json",
         "webp" => "image/webp",
+        // A wrong media type would make browsers refuse the file, so a new one must be listed.
         _ => {
             return Err(format!(
                 "{name}: the media type of such a file is not listed"

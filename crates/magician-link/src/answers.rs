@@ -1,4 +1,8 @@
-//! From an answer of the station to that of a program, or to the next call.
+//! Answers of the station: what each means for the program, and which call follows.
+//!
+//! One call of a program may need several calls of the station. Each of those carries a [`Then`],
+//! which says what to do with its answer; it holds everything that is needed to continue, so the
+//! link keeps no other state about a call.
 
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
@@ -9,17 +13,17 @@ use crate::methods::Method;
 use crate::params::Manner;
 use crate::{results, wire};
 
-/// The tools of `EndEffectorType`, by their numbers.
+/// Tools by their number in `EndEffectorType`.
 pub(crate) const TOOLS: [&str; 3] = ["laser", "suction", "gripper"];
 
-/// The readings of `GetEndEffectorStatus`, and their names there.
+/// Commands that `GetEndEffectorStatus` reads, and the names of their values in its answer.
 const EFFECTORS: [(&str, &str); 3] = [
     ("EndEffectorLaser", "laser"),
     ("EndEffectorSuctionCup", "suctionCup"),
     ("EndEffectorGripper", "gripper"),
 ];
 
-/// What follows when the station has answered.
+/// Continuation after an answer of the station.
 #[derive(Debug)]
 pub(crate) enum Then {
     Nothing,
@@ -27,18 +31,18 @@ pub(crate) enum Then {
     Ports {
         asked: Asked,
         filter: Vec<String>,
-        /// Whether each is said to be free or not.
+        /// True to include whether each port is free.
         status: bool,
     },
-    /// An arm is to be connected, if there is one.
+    /// Look for the arm to connect in the list of arms.
     Find {
         asked: Asked,
         port: String,
         start: bool,
     },
-    /// It has to answer.
+    /// Check that the arm answers, before it is connected.
     Probe(Box<Found>),
-    /// It is connected with or without the lease.
+    /// Connect the arm, with or without the lease.
     Connected(Box<Found>),
     Lease(String),
     Subscribed {
@@ -76,7 +80,7 @@ pub(crate) enum Then {
     },
 }
 
-/// An arm that is being connected.
+/// Arm that is being connected.
 #[derive(Debug)]
 pub(crate) struct Found {
     asked: Asked,
@@ -87,7 +91,7 @@ pub(crate) struct Found {
     version: String,
 }
 
-/// The tool is to be turned.
+/// Turn of the tool that waits for the current pose.
 #[derive(Debug)]
 pub(crate) struct Turn {
     pub(crate) asked: Asked,
@@ -97,7 +101,8 @@ pub(crate) struct Turn {
 }
 
 impl Then {
-    /// The program's call that it is for.
+    /// Returns the program's call for which the station was called. `None` for calls of the link
+    /// itself.
     pub(crate) fn asked(&self) -> Option<&Asked> {
         match self {
             Self::Nothing | Self::Hello | Self::Lease(_) | Self::Subscribed { .. } => None,
@@ -195,6 +200,7 @@ impl Link {
             Then::Reach(asked) => {
                 let result = match outcome {
                     Ok(_) => Ok(json!({"isLimited": false})),
+                    // Out of reach is the answer to this question, not an error.
                     Err(error) if error.code == ErrorCode::COMMAND => {
                         Ok(json!({"isLimited": true}))
                     }
@@ -212,7 +218,7 @@ impl Link {
         }
     }
 
-    /// The list of arms as that of ports.
+    /// Returns the list of arms as a list of ports.
     fn ports(&self, value: &Value, filter: &[String], status: bool) -> Value {
         let list = value.get("arms").and_then(Value::as_array);
         let ports = list.into_iter().flatten().filter_map(|arm| {
@@ -224,6 +230,7 @@ impl Link {
                 return None;
             }
             let is_virtual = arm.get("virtual") == Some(&json!(true));
+            // The description is for people; programs use `portName`.
             let kind = if is_virtual {
                 "virtual Magician"
             } else {
@@ -252,8 +259,9 @@ impl Link {
         let found = list.into_iter().flatten().find_map(|arm| {
             let text = |name: &str| arm.get(name).and_then(Value::as_str);
             let (name, at) = (text("name")?, text("port")?);
-            // In this order: the first is what the program is told.
+            // The program sees the first of these names, so the order matters.
             let names = vec![port_name(name, at), name.to_owned(), at.to_owned()];
+            // Port names on Windows ignore case.
             let is_it = names.iter().any(|name| name.eq_ignore_ascii_case(port));
             is_it.then(|| {
                 (
@@ -267,6 +275,7 @@ impl Link {
             let why = "no arm of this station has that port";
             return self.answer(&asked, &Err(LinkError::new(ErrorCode::NOT_FOUND, why)));
         };
+        // A cheap read that every arm answers. Its value is part of the answer.
         let probe = json!({"arm": arm, "command": "DeviceVersion"});
         let found = Found {
             asked,
@@ -299,7 +308,8 @@ impl Link {
         self.call("lease.acquire", lease, Then::Connected(Box::new(found)));
     }
 
-    /// With the lease it may be moved. Without it, it may be read and stopped.
+    /// Completes the connection. With the lease the program may move the arm; without it, read and
+    /// stop.
     fn connected(&mut self, found: Found, outcome: Result<Value, LinkError>) {
         let again = self.arms.contains_key(&found.arm);
         let arm = self
@@ -312,11 +322,13 @@ impl Link {
                 ..ArmLink::default()
             });
         let lease = text_in(&outcome, "lease");
+        // A second ConnectDobot keeps a lease that the session already has.
         arm.lease = lease.or(arm.lease.take());
         arm.starts = found.start;
         if found.start && arm.lease.is_some() {
             self.start(&found.arm);
         }
+        // The slow subscription exists already.
         if !again {
             self.watch(&found.arm);
         }
@@ -343,12 +355,13 @@ impl Link {
         }
     }
 
-    /// Reads the next tool, or answers with all.
+    /// Reads the next tool, or answers with all of them.
     pub(crate) fn effectors(&mut self, then: Then) {
         let Then::Effectors { asked, arm, read } = then else {
             return;
         };
         match EFFECTORS.get(read.len()) {
+            // In sequence, because the program gets either all values or the first error.
             Some((command, _)) => {
                 let get = json!({"arm": arm, "command": command});
                 self.call("arm.get", get, Then::Effectors { asked, arm, read });
@@ -362,7 +375,7 @@ impl Link {
             Ok(pose) => pose,
             Err(error) => return self.answer(&turn.asked, &Err(error)),
         };
-        // As DobotLink does it: all joints together, to where it is.
+        // Like DobotLink: a joint move to the current position, with another r.
         let fields = json!({
             "ptp_mode": 1, "x": pose["x"], "y": pose["y"], "z": pose["z"], "r": turn.r,
         });
@@ -392,6 +405,7 @@ impl Link {
         match set {
             None => {
                 let value = fields.get(name).and_then(Value::as_f64).unwrap_or_default();
+                // One byte, as a real arm answers it.
                 let value = value.round().clamp(0.0, 255.0) as u8;
                 self.answer(asked, &Ok(json!({"type": kind as u8, "value": value})));
             }
@@ -408,7 +422,7 @@ impl Link {
     }
 }
 
-/// The result of a frame that answers what is no row of the table.
+/// Returns the result of a command without a row in the protocol's table.
 pub(crate) fn raw(method: &Method, value: &Value) -> Value {
     if method.results.is_empty() {
         return json!(true);
@@ -417,13 +431,14 @@ pub(crate) fn raw(method: &Method, value: &Value) -> Value {
     wire::decode(method, params.unwrap_or_default())
 }
 
-/// A text of an answer; none of a refusal.
+/// Returns a text from an answer. `None` for a refusal.
 fn text_in(outcome: &Result<Value, LinkError>, name: &str) -> Option<String> {
     let text = outcome.as_ref().ok()?.get(name)?.as_str()?;
     Some(text.to_owned())
 }
 
-/// A port as DobotLink names it: the last part of a path, `COM3`; the name of the arm where it has no such port.
+/// Returns a port as DobotLink names it: the last part of a path, or `COM3`. The name of the arm if
+/// it has no serial port.
 fn port_name(name: &str, port: &str) -> String {
     let last = port.rsplit('/').next().unwrap_or(port);
     let serial = port.starts_with('/') || port.to_ascii_uppercase().starts_with("COM");

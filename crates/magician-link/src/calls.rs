@@ -1,4 +1,4 @@
-//! From a call of a program to calls of the station.
+//! Calls of programs, translated to calls of the station.
 
 use magician_protocol::{HostInstant, Row};
 use serde_json::{Map, Value, json};
@@ -11,7 +11,7 @@ use crate::params::{Given, Manner};
 use crate::rpc::Request;
 use crate::wire;
 
-/// Calls that only the Lite has: sensors at its sockets.
+/// Calls that only the Magician Lite has, for sensors at its sockets.
 const OF_LITE: [&str; 8] = [
     "GetSeeedColorSensor",
     "GetSeeedDistanceSensor",
@@ -23,10 +23,11 @@ const OF_LITE: [&str; 8] = [
     "SetSeeedTempSensor",
 ];
 
-/// Calls of the magic box.
+/// Calls of the Magic Box.
 const OF_BOX: [&str; 3] = ["DownloadProgram", "CheckBoxSpace", "ClearBoxSpace"];
 
-/// Calls that show something in a window.
+/// Calls that open a window. There is no window, so they succeed without effect, or programs would
+/// stop.
 const WINDOWS: [&str; 9] = [
     "ShowMessage",
     "ShowSerialPortTool",
@@ -48,7 +49,8 @@ impl Link {
             method: format!("{}.{}", request.target, request.api),
             odd: Vec::new(),
         };
-        // Names come from outside: what is no name is not counted under it.
+        // Names come from the program and are keys of the report: anything that cannot be a name is
+        // counted as unknown.
         if asked.method.len() > 80 || !asked.method.is_ascii() {
             asked.method = "unknown".to_owned();
         }
@@ -66,7 +68,7 @@ impl Link {
         }
     }
 
-    /// A call of the server itself.
+    /// Handles a call of the server itself.
     fn server(&mut self, asked: &Asked, api: &str) -> Result<(), LinkError> {
         let result = match api {
             "ShowAvailablePorts" => {
@@ -81,15 +83,17 @@ impl Link {
             "GetVersion" | "GetLatestVersion" => json!({"version": self.options.version}),
             "GetPluginList" => json!({"MagicDevice": self.options.version}),
             "GetLog" => json!({"data": ""}),
+            // No effect here, but programs expect success.
             "SetLogger" | "SetProcessName" | "CloseDobotLink" | "DownloadFile" => json!(true),
             api if WINDOWS.contains(&api) => json!(true),
+            // Also `RunCmd`, which starts any program on the computer.
             _ => return Err(no_api(api)),
         };
         self.answer(asked, &Ok(result));
         Ok(())
     }
 
-    /// A call of an arm.
+    /// Handles a call of an arm.
     fn device(
         &mut self,
         now: HostInstant,
@@ -100,6 +104,7 @@ impl Link {
         if OF_LITE.contains(&api) || OF_BOX.contains(&api) {
             return Err(LinkError::command(format!("a Magician has no {api}")));
         }
+        // Needs no port, unlike the calls below.
         if api == "SearchDobot" {
             let filter = params
                 .get("filter")
@@ -152,7 +157,7 @@ impl Link {
                 self.leave(&name);
                 self.answer(asked, &Ok(json!(true)));
             }
-            // The driver's own times hold.
+            // The driver's own timeouts apply.
             ("SetCommuTimeout", _) => self.answer(asked, &Ok(json!(true))),
             ("GetEndEffectorStatus", _) => {
                 let then = Then::Effectors {
@@ -185,6 +190,7 @@ impl Link {
                     (Some(_), Access::Write) => {
                         self.command(now, asked, &name, method, &given, &manner)
                     }
+                    // The virtual arm knows only the protocol's table.
                     (None, _) if is_virtual => self.pretend(now, asked, &name, method, &given)?,
                     (None, _) => self.raw(now, asked, &name, method, &given, &manner)?,
                 }
@@ -194,7 +200,7 @@ impl Link {
         Ok(())
     }
 
-    /// Whether a call is made at all.
+    /// Checks whether a call is permitted.
     fn allowed(&self, method: &Method) -> Result<(), LinkError> {
         if method.refused.is_some() {
             let why = "firmware and restart are not for programs";
@@ -205,6 +211,7 @@ impl Link {
             .dangerous
             .then_some("can brick, uncalibrate or unlock the arm"));
         if let Some(danger) = danger
+            // Reading, for instance a calibration, is harmless.
             && method.access == Access::Write
             && !self.options.dangerous
         {
@@ -214,7 +221,7 @@ impl Link {
         Ok(())
     }
 
-    /// A row of the protocol that is written.
+    /// Writes a command that is in the protocol's table.
     fn command(
         &mut self,
         now: HostInstant,
@@ -229,6 +236,7 @@ impl Link {
             command,
             "QueuedCmdStopExec" | "QueuedCmdForceStopExec" | "QueuedCmdClear"
         );
+        // Some programs force a stop by a parameter instead of the other call.
         let forced = given.get("forceStop") == Some(&json!(true));
         let command = if forced {
             "QueuedCmdForceStopExec"
@@ -236,21 +244,23 @@ impl Link {
             command
         };
         if stops {
-            // What came before it is not done after it.
+            // Calls made before the stop must not run after it.
             self.cancel(name, &LinkError::cancelled("the queue was stopped"));
             let holds = self.arms.get(name).is_some_and(|arm| arm.lease.is_some());
             if !holds && command != "QueuedCmdClear" {
-                // Everybody may stop.
+                // Stopping needs no lease.
                 let then = Then::Stopped(asked.clone());
                 return self.call("arm.stop", json!({"arm": name}), then);
             }
         }
+        // Jogs become jogs of the station, with a keep-alive; command 0 ends a jog.
         if command == "JOGCmd" && given.number("cmd") != 0.0 {
             return match axis_of(given, manner) {
                 Ok(axis) => self.start_jog(now, asked, name, &axis),
                 Err(error) => self.answer(asked, &Err(error)),
             };
         }
+        // Only a jog of this program is ended as a jog; otherwise the command goes to the arm.
         if command == "JOGCmd" && self.arms.get(name).is_some_and(|arm| arm.jogs) {
             return self.stop_jog(name, Then::Stopped(asked.clone()));
         }
@@ -259,7 +269,8 @@ impl Link {
         if !fields.is_empty() {
             params["fields"] = Value::Object(fields);
         }
-        // Each flag allows its own alone: the station asks for what is dangerous and for what burns.
+        // Two separate flags: `row.dangerous` allows dangerous commands (checked above), `laser`
+        // allows burning. The station asks for `yes` in both cases.
         if method.row().is_some_and(|row| row.dangerous) || self.options.laser {
             params["yes"] = json!(true);
         }
@@ -271,7 +282,7 @@ impl Link {
         self.write(now, name, write);
     }
 
-    /// A command that the protocol's table does not have, for a real arm.
+    /// Sends a command without a row in the protocol's table to a real arm.
     fn raw(
         &mut self,
         now: HostInstant,
@@ -299,7 +310,7 @@ impl Link {
         Ok(())
     }
 
-    /// A command that the protocol's table does not have, as a virtual arm would answer it.
+    /// Answers a command without a row in the protocol's table for a virtual arm.
     fn pretend(
         &mut self,
         now: HostInstant,
@@ -370,13 +381,14 @@ impl Link {
         Ok(())
     }
 
-    /// Turns the tool where it is.
+    /// Turns the tool at the current position.
     fn turn(
         &mut self,
         asked: &Asked,
         name: &str,
         params: &Map<String, Value>,
     ) -> Result<(), LinkError> {
+        // `SetRCmd` has no command of its own. It is carried out as a move, with the same options.
         let turned = Method::named("SetPTPCmd").ok_or_else(|| no_api("SetRCmd"))?;
         let manner = Manner::of(turned, params)?;
         let r = { params.get("r") }
@@ -393,7 +405,7 @@ impl Link {
     }
 }
 
-/// The axis and direction of a jog, as the station calls them (document 1.9.4, errata E25).
+/// Returns axis and direction of a jog in the station's form (document 1.9.4, errata E25).
 fn axis_of(given: &Given, manner: &Manner) -> Result<String, LinkError> {
     if manner.queued {
         let why = "a jog in the queue only ends at a limit: leave out `isQueued`";
@@ -420,6 +432,7 @@ fn no_api(api: &str) -> LinkError {
     let name: String = api
         .chars()
         .filter(char::is_ascii_graphic)
+        // The name is repeated in the message, and comes from outside.
         .take(60)
         .collect();
     LinkError::new(ErrorCode::NO_API, format!("there is no {name}"))

@@ -1,25 +1,26 @@
-//! Errors as DobotLink numbers them.
+//! Errors with the numbers of DobotLink.
 
 use serde_json::{Value, json};
 
-/// A number of DobotLink's table (document of its API, section 5). Its -32600 and -32601 are the reverse of the standard's.
+/// Error number from DobotLink's table (document of its API, section 5). Its -32600 and -32601 have
+/// the opposite meanings of the standard's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ErrorCode(pub i32);
 
 impl ErrorCode {
-    /// There is no such target: `dobotlink.TARGET`.
+    /// The target in `dobotlink.TARGET` does not exist.
     pub const NO_TARGET: Self = Self(1);
-    /// The method does not begin with `dobotlink.`.
+    /// The method does not start with `dobotlink.`.
     pub const NO_METHOD: Self = Self(2);
-    /// Something else has the arm, or too much waits.
+    /// A job or a jog occupies the arm, or too many calls wait.
     pub const BUSY: Self = Self(17);
     /// No arm has this port.
     pub const NOT_FOUND: Self = Self(100);
-    /// Another program has the arm.
+    /// Another session holds the arm.
     pub const OCCUPIED: Self = Self(101);
-    /// The arm was not connected by this program, or does not answer.
+    /// The program has not connected the arm, or the arm does not answer.
     pub const NOT_CONNECTED: Self = Self(103);
-    /// The line broke.
+    /// The line to the arm broke.
     pub const LINE_LOST: Self = Self(140);
     /// The driver of the arm has ended.
     pub const CLOSED: Self = Self(141);
@@ -27,9 +28,9 @@ impl ErrorCode {
     pub const NO_ANSWER: Self = Self(150);
     /// The arm's queue stayed full.
     pub const QUEUE_FULL: Self = Self(151);
-    /// What was waited for did not end in time.
+    /// The command did not finish in time.
     pub const TIMEOUT: Self = Self(160);
-    /// What was waited for will not end: a stop, a clear, an alarm, a disconnect, or a lost lease.
+    /// The command will not finish: a stop, a clear, an alarm, a disconnect, or a lost lease.
     pub const CANCELLED: Self = Self(161);
     /// The target has no such call.
     pub const NO_API: Self = Self(-32600);
@@ -37,20 +38,20 @@ impl ErrorCode {
     pub const PARAMS: Self = Self(-32602);
     /// `portName` is missing or wrong.
     pub const PORT_NAME: Self = Self(-32603);
-    /// The arm cannot do it, or must not.
+    /// The arm cannot carry out the command, or must not.
     pub const COMMAND: Self = Self(-32604);
-    /// What is never done here: firmware and restart.
+    /// Never carried out: changing the firmware, and restarting.
     pub const NEVER: Self = Self(-32605);
-    /// A mistake of this program.
+    /// Bug of this program.
     pub const INTERNAL: Self = Self(-32606);
 }
 
-/// An error as DobotLink answers it.
+/// Error as answered to a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkError {
-    /// Its number.
+    /// Number.
     pub code: ErrorCode,
-    /// What is wrong, in a sentence.
+    /// What is wrong, as a sentence.
     pub message: String,
 }
 
@@ -74,12 +75,12 @@ impl LinkError {
         Self::new(ErrorCode::CANCELLED, why)
     }
 
-    /// The object of an answer.
+    /// Returns the error object of an answer.
     pub(crate) fn to_value(&self) -> Value {
         json!({"code": self.code.0, "message": self.message})
     }
 
-    /// What an error of the station's API is here. Its own sentence is kept: it names both values.
+    /// Converts an error of the station. Its sentence is kept, because it names the values.
     pub(crate) fn of_station(error: &Value) -> Self {
         let number = error.get("code").and_then(Value::as_i64).unwrap_or(0);
         let kind = { error.get("data") }
@@ -94,11 +95,13 @@ impl LinkError {
             (-32600 | -32601 | -32603 | -32700, _) => ErrorCode::INTERNAL,
             (_, "port") => ErrorCode::LINE_LOST,
             (_, "closed") => ErrorCode::CLOSED,
-            // Whether it was taken is not known: it is not sent again.
+            // It is unknown whether the arm took the command, so it is not sent again.
             (_, "timeout" | "uncertain") => ErrorCode::NO_ANSWER,
             (_, "queue-full") => ErrorCode::QUEUE_FULL,
+            // Everything else: the arm cannot or must not do it.
             _ => ErrorCode::COMMAND,
         };
+        // The station's sentence asks for `yes`, which these programs cannot send.
         if number == -32005 {
             let what = { error.get("data") }
                 .and_then(|data| data.get("command"))

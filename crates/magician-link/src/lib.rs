@@ -1,12 +1,17 @@
-//! Programs for DobotLink, on a station.
+//! Translation of the vendor's DobotLink protocol to the API of a station. No I/O, no clock.
 //!
-//! DobotLab's scripts, DobotEDU, DobotRPC and dobotkit speak JSON-RPC to the vendor's DobotLink. [`Link`] is one connection of such
-//! a program, without I/O and clock: it takes their calls, makes calls of a station's API of them, and answers as DobotLink
-//! does. What moves the arm, and who may, is decided by the station alone.
+//! DobotLab's scripts, DobotEDU, DobotRPC and dobotkit speak JSON-RPC to DobotLink, a program for
+//! Windows and macOS. A [`Link`] is one connection of such a program: it takes the program's calls,
+//! translates each into calls of a station's API, and answers as DobotLink does. It does not decide
+//! who may move the arm: the program is a session of the station like any other.
 //!
 //! * [`METHODS`](methods()): the vendor's 149 calls as data (`methods.toml`).
-//! * [`Link`]: the connection.
-//! * [`LinkReport`]: which calls came, and what was odd about them.
+//! * [`Link`]: the connection, a state machine.
+//! * [`LinkReport`]: counts of calls, unknown parameters and errors.
+//!
+//! Behaviour of DobotLink that moves an arm by mistake is not imitated: a lost answer is not
+//! repeated, and a missing coordinate is an error instead of 0. `docs/LINK.md` lists the
+//! differences.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -28,7 +33,7 @@ pub use link::{Link, LinkOptions, StationCall};
 pub use methods::{Access, Class, Kind, Method, Param, ResultField, VirtualAnswer, Wire, methods};
 pub use report::{LinkReport, Noted};
 
-/// Compiles the README's program with the tests.
+/// Compiles the program in the README as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

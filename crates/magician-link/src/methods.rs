@@ -1,4 +1,4 @@
-//! The vendor's calls as data.
+//! The vendor's calls as data, read from `methods.toml`.
 
 use std::sync::OnceLock;
 
@@ -6,80 +6,80 @@ use magician_protocol::Row;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// A call of DobotLink for the Magician.
+/// Call of DobotLink for the Magician.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Method {
-    /// As in `dobotlink.Magician.NAME`.
+    /// Name, as in `dobotlink.Magician.NAME`.
     pub name: String,
-    /// Id of the command on the wire.
+    /// Id of the command in the frame.
     pub id: u8,
-    /// Whether it reads or writes.
+    /// Read or write.
     pub access: Access,
-    /// How it is answered.
+    /// Way in which it is answered.
     pub class: Class,
-    /// The row of the protocol's table that it is.
+    /// Name of the command's row in the protocol's table. `None` without a row.
     pub command: Option<String>,
-    /// How a virtual arm answers, where there is no row.
+    /// Answer of a virtual arm to a command without a row. `None` if it has no answer.
     #[serde(rename = "virtual")]
     pub virtual_answer: Option<VirtualAnswer>,
-    /// Whether it moves the arm, where there is no row to tell.
+    /// True if the call moves the arm; used for commands without a row.
     #[serde(default)]
     pub moves: bool,
-    /// Whether it is dangerous, where there is no row to tell.
+    /// True if the call is dangerous; used for commands without a row.
     #[serde(default)]
     pub dangerous: bool,
-    /// Never sent.
+    /// Reason why the call is never sent. `None` for calls that are.
     pub refused: Option<Refused>,
-    /// What it takes beside the parameters of all calls.
+    /// Parameters, besides those of all calls.
     #[serde(default)]
     pub params: Vec<Param>,
-    /// What a reading answers.
+    /// Values in the answer to a read.
     #[serde(default)]
     pub results: Vec<ResultField>,
 }
 
-/// Whether a call reads or writes.
+/// Direction of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Access {
-    /// It reads.
+    /// Reads a value.
     Read,
-    /// It writes.
+    /// Writes a value or a command.
     Write,
 }
 
-/// How a call is answered.
+/// Way in which a call is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Class {
-    /// At once.
+    /// Immediately.
     Plain,
-    /// At once; with `isQueued` by its index.
+    /// Immediately; with `isQueued` by the index of the command.
     Queue,
-    /// Queued, and answered when it has ended, unless `isWaitForFinish` is false.
+    /// Queued, and answered when the command has finished, unless `isWaitForFinish` is false.
     Action,
 }
 
-/// How a virtual arm answers what is no row of the table.
+/// Answer of a virtual arm to a command without a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VirtualAnswer {
-    /// "Magician".
+    /// The text "Magician".
     ProductName,
-    /// The kind of tool, by its bias.
+    /// Number of the tool, derived from the offset of its tip.
     Tool,
     /// Ratios of moves and jogs.
     ArmSpeed,
     /// Speed of the rail.
     RailSpeed,
-    /// Whether a pose is beyond what the arm reaches.
+    /// True if a pose is out of reach.
     Reach,
-    /// Whether homing has ended.
+    /// True if homing has finished.
     Homing,
 }
 
-/// Why a call is never sent.
+/// Reason why a call is never sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Refused {
@@ -87,26 +87,26 @@ pub enum Refused {
     Firmware,
 }
 
-/// A parameter.
+/// Parameter of a call.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Param {
-    /// Its name; with a dot it is a member of an object.
+    /// Name. With a point it is a member of an object.
     pub name: String,
-    /// What it may be.
+    /// Type.
     pub kind: Kind,
-    /// The field of the row.
+    /// Field of the command. `None` if the table does not have the command.
     pub field: Option<String>,
-    /// How it is laid out, where there is no row.
+    /// Encoding, for commands without a row.
     pub wire: Option<Wire>,
-    /// What stands for it when it is left out; without one it must be given.
+    /// Default. `None` if the parameter is required.
     pub default: Option<Value>,
-    /// Other names that programs use.
+    /// Other names that known programs use.
     #[serde(default)]
     pub aliases: Vec<String>,
 }
 
-/// What a parameter may be.
+/// Type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -114,20 +114,20 @@ pub enum Kind {
     Number,
     /// A whole number.
     Integer,
-    /// True or false, 1 or 0.
+    /// True, false, 1 or 0.
     Bool,
     /// A text.
     Text,
-    /// Numbers.
+    /// Array of numbers.
     Numbers,
-    /// An object x, y, z, r.
+    /// Object with x, y, z, r.
     Point,
-    /// Objects ratio, port, level.
+    /// Array of objects with ratio, port, level.
     Outputs,
 }
 
 impl Kind {
-    /// What it is, as in "must be ..".
+    /// Returns the type in words, as in "must be ..".
     pub(crate) const fn wanted(self) -> &'static str {
         match self {
             Self::Number => "a number",
@@ -141,49 +141,49 @@ impl Kind {
     }
 }
 
-/// How a value lies in a frame, where the protocol's table has no row: little endian.
+/// Encoding of a value in a frame, little endian, for commands without a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wire {
-    /// A byte.
+    /// Byte.
     U8,
-    /// A float of four bytes.
+    /// Single-precision number, four bytes.
     F32,
-    /// The rest, to the first zero byte.
+    /// Text up to the first zero byte. Takes the rest of the frame.
     Text,
 }
 
-/// A value of an answer.
+/// Value of an answer.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResultField {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The field of the row.
+    /// Field of the command. `None` if the table does not have the command.
     pub field: Option<String>,
-    /// How it is laid out, where there is no row.
+    /// Encoding, for commands without a row.
     pub wire: Option<Wire>,
-    /// What is made of the number.
+    /// Conversion of the value.
     #[serde(default)]
     pub kind: Shape,
 }
 
-/// What is made of a field.
+/// Conversion of a field to the value in an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
-    /// Itself.
+    /// Unchanged.
     #[default]
     Value,
     /// True or false.
     Bool,
     /// Milliseconds as `hh:mm:ss.z`.
     Clock,
-    /// The byte of the hardware's version in what follows the three of the firmware's.
+    /// Byte of the hardware version, in the bytes after the three numbers of the firmware.
     Hardware,
-    /// There while the path follows in real time.
+    /// Present only while the path is tracked in real time.
     Period,
-    /// There while it does not.
+    /// Present only while the path is not tracked in real time.
     Acceleration,
 }
 
@@ -193,10 +193,10 @@ struct Table {
     method: Vec<Method>,
 }
 
-/// All calls, in the order of their ids.
+/// Returns all calls, sorted by id.
 ///
 /// # Panics
-/// Never: the file is part of this crate, and read by its tests.
+/// Never: the file is part of the crate, and the tests read it.
 #[must_use]
 pub fn methods() -> &'static [Method] {
     static METHODS: OnceLock<Vec<Method>> = OnceLock::new();
@@ -207,13 +207,13 @@ pub fn methods() -> &'static [Method] {
 }
 
 impl Method {
-    /// The row of the protocol's table that it is.
+    /// Returns the command in the protocol's table. `None` if the table does not have it.
     #[must_use]
     pub fn row(&self) -> Option<&'static Row> {
         Row::find(self.command.as_deref()?).ok()
     }
 
-    /// The call of this name.
+    /// Returns the call with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         methods().iter().find(|method| method.name == name)

@@ -1,4 +1,8 @@
-//! The parameters of a call, as the fields of a command.
+//! Parameters of calls, converted to fields of commands.
+//!
+//! Programs send numbers as text-like variants (1 for true), use older names, and leave parameters
+//! out. Known variants are accepted and counted as odd. Anything that would change a motion
+//! silently, such as a missing coordinate, is an error.
 
 use magician_protocol::FieldType;
 use serde_json::{Map, Value, json};
@@ -7,7 +11,7 @@ use crate::error::LinkError;
 use crate::link::WriteEnd;
 use crate::methods::{Class, Kind, Method, Param};
 
-/// What every call may have beside its own parameters.
+/// Parameters that every call may have.
 const COMMON: [&str; 5] = [
     "portName",
     "isQueued",
@@ -16,7 +20,8 @@ const COMMON: [&str; 5] = [
     "slaveIndex",
 ];
 
-/// The parameters of a call by their names in the table, and those that it does not have.
+/// Checked parameters of a call, with their names in the table, and the names that it does not
+/// have.
 pub(crate) struct Given {
     values: Vec<(&'static Param, Value)>,
     /// Names that the call does not have, or has under another name.
@@ -24,10 +29,10 @@ pub(crate) struct Given {
 }
 
 impl Given {
-    /// Takes what was sent for a call.
+    /// Checks the parameters of a call.
     ///
     /// # Errors
-    /// What is missing, or of another kind.
+    /// A parameter is missing or has the wrong type.
     pub(crate) fn of(
         method: &'static Method,
         params: &Map<String, Value>,
@@ -44,6 +49,7 @@ impl Given {
                     }
                     fits(param, value)?
                 }
+                // Only parameters that known programs leave out have a default.
                 None => { param.default.clone() }
                     .ok_or_else(|| LinkError::params(format!("`{}` is missing", param.name)))?,
             };
@@ -59,23 +65,23 @@ impl Given {
         Ok(Self { values, odd })
     }
 
-    /// One of them.
+    /// Returns a parameter.
     pub(crate) fn get(&self, name: &str) -> Option<&Value> {
         let found = self.values.iter().find(|(param, _)| param.name == name);
         found.map(|(_, value)| value)
     }
 
-    /// As a number.
+    /// Returns a parameter as a number, or 0 if it is not one.
     pub(crate) fn number(&self, name: &str) -> f64 {
         self.get(name).and_then(Value::as_f64).unwrap_or_default()
     }
 
-    /// The fields of the row that the call is.
+    /// Returns the fields of the command.
     pub(crate) fn fields(&self) -> Map<String, Value> {
         let real_time = self.get("isRealTimeTrack") == Some(&json!(true));
         let mut fields = Map::new();
         for (param, value) in &self.values {
-            // One field under two names: which of them counts is said by a third.
+            // `period` and `acc` are the same field; `isRealTimeTrack` says which of them applies.
             let other = match param.name.as_str() {
                 "period" => !real_time,
                 "acc" => real_time,
@@ -88,13 +94,14 @@ impl Given {
         fields
     }
 
-    /// The values with their layouts, in the order of the frame.
+    /// Returns the values with their encodings, in the order of the frame.
     pub(crate) fn in_order(&self) -> impl Iterator<Item = (&'static Param, &Value)> {
         self.values.iter().map(|(param, value)| (*param, value))
     }
 }
 
-/// A name of the row's, such as that of a mode, is one that it has: the arm would take another for a move that has ended.
+/// Checks that a number for an enumeration is one of its values. The controller would treat an
+/// unknown mode as a move that has finished.
 fn known_to_row(method: &Method, param: &Param, value: &Value) -> Result<(), LinkError> {
     let layout = method.row().and_then(|row| row.set.or(row.query));
     let fields = layout.map_or(&[][..], |layout| layout.fields);
@@ -115,7 +122,7 @@ fn known_to_row(method: &Method, param: &Param, value: &Value) -> Result<(), Lin
     }
 }
 
-/// The value under a path.
+/// Returns the value at a path.
 fn find<'a>(params: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
     match path.split_once('.') {
         None => params.get(path),
@@ -123,7 +130,7 @@ fn find<'a>(params: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
     }
 }
 
-/// The value, if it is what the parameter may be, in one form.
+/// Converts a value to the normal form of its type.
 fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
     let wrong = || {
         let (name, wanted) = (&param.name, param.kind.wanted());
@@ -132,7 +139,7 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
     match (param.kind, value) {
         (Kind::Text, Value::String(_)) => Ok(value.clone()),
         (Kind::Number, Value::Number(number)) => match number.as_f64() {
-            // The arm's numbers have four bytes.
+            // The arm stores single-precision numbers, and infinity moves nothing.
             Some(number) if (number as f32).is_finite() => Ok(value.clone()),
             _ => wrong(),
         },
@@ -142,6 +149,7 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
         (Kind::Integer, Value::Bool(on)) => Ok(json!(i64::from(*on))),
         (Kind::Integer, Value::Number(number)) => match (number.as_i64(), number.as_f64()) {
             (Some(_), _) => Ok(value.clone()),
+            // Some programs send whole numbers as `1.0`.
             (None, Some(number)) if number.fract() == 0.0 && number.abs() < 9e15 => {
                 Ok(json!(number as i64))
             }
@@ -184,26 +192,26 @@ fn whole(value: &Value) -> Option<i64> {
     }
 }
 
-/// How a call is to be carried out.
+/// Way in which a call is to be carried out.
 #[derive(Debug)]
 pub(crate) struct Manner {
-    /// Whether it goes to the queue.
+    /// True if the command goes to the queue.
     pub(crate) queued: bool,
-    /// Whether it is answered when it has ended.
+    /// True if the call is answered when the command has finished.
     pub(crate) waits: bool,
-    /// How long that may take from the moment at which it is the next, ms.
+    /// Time that the command may take once it is the next one, ms.
     pub(crate) timeout_ms: u64,
 }
 
-/// An action may take so long unless it says otherwise, ms.
+/// Default time for an action, ms.
 const TIMEOUT: u64 = 5_000;
-/// Homing may take so long, ms.
+/// Default time for homing, ms.
 const HOMING: u64 = 30_000;
-/// The id of homing.
+/// Id of the homing command.
 const HOME: u8 = 31;
 
 impl Manner {
-    /// The station's method for it.
+    /// Returns the station's method.
     pub(crate) fn method(&self) -> &'static str {
         if self.queued {
             "arm.enqueue"
@@ -212,7 +220,7 @@ impl Manner {
         }
     }
 
-    /// How it is answered; an alarm ends the wait, but for homing.
+    /// Returns the way in which it is answered. An alarm ends a wait, except for homing.
     pub(crate) fn end(&self, homing: bool) -> WriteEnd {
         match (self.waits, self.queued) {
             (true, _) => WriteEnd::Wait { homing },
@@ -221,24 +229,27 @@ impl Manner {
         }
     }
 
-    /// How a call asks to be carried out.
+    /// Reads how a call asks to be carried out.
     ///
     /// # Errors
-    /// What is no switch or no time.
+    /// An invalid switch or time.
     pub(crate) fn of(method: &Method, params: &Map<String, Value>) -> Result<Self, LinkError> {
         let switch = |name: &str, otherwise: bool| match params.get(name) {
             None | Some(Value::Null) => Ok(otherwise),
             Some(Value::Bool(on)) => Ok(*on),
+            // Some programs send switches as numbers.
             Some(value) if value.as_f64() == Some(0.0) => Ok(false),
             Some(value) if value.as_f64() == Some(1.0) => Ok(true),
             Some(_) => Err(LinkError::params(format!("`{name}` must be true or false"))),
         };
         let action = method.class == Class::Action;
+        // A call that cannot be queued ignores `isQueued`, valid or not.
         let queued = method.class != Class::Plain && switch("isQueued", action)?;
         let usual = if method.id == HOME { HOMING } else { TIMEOUT };
         let timeout_ms = match params.get("timeout") {
             None | Some(Value::Null) => usual,
             Some(value) => match value.as_f64() {
+                // Below 2^53, so the conversion is exact.
                 Some(ms) if (0.0..9e15).contains(&ms) => ms as u64,
                 _ => return Err(LinkError::params("`timeout` must be a time in ms")),
             },

@@ -1,22 +1,23 @@
-//! What programs have called, and what was odd about it.
+//! Counts of calls, unknown parameters and errors, by program.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-/// Programs that are told apart; later ones are counted together.
+/// Most programs that are counted separately. Further ones share an entry, so that memory is
+/// bounded.
 const CLIENTS: usize = 64;
-/// Names that are told apart for each.
+/// Most names per program that are counted separately.
 const NAMES: usize = 400;
 
-/// A call that was answered.
+/// Call that was answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Noted {
-    /// `Magician.SetPTPCmd`.
+    /// Name, such as `Magician.SetPTPCmd`.
     pub method: String,
     /// Parameters that the call does not have, or has under another name.
     pub odd: Vec<String>,
-    /// The number of its error.
+    /// Error number. `None` for a success.
     pub error: Option<i32>,
 }
 
@@ -27,16 +28,17 @@ struct Counts {
     errors: BTreeMap<String, u64>,
 }
 
-/// Calls, parameters that are not of the table, and errors, counted by client. It holds no values that programs sent.
+/// Calls, unknown parameters and errors, counted by program. Contains no values that programs sent.
 #[derive(Clone, Debug, Default)]
 pub struct LinkReport {
     clients: BTreeMap<String, Counts>,
 }
 
 impl LinkReport {
-    /// Counts a call of a client.
+    /// Counts a call of a program.
     pub fn count(&mut self, client: &str, noted: &Noted) {
         let known = self.clients.contains_key(client) || self.clients.len() < CLIENTS;
+        // A program can choose any number of names.
         let client = if known { client } else { "others" };
         let counts = self.clients.entry(client.to_owned()).or_default();
         add(&mut counts.calls, noted.method.clone());
@@ -48,7 +50,8 @@ impl LinkReport {
         }
     }
 
-    /// The report as `GET /api/v1/link` has it: `{clients: [{client, calls, unknown_params, errors}]}`.
+    /// Returns the report of `GET /api/v1/link`: `{clients: [{client, calls, unknown_params,
+    /// errors}]}`.
     #[must_use]
     pub fn to_value(&self) -> Value {
         let client = |(name, counts): (&String, &Counts)| json!({"client": name, "calls": counts.calls, "unknown_params": counts.odd, "errors": counts.errors});
@@ -56,7 +59,7 @@ impl LinkReport {
     }
 }
 
-/// Names come from outside: there may be no end of them.
+/// Increments a counter. Names come from programs, so their number is bounded.
 fn add(counts: &mut BTreeMap<String, u64>, name: String) {
     let known = counts.contains_key(&name) || counts.len() < NAMES;
     let name = if known { name } else { "others".to_owned() };

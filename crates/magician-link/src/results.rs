@@ -1,13 +1,14 @@
-//! The fields of a reading, as DobotLink answers them.
+//! Answers to reads, in the form of DobotLink.
 
 use serde_json::{Map, Value, json};
 
 use crate::methods::{Method, ResultField, Shape};
 
-/// Where the hardware's version stands in what follows the three numbers of the firmware's, where there is that much.
+/// Offset of the hardware version in the bytes after the three numbers of the firmware, if there
+/// are that many.
 const HARDWARE: usize = 10;
 
-/// The object of an answer, of the fields of a row.
+/// Returns the answer made from the fields of a command.
 pub(crate) fn result(method: &Method, fields: &Value) -> Value {
     let mut object = Map::new();
     for field in &method.results {
@@ -20,11 +21,12 @@ pub(crate) fn result(method: &Method, fields: &Value) -> Value {
     Value::Object(object)
 }
 
-/// A value of an answer; none where it does not apply.
+/// Converts a value. `None` if it does not apply.
 pub(crate) fn shape(field: &ResultField, value: &Value, fields: &Value) -> Option<Value> {
     let real_time = || fields.get("real_time_track").and_then(Value::as_u64) == Some(1);
     match field.kind {
         Shape::Value => Some(value.clone()),
+        // Levels are numbers on the wire.
         Shape::Bool => Some(json!(value.as_f64().is_some_and(|level| level != 0.0))),
         Shape::Clock => Some(json!(clock(value.as_u64().unwrap_or_default()))),
         Shape::Hardware => {
@@ -38,8 +40,10 @@ pub(crate) fn shape(field: &ResultField, value: &Value, fields: &Value) -> Optio
     }
 }
 
-/// Milliseconds since the start as the time of a day: `hh:mm:ss.z`, the fraction without zeros at its end.
+/// Formats milliseconds since the start as a time of day, `hh:mm:ss.z`, without trailing zeros in
+/// the fraction.
 fn clock(ms: u64) -> String {
+    // A time of day starts again after 24 h, also if the arm has run longer.
     let (seconds, fraction) = (ms / 1000 % 86_400, ms % 1000);
     let fraction = format!("{fraction:03}");
     let fraction = match fraction.trim_end_matches('0') {

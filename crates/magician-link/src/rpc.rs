@@ -1,27 +1,27 @@
-//! Messages on both sides as text.
+//! JSON-RPC messages of both sides as text.
 
 use serde_json::{Map, Value, json};
 
 use crate::error::{ErrorCode, LinkError};
 
-/// A request of a program.
+/// Request of a program.
 #[derive(Debug)]
 pub(crate) struct Request {
-    /// Under which it is answered; without one it is not.
+    /// Id for the answer. Without one there is no answer.
     pub(crate) id: Option<Value>,
-    /// Where it goes, as it was written: `Magician`, `api`.
+    /// Target as written: `Magician`, `api`.
     pub(crate) target: String,
-    /// What is called.
+    /// Name of the call.
     pub(crate) api: String,
-    /// With what.
+    /// Parameters.
     pub(crate) params: Map<String, Value>,
 }
 
-/// Why a text is no request, and the id under which that is answered.
+/// Id for the answer, and the error, of an invalid request.
 pub(crate) type Bad = (Option<Value>, LinkError);
 
 impl Request {
-    /// Reads one; `None` for what is no JSON, which is not answered.
+    /// Parses a message. `None` if it is not JSON, which is not answered.
     pub(crate) fn parse(text: &str) -> Option<Result<Self, Bad>> {
         let value: Value = serde_json::from_str(text).ok()?;
         Some(Self::of(value))
@@ -32,11 +32,13 @@ impl Request {
             let why = "a message is one object: arrays of requests are not taken";
             return Err((None, LinkError::new(ErrorCode::NO_METHOD, why)));
         };
+        // Null counts as no id, so there is no answer.
         let id = object.remove("id").filter(|id| !id.is_null());
         let Some(Value::String(method)) = object.remove("method") else {
             let why = "`method` must be a text";
             return Err((id, LinkError::new(ErrorCode::NO_METHOD, why)));
         };
+        // The name of the call may contain further points.
         let mut parts = method.splitn(3, '.');
         let (Some("dobotlink"), Some(target), Some(api)) =
             (parts.next(), parts.next(), parts.next())
@@ -58,7 +60,7 @@ impl Request {
     }
 }
 
-/// The answer to a request.
+/// Returns the answer to a request.
 pub(crate) fn answer(id: &Value, outcome: &Result<Value, LinkError>) -> String {
     match outcome {
         Ok(result) => json!({"jsonrpc": "2.0", "id": id, "result": result}),
@@ -67,13 +69,13 @@ pub(crate) fn answer(id: &Value, outcome: &Result<Value, LinkError>) -> String {
     .to_string()
 }
 
-/// A notification to a program.
+/// Returns a notification to a program.
 pub(crate) fn notification(name: &str, params: &Value) -> String {
     let method = format!("dobotlink.notification.{name}");
     json!({"jsonrpc": "2.0", "method": method, "params": params}).to_string()
 }
 
-/// A call of the station's API.
+/// Returns a call of the station's API.
 pub(crate) fn call(id: u64, method: &str, params: &Value) -> String {
     json!({"jsonrpc": "2.0", "id": id, "method": method, "params": params}).to_string()
 }

@@ -1,30 +1,33 @@
-//! Calls that are answered when what they queued has ended.
+//! Calls that are answered when their queued command has finished.
+//!
+//! The arm reports only the index of the last finished command, so a call waits for an index. Its
+//! timeout starts when the command becomes the next one; until then other commands are running.
 
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
-/// A call that waits.
+/// Call that waits.
 #[derive(Debug)]
 pub(crate) struct Wait {
-    /// Under which it is answered.
+    /// Id for the answer.
     pub(crate) id: Option<Value>,
-    /// What was called, for the report.
+    /// Name of the call, for the report.
     pub(crate) method: String,
     /// Parameters that the call does not have.
     pub(crate) odd: Vec<String>,
-    /// The index of what it queued.
+    /// Index of the queued command.
     pub(crate) index: u64,
-    /// How long it may take from the moment at which it is the next.
+    /// Time that the command may take once it is the next one.
     pub(crate) timeout: Duration,
-    /// Whether it waits for homing, which runs while an alarm holds the queue.
+    /// True for homing, which runs although an alarm holds the queue.
     pub(crate) homing: bool,
-    /// When that is over; none while others are before it.
+    /// Instant at which that time is over. `None` while other commands are in front.
     pub(crate) due: Option<HostInstant>,
 }
 
-/// The calls that wait at an arm, in the order of their indices.
+/// Calls that wait at an arm, in the order of their indices.
 #[derive(Debug, Default)]
 pub(crate) struct Waits(Vec<Wait>);
 
@@ -37,18 +40,20 @@ impl Waits {
         self.0.push(wait);
     }
 
-    /// The arm has finished up to this index: those that are over. The time of the next one begins.
+    /// Records that the arm has finished commands up to this index. Returns the calls that are
+    /// over, and starts the time of the next one.
     pub(crate) fn finished(&mut self, now: HostInstant, current: u64) -> Vec<Wait> {
         let over = self
             .0
             .extract_if(.., |wait| wait.index <= current)
             .collect();
-        // The first index that an arm gives is 1 or 2 (model section 14).
+        // The first index of an arm is 1 or 2 (model section 14).
         let next = match current {
             0 => 1..=2,
             _ => current.saturating_add(1)..=current.saturating_add(1),
         };
         for wait in &mut self.0 {
+            // The time starts once, however often the same index is reported.
             if next.contains(&wait.index) && wait.due.is_none() {
                 wait.due = Some(now + wait.timeout);
             }
@@ -56,23 +61,23 @@ impl Waits {
         over
     }
 
-    /// Those whose time is over.
+    /// Removes and returns the calls whose time is over.
     pub(crate) fn late(&mut self, now: HostInstant) -> Vec<Wait> {
         let is_late = |wait: &mut Wait| wait.due.is_some_and(|due| due <= now);
         self.0.extract_if(.., is_late).collect()
     }
 
-    /// When the next one's time is over.
+    /// Returns the earliest instant at which the time of a call is over.
     pub(crate) fn due(&self) -> Option<HostInstant> {
         self.0.iter().filter_map(|wait| wait.due).min()
     }
 
-    /// Those that an alarm holds.
+    /// Removes and returns the calls that an alarm holds.
     pub(crate) fn held(&mut self) -> Vec<Wait> {
         self.0.extract_if(.., |wait| !wait.homing).collect()
     }
 
-    /// All of them: they will not end.
+    /// Removes and returns all calls, because they will not finish.
     pub(crate) fn cancel(&mut self) -> Vec<Wait> {
         std::mem::take(&mut self.0)
     }

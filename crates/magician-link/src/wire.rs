@@ -1,4 +1,4 @@
-//! Commands that the protocol's table does not have, as bytes.
+//! Encoding and decoding of commands without a row in the protocol's table.
 
 use serde_json::{Map, Value, json};
 
@@ -7,10 +7,10 @@ use crate::methods::{Method, Wire};
 use crate::params::Given;
 use crate::results::shape;
 
-/// The parameters of a frame, as hex.
+/// Encodes the parameters of a frame as hexadecimal digits.
 ///
 /// # Errors
-/// A number that does not fit its place.
+/// A number that does not fit its type.
 pub(crate) fn encode(given: &Given) -> Result<String, LinkError> {
     let mut bytes = Vec::new();
     for (param, value) in given.in_order() {
@@ -33,6 +33,7 @@ pub(crate) fn encode(given: &Given) -> Result<String, LinkError> {
             }
             Some(Wire::Text) => {
                 bytes.extend(value.as_str().unwrap_or_default().bytes());
+                // The controller reads up to the zero.
                 bytes.push(0);
             }
             None => {}
@@ -41,7 +42,8 @@ pub(crate) fn encode(given: &Given) -> Result<String, LinkError> {
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// The object of an answer, of the parameters of a frame as hex. What the frame is too short for is absent.
+/// Decodes the parameters of a frame into an answer. Values that the frame is too short for are
+/// left out.
 pub(crate) fn decode(method: &Method, hex: &str) -> Value {
     let bytes: Vec<u8> = { hex.as_bytes().chunks(2) }
         .filter_map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok())
@@ -61,6 +63,7 @@ pub(crate) fn decode(method: &Method, hex: &str) -> Value {
             Some(Wire::Text) => {
                 let text = rest.split(|byte| *byte == 0).next().unwrap_or_default();
                 let text = String::from_utf8_lossy(text).into_owned();
+                // A text takes the rest of the frame.
                 rest = &[];
                 Some(json!(text))
             }

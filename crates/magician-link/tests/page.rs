@@ -1,4 +1,5 @@
-//! docs/LINK.md names every call that is no row of the protocol's table, under what becomes of it on a virtual arm.
+//! Checks that docs/LINK.md names every call without a row in the protocol's table under the answer
+//! of a virtual arm.
 
 use magician_link::methods;
 

@@ -1,8 +1,8 @@
-//! What a station costs: `cargo bench -p magician-station --features http`.
+//! Costs of a station: `cargo bench -p magician-station --features http`.
 //!
-//! Prints, over TCP on this machine: from the instant at which a client sends a stop to the instant at which the driver writes it to the line,
-//! alone and with 20 viewers at 20 Hz; a reading through the station beside the same reading by the driver; and what an idle station takes of the
-//! machine.
+//! Prints, over TCP on this machine: the time from sending a stop to the driver's write of it to
+//! the line, alone and beside 20 viewers at 20 Hz; a reading through the station compared with one
+//! by the driver; and the processor time and memory of an idle station.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
@@ -26,13 +26,13 @@ const STOPS: usize = 200;
 const READS: usize = 2000;
 const VIEWERS: usize = 20;
 
-/// Notes when the driver writes a stop.
+/// Writer that notes when the driver writes a stop.
 #[derive(Clone, Default)]
 struct Tap(Arc<Mutex<Option<Instant>>>);
 
 impl Write for Tap {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // ForceStopExec, id 242, as a set.
+        // ForceStopExec, id 242, as a set command.
         if bytes
             .windows(5)
             .any(|window| window == [0xAA, 0xAA, 2, 242, 1])
@@ -85,7 +85,7 @@ impl Client {
     }
 }
 
-/// Median, 99th of 100, and the largest, ms.
+/// Formats median, 99th percentile and maximum, ms.
 fn spread(mut times: Vec<Duration>) -> String {
     times.sort();
     let at = |part: f64| {
@@ -112,7 +112,7 @@ async fn stops(client: &mut Client, tap: &Tap) -> Vec<Duration> {
     times
 }
 
-/// Processor time of this process, s, and its memory, MB.
+/// Returns processor time of this process, s, and its memory, MB.
 fn taken() -> (f64, f64) {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<f64> = { stat.rsplit(") ").next().unwrap_or_default().split(' ') }
@@ -199,7 +199,7 @@ async fn main() {
     segments().await;
 }
 
-/// A program for DobotLink.
+/// Program for DobotLink.
 struct Programs(WebSocketStream<MaybeTlsStream<TcpStream>>);
 
 impl Programs {
@@ -246,8 +246,8 @@ impl Programs {
     }
 }
 
-/// Segments of a path, as fast as they are taken by an arm whose time runs 50 times as fast: by the driver, and through the link with
-/// 8 calls under way.
+/// Path segments to an arm whose time runs 50 times as fast, as quickly as it takes them: by the
+/// driver, and through the link with 8 calls in flight.
 async fn segments() {
     const SEGMENTS: usize = 3000;
     let place = |at: usize| 0.2 * (at as f32);

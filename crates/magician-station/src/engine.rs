@@ -1,4 +1,15 @@
-//! An arm of the driver at the orders of a station.
+//! Engine: carries out the orders of a station on one arm of the driver.
+//!
+//! The engine is one task per arm. It receives [`ArmOrder`]s, runs them over [`Arm`] and reports
+//! with [`ArmReport`]s. Three kinds of orders differ in how they run:
+//!
+//! * Reads and checks run side by side as spawned tasks.
+//! * Actions (moves, settings, homing) run one after the other, because they change the arm.
+//! * Stops run at once. A stop drops the action in progress and everything that waits, and nothing
+//!   new starts before it is confirmed.
+//!
+//! Jobs run through `magician-job` and own the arm while they run. The engine decides nothing about
+//! rights: an order that arrives is permitted.
 
 mod acts;
 mod guided;
@@ -35,42 +46,43 @@ use crate::job::Reader;
 use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome, jog_end};
 use crate::surface::ArmSurface;
 
-/// How often an arm is looked at whose line was lost under a job, until its queue is empty: two seconds of motion are in it, or one
-/// long command.
+/// Attempts to restore the settings that a job had changed when its line was lost, and their
+/// interval. The arm's queue must be empty first. It holds two seconds of motion, or one long
+/// command, so half a minute suffices.
 const LOOKS_AFTER_JOB: u32 = 30;
 const LOOK_AFTER_JOB: Duration = Duration::from_secs(1);
 
-/// Number of stops of an arm at the end of a station. Commands of another host may come after the first.
+/// Most stops of an arm when the station ends. Another host may send commands after the first one.
 const LAST_STOPS: u32 = 3;
 
-/// A message to the engine.
+/// Message to the engine's task.
 enum Message {
     Order(ArmOrder),
-    /// The last one: see [`ArmEngine::end`].
+    /// The last order: see [`ArmEngine::end`].
     End {
         is_reader: bool,
         reply: oneshot::Sender<magician::Result<()>>,
     },
 }
 
-/// An action on its way: what it comes to, with what was read behind it.
+/// Action in progress. Its result includes what was read after it.
 type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
 
-/// What an action comes to.
+/// Result of an action.
 struct Done {
     outcome: Result<Outcome, RpcError>,
-    /// Where it was read anew.
+    /// Values that were read again, if any.
     known: Option<Known>,
-    /// The state behind it, where that is its outcome.
+    /// State after the action, if that is its outcome.
     reading: Option<crate::ArmReading>,
-    /// It may have changed what is not read each time.
+    /// True if the action may have changed values that are not in every reading.
     stale: bool,
 }
 
-/// An arm that carries out the orders of a station: reads side by side, what moves or sets it one after the other, and
-/// stops at once, before everything else.
+/// Handle to an arm that carries out the orders of a station. Reads run side by side, orders that
+/// move or set run one after the other, stops run at once.
 ///
-/// When it is dropped a jog ends, and what it does is stopped by the rules of the driver.
+/// Dropping the handle ends a jog and stops motion by the rules of the driver.
 #[derive(Debug)]
 pub struct ArmEngine {
     messages: mpsc::UnboundedSender<Message>,
@@ -80,11 +92,12 @@ pub struct ArmEngine {
 }
 
 impl ArmEngine {
-    /// Starts one on the present tokio runtime; `report` gets what the arm reports. Programs are read by `reader` and laid
-    /// on `surface`, and `journal` gives the journals of jobs.
+    /// Starts an engine on the current tokio runtime. `report` is called with each report of the
+    /// arm. `reader` reads programs and places them on `surface`; `journal` creates journals of
+    /// jobs.
     ///
     /// # Panics
-    /// Outside of a tokio runtime.
+    /// If called outside of a tokio runtime.
     pub fn start(
         arm: &Arm,
         reader: Arc<dyn Reader>,
@@ -115,6 +128,7 @@ impl ArmEngine {
             doing: None,
             stops: 0,
             ended: false,
+            // A set, so that dropping the engine aborts its background tasks.
             side: JoinSet::new(),
             jog: None,
             beginning: None,
@@ -129,37 +143,39 @@ impl ArmEngine {
         }
     }
 
-    /// Orders that are not done, and what is read beside: when it looked last.
+    /// Returns the number of unfinished orders and background reads, as of the task's last round.
     pub(crate) fn load(&self) -> usize {
         self.load.load(Ordering::Relaxed)
     }
 
-    /// Stops the job under way for the end of the program, and lets no other begin: the pen goes up, settings are restored. The
-    /// future is over with the job.
+    /// Stops the job in progress for the end of the program and lets no other job start. The pen
+    /// goes up and settings are restored. The future resolves when the job is over.
     pub(crate) fn end_job(&self) -> impl Future<Output = ()> + Send + use<> {
         let handle = RunningJob::close(&self.running);
         async move {
             if let Some(handle) = handle {
                 handle.stop();
+                // The outcome is reported by the job's own task.
                 let _ = handle.outcome().await;
             }
         }
     }
 
-    /// Gives it an order.
+    /// Sends an order to the engine.
     pub fn order(&self, order: ArmOrder) {
-        // Its task ends with it.
+        // Fails only if the task has ended, which it does with this handle.
         let _ = self.messages.send(Message::Order(order));
     }
 
-    /// Ends what is under way, takes no order that moves or sets any more, and stops the arm until its
-    /// queue is empty, laser and motors are off and it stands. `is_reader`: the station never moved it,
-    /// so what waits in the queue is another program's.
+    /// Ends everything in progress, refuses all further orders that move or set, and stops the arm
+    /// until its queue is empty, laser and motors are off, and it stands. With `is_reader` the
+    /// station never moved the arm, so commands in its queue belong to another program and stay.
     pub(crate) fn end(
         &self,
         is_reader: bool,
     ) -> impl Future<Output = magician::Result<()>> + Send + use<> {
         let (reply, ended) = oneshot::channel();
+        // If the task is gone, `reply` is dropped and the future below resolves to an error.
         let _ = self.messages.send(Message::End { is_reader, reply });
         async move {
             let gone = |_| Err(magician::Error::closed());
@@ -174,29 +190,29 @@ impl Drop for ArmEngine {
     }
 }
 
-/// What came of something that was done beside.
+/// Result of a background task.
 enum TaskResult {
     Report(ArmReport),
-    /// The arm was read, on request or for what is not read each time.
+    /// The arm was read, on request or for values that are not in every reading.
     Read(
         RequestId,
         Result<Outcome, RpcError>,
         Box<Known>,
         Option<Box<crate::ArmReading>>,
     ),
-    /// Where the arm is on its rail, if it has one.
+    /// Position on the rail. `None` without a rail.
     Known(Option<f32>),
     Jog(RequestId, JogId, Result<Jog, magician::Error>),
     Stopped(Option<RequestId>, Result<Value, RpcError>),
     /// The program of a job was read.
     Program(JobId, Result<Box<jobs::ReadProgram>, RpcError>),
-    /// A job is over, and was reported.
+    /// A job is over and its end was reported.
     JobOver(JobId),
-    /// Nothing follows.
+    /// No effect.
     Nothing,
 }
 
-/// Something that waits for its turn.
+/// Order that waits for its turn.
 enum Waiting {
     Act {
         request: RequestId,
@@ -213,25 +229,25 @@ struct Work {
     load: Arc<AtomicUsize>,
     jobs_with: JobContext,
     job: Option<Slot>,
-    /// What the end of the program needs of the job.
+    /// The part of the job that the end of the program needs.
     running: Arc<Mutex<RunningJob>>,
     watch: Option<StateWatch>,
     known: Known,
-    /// What was told of tools and speed last.
+    /// Tools and speed as reported last.
     told: Option<ArmOutputs>,
-    /// Lapses of the driver's picture when it was read last.
+    /// Value of the driver's `lapses` counter at the last read.
     lapses: u64,
     waiting: VecDeque<Waiting>,
     doing: Option<(RequestId, Doing)>,
-    /// Stops under way: nothing begins before they are over.
+    /// Stops in progress. No action starts while this is above 0.
     stops: usize,
-    /// True from the last stop on: only reads and stops are obeyed.
+    /// True after [`ArmEngine::end`]: only reads and stops are obeyed.
     ended: bool,
     side: JoinSet<TaskResult>,
     jog: Option<(JogId, Jog)>,
-    /// A jog that begins.
+    /// Jog that is starting.
     beginning: Option<(JogId, AbortHandle)>,
-    /// Where the unlock key is released, as long as that is told.
+    /// Reports poses when the unlock key is released, while switched on.
     guided: Guided,
 }
 
@@ -240,19 +256,25 @@ impl Work {
         let mut events = self.arm.events();
         self.learn();
         loop {
+            // At the top of each round, because any event may have removed what an action waited
+            // for.
             self.begin_next();
             self.tell_outputs();
             let waiting = self.inbox.len() + self.waiting.len() + self.side.len();
             let load = waiting + usize::from(self.doing.is_some());
             self.load.store(load, Ordering::Relaxed);
             tokio::select! {
+                // In this order on purpose: orders come first, so a stop is never behind a flood of
+                // readings.
                 biased;
                 message = self.inbox.recv() => match message {
                     Some(Message::Order(order)) => self.obey(order),
                     Some(Message::End { is_reader, reply }) => self.end(is_reader, reply),
+                    // Never while the handle exists: dropping it aborts the task.
                     None => return,
                 },
-                // Before what was read, so that a line that was found is known to be up.
+                // Events before readings: a line that was found must be known to be up when it is
+                // read.
                 event = events.next() => match event {
                     Some(event) => self.tell(event),
                     None => return,
@@ -276,6 +298,7 @@ impl Work {
     }
 
     fn obey(&mut self, order: ArmOrder) {
+        // Reads, and everything that ends motion, stay possible to the last.
         let begins_nothing = matches!(
             order,
             ArmOrder::Read { .. }
@@ -325,7 +348,8 @@ impl Work {
             ArmOrder::EndJog(jog) => {
                 self.jog.take_if(|(id, _)| *id == jog);
                 if let Some((_, begins)) = self.beginning.take_if(|(id, _)| *id == jog) {
-                    // One that is given up on ends, whether it has begun or not.
+                    // Dropping the start of a jog ends the jog, whether the arm has started it or
+                    // not.
                     begins.abort();
                 }
             }
@@ -341,6 +365,7 @@ impl Work {
                 preview,
             } => self.check_job(request, *source, preview),
             ArmOrder::StartJob(start) => {
+                // The slot exists before the job's turn, so that a pause or stop already finds it.
                 self.job = Some(Slot::new(start.job));
                 self.waiting.push_back(Waiting::Job(start));
             }
@@ -356,8 +381,10 @@ impl Work {
                 laser,
             } => self.resume_job(request, job, approach, laser),
             ArmOrder::StopJob(job) => self.stop_job(job),
-            // What a job does is paused or stopped by orders of its own.
+            // A job in progress is paused or stopped by its own orders, not by the end of a lease.
             ArmOrder::Stop { request: None } if self.job_drives() => self.owe_motors(),
+            // An explicit stop ends the job as well; a stop because a lease ended leaves a paused
+            // job.
             ArmOrder::Stop { request } => {
                 if request.is_some() {
                     self.halt_job();
@@ -365,6 +392,7 @@ impl Work {
                 self.give_up();
                 let arm = self.arm.clone();
                 self.side.spawn(async move {
+                    // The pose comes after the stop: it is where the arm came to rest.
                     let stood = async {
                         arm.stop().await?;
                         arm.get().await
@@ -373,7 +401,7 @@ impl Work {
                     TaskResult::Stopped(request, stood.map_err(RpcError::from))
                 });
             }
-            // What a job has running is its own until it pauses or ends.
+            // Motors of a running job belong to the job until it pauses or ends.
             ArmOrder::StopMotors => {
                 self.owe_motors();
                 if !self.job_drives() {
@@ -385,11 +413,13 @@ impl Work {
                 fence,
                 stops,
             } => {
-                // It holds from here on.
+                // In force from here on, for every frame that follows.
                 let holds = self.arm.set_fence(*fence);
                 if stops {
                     self.give_up();
                 } else {
+                    // A fence that does not stop the arm still holds new actions back until it is
+                    // in force.
                     self.stops += 1;
                 }
                 self.side.spawn(async move {
@@ -400,8 +430,10 @@ impl Work {
             }
             ArmOrder::Watch { rate, pins } => {
                 let options = rate.map(|rate| StateOptions::at(f64::from(rate)).pins(pins));
-                // Rates and pins were checked when they were asked for.
+                // Valid: rates and pins were checked when the client asked for them.
                 self.watch = options.and_then(|options| self.arm.state_with(options).ok());
+                // The last reading may be old: comparing the next pose with it would show motion
+                // that is over.
                 self.known.rests();
                 if self.watch.is_some() {
                     self.learn();
@@ -410,7 +442,7 @@ impl Work {
         }
     }
 
-    /// Ends what is under way, but a job, for a stop that follows.
+    /// Drops all actions in progress and waiting, except jobs, for a stop that follows.
     fn give_up(&mut self) {
         self.doing = None;
         let is_job = |waiting: &Waiting| matches!(waiting, Waiting::Job(_));
@@ -422,20 +454,21 @@ impl Work {
         self.stops += 1;
     }
 
-    /// The last stop: nothing begins after it.
+    /// Carries out the last stop. No action starts after it.
     fn end(&mut self, is_reader: bool, reply: oneshot::Sender<magician::Result<()>>) {
         self.ended = true;
         self.give_up();
         self.waiting.clear();
         let arm = self.arm.clone();
         self.side.spawn(async move {
-            // The station may be gone already.
+            // Fails only if the station is gone already.
             let _ = reply.send(come_to_an_end(&arm, is_reader).await);
             TaskResult::Stopped(None, Ok(Value::Null))
         });
     }
 
-    /// Switches off what runs on without a holder. A queue that is still to set a motor going is dropped with it.
+    /// Switches off motor outputs that run without a holder. A command in the queue that would
+    /// start a motor is dropped with the queue.
     fn stop_motors(&mut self) {
         if self.arm.motors().running().is_empty() {
             return;
@@ -443,6 +476,7 @@ impl Work {
         self.stops += 1;
         let arm = self.arm.clone();
         self.side.spawn(async move {
+            // A queued command may still start a motor, so a moving arm is stopped as a whole.
             let stopped = if arm.moving() {
                 arm.stop().await
             } else {
@@ -455,7 +489,7 @@ impl Work {
         });
     }
 
-    /// Begins the next action if nothing is in its way.
+    /// Starts the next action, unless one is in progress or a stop is not confirmed.
     fn begin_next(&mut self) {
         if self.doing.is_some() || self.stops > 0 {
             return;
@@ -467,6 +501,7 @@ impl Work {
                 laser,
             }) => {
                 if let Some(outcome) = self.paced(&act) {
+                    // A running job sets the speed through its own handle.
                     return (self.report)(ArmReport::Done { request, outcome });
                 }
                 let arm = if laser {
@@ -481,7 +516,7 @@ impl Work {
         }
     }
 
-    /// An action as it is carried out.
+    /// Returns the future that carries out an action.
     fn doing_of(&self, arm: Arm, act: ArmAct) -> Doing {
         let surface = self.jobs_with.surface.clone();
         let draws = self.jobs_with.reader.usual_tool();
@@ -489,7 +524,7 @@ impl Work {
         Box::pin(acts::to_the_end(arm, act, known, surface, draws))
     }
 
-    /// Tells of tools and speed where they have changed, and reads them where they are not known any more.
+    /// Reports tools and speed if they changed, and reads them again if they are unknown.
     fn tell_outputs(&mut self) {
         let ArmSnapshot {
             outputs, lapses, ..
@@ -533,7 +568,7 @@ impl Work {
     }
 
     fn take(&mut self, side: TaskResult) {
-        // Before the answer of a stop that has changed them.
+        // Reported before the answer to a stop that changed them.
         self.tell_outputs();
         match side {
             TaskResult::Report(report) => (self.report)(report),
@@ -552,8 +587,9 @@ impl Work {
                 self.beginning.take_if(|(beginning, _)| *beginning == id);
                 let outcome = match begun {
                     Ok(jog) => {
-                        // The time to keep it up counts from the answer, which goes out now: on a busy machine the arm's
-                        // own answer may be long ago. One that is over already is told by its end.
+                        // The keep-alive period of the jog starts with the answer that goes out
+                        // now: on a busy machine the arm's own answer may be old. If the jog is
+                        // over already, its end is reported separately.
                         let _ = jog.keep();
                         self.jog = Some((id, jog));
                         Ok(Outcome::Value(Value::Null))
@@ -572,7 +608,7 @@ impl Work {
         }
     }
 
-    /// Reads what is not read each time, beside.
+    /// Reads in the background the values that are not in every reading.
     fn learn(&mut self) {
         self.lapses = self.arm.snapshot().lapses;
         let arm = self.arm.clone();
@@ -584,6 +620,7 @@ impl Work {
     }
 
     fn read(&mut self, status: &magician::Status) {
+        // While the line is down the status is the last one known: no reading.
         if status.link == Link::Up
             && let Some(reading) = self.known.reading(status, &self.arm)
         {
@@ -615,33 +652,36 @@ impl Work {
                 self.learn();
             }
             Event::Missed { events } => tell(ArmEvent::Missed, vec![("count", json!(events))]),
+            // Events of a newer driver: of no use to clients that cannot know them.
             other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
         }
     }
 }
 
-/// Restores what a job has changed that the line was lost under, once the arm has done what it had of it.
+/// Restores settings of a job whose line was lost, once the arm has finished the commands it had.
 async fn restore_after_job(arm: Arm) -> TaskResult {
     for _ in 0..LOOKS_AFTER_JOB {
         match SavedSettings::settle(&arm, Access::Sets).await {
             Settled::Later(_) => sleep(LOOK_AFTER_JOB).await,
+            // Restored, or nothing to restore.
             _ => break,
         }
     }
     TaskResult::Nothing
 }
 
-/// Stops an arm if anything of it moves, burns, runs or waits, and makes sure that nothing does.
+/// Stops an arm until nothing of it moves, burns, runs or waits.
 async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
     let (_, places) = arm.stats().await?;
     for stops in 0.. {
         let is_lit = arm.outputs().laser == Some(true);
         let is_busy = is_lit || arm.moving() || !arm.motors().running().is_empty();
-        // The driver knows of no commands that it did not send: the arm is asked.
+        // The driver does not know commands that another host sent, so the arm's queue is asked.
         if !is_busy && (is_reader || arm.queue().left_space().await? >= places) {
             break;
         }
         if stops == LAST_STOPS {
+            // Given up after LAST_STOPS, so that the end of the station is not held up for ever.
             let message = "commands come to the arm's queue again after each stop";
             return Err(magician::Error::new(ErrorCode::StopUnconfirmed, message));
         }
@@ -650,7 +690,7 @@ async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
     arm.laser().switch_off_after().await
 }
 
-/// What the action under way comes to; never without one.
+/// Resolves when the action in progress is done. Pending for ever without one.
 async fn done(doing: &mut Option<(RequestId, Doing)>) -> (RequestId, Done) {
     match doing {
         Some((request, doing)) => (*request, doing.as_mut().await),
@@ -658,7 +698,7 @@ async fn done(doing: &mut Option<(RequestId, Doing)>) -> (RequestId, Done) {
     }
 }
 
-/// The next reading; `None` when the connection has ended.
+/// Returns the next status. `None` if the connection has ended; pending for ever without a watch.
 async fn changed(watch: &mut Option<StateWatch>) -> Option<magician::Status> {
     match watch {
         Some(watch) => watch.changed().await.ok(),

@@ -1,9 +1,14 @@
-//! Fair turns between senders: what one of them sends delays the others by a bounded number of turns.
+//! Fair queueing between senders: one busy sender delays the others by a bounded number of turns.
 //!
-//! A station runs on one thread. Whatever a sender can trigger back to back (bytes, pipelined requests, messages of a
-//! socket) takes a turn first (`FairTurns`). A turn comes after everything else that was ready to run, the arms included,
-//! and after new input was looked for; one sender has one turn in a round, however many connections it opens. A sender that
-//! is alone passes without waiting.
+//! A station runs on one thread. A sender that pipelines requests or keeps its socket full would
+//! hold that thread, and a stop of another client would wait. So everything that a sender can
+//! trigger back to back (bytes, pipelined requests, messages of a socket) first takes a turn
+//! (`FairTurns`).
+//!
+//! Turns are given round robin by sender, not by connection: opening more connections gains
+//! nothing. The task that hands out turns yields after each one, so everything else that is ready,
+//! the arms included, runs in between, and new input is polled. A sender that is alone passes
+//! without waiting.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,10 +18,10 @@ use tokio::sync::oneshot;
 #[cfg(feature = "http")]
 use tokio::task::yield_now;
 
-/// Items by sender, taken round robin: one of each sender in a round, of one sender the oldest first.
+/// Round-robin queue: one item of each sender per round, oldest first within a sender.
 #[derive(Debug)]
 struct FairQueue<K, T> {
-    /// Senders with items, the next one first.
+    /// Senders with items, in the order of their next turn.
     round: VecDeque<K>,
     items: BTreeMap<K, VecDeque<T>>,
 }
@@ -44,6 +49,8 @@ impl<K: Clone + Ord, T> FairQueue<K, T> {
         let items = self.items.get_mut(&sender)?;
         let item = items.pop_front();
         if items.is_empty() {
+            // A sender without items keeps no entry, so memory follows the number of waiting
+            // senders.
             drop(self.items.remove(&sender));
         } else {
             self.round.push_back(sender);
@@ -52,9 +59,10 @@ impl<K: Clone + Ord, T> FairQueue<K, T> {
     }
 }
 
-/// A queue with a task that serves it as long as anything waits. Clones are of the same queue.
+/// Shared fair queue, served by one task as long as it holds items. Clones share the queue.
 ///
-/// The task serves, never those that wait: one of these may not be polled for a long time, and is not to hold up the others.
+/// A separate task serves, never one of the waiting tasks: a waiting task may not be polled for a
+/// long time, and would hold up the others.
 #[derive(Debug)]
 pub(crate) struct FairLine<K, T>(Arc<Mutex<Line<K, T>>>);
 
@@ -80,29 +88,30 @@ impl<K, T> Default for FairLine<K, T> {
 }
 
 impl<K: Clone + Ord, T> FairLine<K, T> {
-    /// Adds an item. True if nobody serves the line, so that the caller has to see to it: until [`pop`](Self::pop) returns
-    /// `None`.
+    /// Adds an item. Returns true if no task serves the queue: then the caller must serve it until
+    /// [`pop`](Self::pop) returns `None`.
     pub(crate) fn push(&self, sender: K, item: T) -> bool {
         let mut line = self.lock();
         line.waiting.push(sender, item);
         !std::mem::replace(&mut line.is_served, true)
     }
 
-    /// Takes the next item. `None` if nothing waits, which ends the serving.
+    /// Takes the next item. `None` if the queue is empty, which ends the serving.
     pub(crate) fn pop(&self) -> Option<T> {
         let mut line = self.lock();
         let next = line.waiting.pop();
+        // Cleared under the lock, so that a concurrent push starts the next server.
         line.is_served = next.is_some();
         next
     }
 
     fn lock(&self) -> MutexGuard<'_, Line<K, T>> {
-        // What it holds is whole values, whoever panicked.
+        // After a panic elsewhere the queue is still consistent: it holds whole values.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Turns of senders. Clones are of the same turns.
+/// Source of turns for senders. Clones share the turns.
 #[cfg(feature = "http")]
 #[derive(Clone, Debug)]
 pub(crate) struct FairTurns<K>(FairLine<K, oneshot::Sender<()>>);
@@ -116,21 +125,22 @@ impl<K> Default for FairTurns<K> {
 
 #[cfg(feature = "http")]
 impl<K: Clone + Ord + Send + 'static> FairTurns<K> {
-    /// Waits for this sender's turn: one turn comes after everything that was ready to run at the one before.
+    /// Waits for the turn of this sender. All tasks that were ready at the previous turn have run
+    /// by then.
     pub(crate) async fn turn(&self, sender: K) {
         let (call, called) = oneshot::channel();
         if self.0.push(sender, call) {
             let line = self.0.clone();
             tokio::spawn(async move {
                 while let Some(next) = line.pop() {
-                    // One that is gone has no turn.
+                    // A caller that was dropped takes no turn, so it costs no yield.
                     if next.send(()).is_ok() {
                         yield_now().await;
                     }
                 }
             });
         }
-        // It fails when the runtime ends.
+        // Fails only when the runtime shuts down; then there is nothing left to wait for.
         let _ = called.await;
     }
 }
@@ -148,7 +158,7 @@ mod tests {
 
     use super::*;
 
-    /// A runtime of one thread, as a station has it.
+    /// Current-thread runtime, as used by a station.
     fn run<T>(future: impl Future<Output = T>) -> T {
         Builder::new_current_thread()
             .build()
@@ -193,7 +203,7 @@ mod tests {
             }
         }
 
-        /// Senders that never pause, each with several connections, and one that comes at any time.
+        /// Senders that never pause, each with several connections, and a newcomer at any time.
         #[test]
         fn newcomer_is_served_within_one_turn_of_each_busy_sender(
             connections in vec(1..20_u8, 1..8), begun in 0..200_usize,
@@ -220,11 +230,11 @@ mod tests {
                 turns.turn(usize::MAX).await;
                 served.load(Ordering::Relaxed) - before
             });
-            // The one that has the door, and one of each sender.
+            // The sender being served, and one turn of each other sender.
             prop_assert!(waited <= senders + 1, "{waited} turns of {senders} senders");
         }
 
-        /// What is ready otherwise does not wait for turns at all.
+        /// Tasks that take no turns are not delayed by them.
         #[test]
         fn task_of_many_steps_meets_one_turn_a_step(hops in 1..40_usize, connections in 1..200_u16) {
             let served = run(async move {
@@ -261,7 +271,7 @@ mod tests {
                 assert!(polled.await.is_pending());
             }
             drop(gone);
-            // The first has been called by now, and does not notice.
+            // The first sender was called by now but is never polled, so it does not notice.
             for _ in 0..10 {
                 turns.turn(2).await;
             }

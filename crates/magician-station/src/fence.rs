@@ -1,4 +1,7 @@
-//! The fence of an arm as the API has it.
+//! The fence of an arm in JSON: reading, changing and combining.
+//!
+//! A fence bounds where the tool tip may go, how fast it moves and how strong the laser burns.
+//! [`Fence`] itself and its check are in `magician-host`; this module translates it for clients.
 
 use magician::{Cuboid, Fence, FenceError};
 use serde_json::{Map, Value, json};
@@ -7,7 +10,7 @@ use crate::api::RpcError;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// As clients see it: null without one, and null for what it does not bound.
+/// Returns the fence as JSON. Null without a fence, and null for each bound that is not set.
 pub(crate) fn shown(fence: Option<&Fence>) -> Value {
     let Some(fence) = fence else {
         return Value::Null;
@@ -31,11 +34,13 @@ fn sides(cuboid: Cuboid) -> Value {
     )
 }
 
-/// The fence after a change: null removes it, and a member that is named takes the place of what was.
+/// Returns the fence after a change: null removes the fence, a named member replaces the old bound,
+/// members that are not named stay.
 pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fence>, RpcError> {
     let Value::Object(change) = change else {
         return Ok(None);
     };
+    // A misspelt bound must not be ignored: the client would believe in a fence that is not there.
     let known = ["floor", "box", "keep_out", "speed", "power"];
     if let Some(name) = change.keys().find(|name| !known.contains(&name.as_str())) {
         let name = magician_protocol::visible(name).to_string();
@@ -44,9 +49,11 @@ pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fen
         )));
     }
     let before = fence.unwrap_or_default();
+    // Built anew, because a `Fence` can only be extended: a bound could not be removed from it.
     let mut after = Fence::default();
     let number = |name: &str, was: Option<f64>| match change.get(name) {
         None => Ok(was),
+        // Null removes the bound, unlike a member that is missing.
         Some(Value::Null) => Ok(None),
         Some(value) => match value.as_f64() {
             Some(number) => Ok(Some(number)),
@@ -82,6 +89,7 @@ pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fen
     for keep_out in keep_outs {
         after = after.with_keep_out(keep_out).map_err(flaw)?;
     }
+    // A fence without any bound is no fence: `null` is what clients then see.
     Ok(Some(after).filter(|fence| !fence.is_empty()))
 }
 
@@ -90,9 +98,11 @@ fn cuboid(name: &str, value: &Value) -> Result<Cuboid, RpcError> {
         let pair = value.get(axis)?.as_array()?;
         match pair.as_slice() {
             [low, high] => Some([low.as_f64()?, high.as_f64()?]),
+            // More or fewer numbers, or no array.
             _ => None,
         }
     };
+    // Exactly three sides: a fourth member would be a misspelt axis.
     let whole = value.as_object().is_some_and(|sides| sides.len() == 3);
     match AXES.map(side) {
         [Some(x), Some(y), Some(z)] if whole => Ok(Cuboid {
@@ -113,7 +123,7 @@ fn flaw(error: FenceError) -> RpcError {
     wrong(&error.to_string())
 }
 
-/// Both of two fences: of each bound the stricter one.
+/// Returns the intersection of two fences: for each bound the stricter one.
 #[cfg(feature = "class")]
 pub(crate) fn stricter(one: Fence, other: &Fence) -> Fence {
     let both = |a: Option<f64>, b: Option<f64>, pick: fn(f64, f64) -> f64| match (a, b) {
@@ -146,7 +156,8 @@ pub(crate) fn stricter(one: Fence, other: &Fence) -> Fence {
     for keep_out in one.keep_outs().iter().chain(other.keep_outs()) {
         add(&|fence| fence.with_keep_out(*keep_out));
     }
-    // What cannot be one fence, such as two boxes side by side, leaves no place at all.
+    // Two boxes that do not overlap have no common fence. Then no place is allowed at all: a floor
+    // of 1 km is above every pose, and errs on the safe side.
     out.or_else(|| Fence::default().with_floor(1e6).ok())
         .unwrap_or(one)
 }

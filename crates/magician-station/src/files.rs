@@ -1,5 +1,8 @@
-//! Files that are prepared here, or elsewhere: a page's station has no readers. Another module has them, beside the worker that
-//! must hear a stop.
+//! Hook for preparing files in another place than the station's own thread.
+//!
+//! On a page without a server the station has no readers for files: another WebAssembly module has
+//! them and prepares programs in its own worker, so that the worker of the station can still
+//! receive a stop. A [`FilePreparer`] therefore returns either a result or a future.
 
 use std::pin::Pin;
 
@@ -8,25 +11,25 @@ use magician_program::wire::FileAnswer;
 
 use crate::api::RpcError;
 
-/// An answer on its way. Dropping it gives the file up.
+/// Future that resolves to a prepared file. Dropping it cancels the preparation.
 pub type AnswerToCome = Pin<Box<dyn Future<Output = Result<FileAnswer, RpcError>> + Send>>;
 
-/// Program of a file, or the promise of one.
+/// Result of [`FilePreparer::prepare`]: a program or a future.
 #[non_exhaustive]
 pub enum FilePreparation {
-    /// It is prepared.
+    /// The file is prepared.
     Here(FileAnswer),
-    /// It is prepared elsewhere.
+    /// The file is being prepared elsewhere.
     ToCome(AnswerToCome),
 }
 
-/// Prepares files.
+/// Prepares files into programs.
 pub trait FilePreparer: Send + Sync {
-    /// Prepares one. An answer to come always comes, as an error if need be.
+    /// Prepares one file. A future must resolve in any case, with an error if necessary.
     fn prepare(&self, request: PrepareRequest) -> FilePreparation;
 }
 
-/// Prepares files with the readers that are built in.
+/// Prepares files in place, with the readers that are compiled in.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PrepareHere;
 

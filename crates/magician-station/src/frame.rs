@@ -1,8 +1,12 @@
-//! A state as a frame of bytes, for those who read often.
+//! Binary form of an arm's state, for subscriptions at a high rate.
+//!
+//! A frame has a fixed size and a fixed layout, so that a client reads it without a JSON parser:
+//! two bytes of mark and version, subscription, sequence number, then one `f64` for each name in
+//! [`FRAME_FIELDS`]. All numbers are little endian.
 
 use std::fmt;
 
-/// The names of a frame's values, in their order.
+/// Names of the values in a frame, in wire order.
 pub const FRAME_FIELDS: [&str; 13] = [
     "t",
     "x",
@@ -19,16 +23,17 @@ pub const FRAME_FIELDS: [&str; 13] = [
     "flags",
 ];
 
-/// The first byte of a frame, and the version that follows it.
+/// First byte of a frame, and the version of the layout. A layout with other fields gets another
+/// version.
 const MARK: [u8; 2] = [0x4D, 1];
 
-/// Bytes before the values: mark, version, subscription, sequence number.
+/// Bytes before the values: mark, version, subscription (2), sequence number (4).
 const HEAD: usize = 8;
 
-/// Bytes of a frame.
+/// Size of a frame, bytes.
 pub const FRAME: usize = HEAD + 8 * FRAME_FIELDS.len();
 
-/// A state of an arm as a subscription with `frame: "binary"` gets it: 112 bytes, little endian.
+/// State of an arm, as sent to a subscription with `frame: "binary"`: 112 bytes, little endian.
 ///
 /// ```
 /// use magician_station::StateFrame;
@@ -39,21 +44,22 @@ pub const FRAME: usize = HEAD + 8 * FRAME_FIELDS.len();
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateFrame {
-    /// What was subscribed.
+    /// Id of the subscription.
     pub subscription: u16,
-    /// Counts the states of the subscription from 0; numbers are missing where a newer state took the place of one.
+    /// Number of the state within the subscription, from 0. A number is skipped if a newer state
+    /// replaced an unsent one.
     pub sequence: u32,
-    /// The values by [`FRAME_FIELDS`]: Unix seconds, mm, degrees, counts; NaN is unknown.
+    /// Values in the order of [`FRAME_FIELDS`]: Unix seconds, mm, degrees, counts. NaN if unknown.
     pub values: [f64; FRAME_FIELDS.len()],
 }
 
-/// Why bytes are no frame.
+/// Reason why bytes are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// There are so many bytes, and not 112.
+    /// Wrong length: this many bytes instead of 112.
     Length(usize),
-    /// They begin otherwise: with another mark, or another version.
+    /// Wrong mark or unknown version: the first two bytes.
     Mark([u8; 2]),
 }
 
@@ -73,15 +79,16 @@ impl fmt::Display for FrameError {
 impl std::error::Error for FrameError {}
 
 impl StateFrame {
-    /// Reads one.
+    /// Decodes a frame.
     ///
     /// # Errors
-    /// [`FrameError`].
+    /// [`FrameError`] for a wrong length, mark or version.
     pub fn read(bytes: &[u8]) -> Result<Self, FrameError> {
         let Ok(frame): Result<&[u8; FRAME], _> = bytes.try_into() else {
             return Err(FrameError::Length(bytes.len()));
         };
         let (head, rest) = frame.split_at(HEAD);
+        // Always matches, because `HEAD` is 8.
         let &[mark, version, s0, s1, n0, n1, n2, n3] = head else {
             return Err(FrameError::Length(bytes.len()));
         };
@@ -99,7 +106,7 @@ impl StateFrame {
         })
     }
 
-    /// As bytes.
+    /// Encodes the frame.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(FRAME);
@@ -110,7 +117,7 @@ impl StateFrame {
         bytes
     }
 
-    /// The value of a field by its name; `None` for a name that is not among [`FRAME_FIELDS`].
+    /// Returns the value of a field. `None` if the name is not in [`FRAME_FIELDS`].
     #[must_use]
     pub fn value(&self, name: &str) -> Option<f64> {
         let at = FRAME_FIELDS.iter().position(|field| *field == name)?;

@@ -1,4 +1,10 @@
-//! What passed on the line of an arm lately: bytes with their times, in bounded memory.
+//! Ring buffer of the bytes that passed on an arm's serial line during the last ten minutes.
+//!
+//! A recording that is started after an incident still contains the traffic that led to it. The
+//! ring holds *pieces*: what the driver read or wrote at once, with its time and direction. Each
+//! piece is stored behind a head of six bytes in one byte queue, so memory is bounded by bytes and
+//! not by the number of pieces. A reader keeps a [`Mark`] and asks for what came after it; pieces
+//! that the ring dropped meanwhile are counted.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,27 +13,29 @@ use std::time::Duration;
 use magician_protocol::Direction;
 use tokio::time::Instant;
 
-/// How long it is kept.
+/// Age at which a piece is dropped. The history of readings covers the same ten minutes.
 const KEPT: Duration = Duration::from_secs(600);
-/// The head of a piece: time since the one before (4 bytes, us), direction and length (2).
+/// Size of the head of a piece, bytes: time since the piece before in microseconds (4), direction
+/// and length (2).
 const HEAD: usize = 6;
-/// The bit of a reply, beside the length.
+/// Bit that marks a reply. It shares 16 bits with the length.
 const REPLY: u16 = 1 << 15;
 
-/// Bytes that passed on a line.
+/// Bytes that passed on a line at once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PassedBytes {
-    /// When, since the ring was made.
+    /// Time since the ring was created.
     pub at: Duration,
-    /// To the arm, or from it.
+    /// Direction: request to the arm, or reply from it.
     pub direction: Direction,
-    /// As they came: one frame, part of one, or several.
+    /// The bytes as they passed: one frame, part of a frame, or several frames.
     pub bytes: Vec<u8>,
 }
 
-/// The last ten minutes of a line, and at most [`FrameRing::MOST`] bytes.
+/// Traffic of one line: the last ten minutes, and at most [`FrameRing::MOST`] bytes.
 ///
-/// The driver hands it what passes (it is a [`Tap`](magician::Tap) with the feature `http`); the writer of recordings takes it from there.
+/// With the feature `http` the ring is a [`Tap`](magician::Tap), which the driver calls with all
+/// traffic. The writer of recordings reads from the ring.
 ///
 /// ```
 /// use std::time::Duration;
@@ -49,30 +57,30 @@ pub struct FrameRing {
 #[derive(Debug, Default)]
 struct Ring {
     bytes: VecDeque<u8>,
-    /// Where it begins, and when its first piece passed, us.
+    /// Position of the oldest piece, and the time at which it passed, us.
     first: Mark,
     first_at: u64,
-    /// Where the next piece begins.
+    /// Position of the next piece.
     next: Mark,
-    /// Unix seconds when the ring was made.
+    /// Unix time at which the ring was created, s.
     zero: f64,
 }
 
-/// A place in what has passed since the ring was made; the default is its beginning.
+/// Position in the traffic since the ring was created. The default is the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mark {
-    /// Pieces before it, and bytes of them.
+    /// Number of pieces before the position, and their bytes in the ring.
     pieces: u64,
     bytes: u64,
-    /// When the last one of them passed, us.
+    /// Time of the last piece before the position, us.
     at: u64,
 }
 
 impl FrameRing {
-    /// So many bytes are kept at most, of which a piece takes six more than it has.
+    /// Largest size of the ring, bytes. A piece takes six bytes more than its content.
     pub const MOST: usize = 16 << 20;
 
-    /// An empty one, of the line of this name.
+    /// Creates an empty ring for the line with this name.
     #[must_use]
     pub fn new(line: impl Into<String>) -> Arc<Self> {
         Arc::new(Self {
@@ -82,7 +90,7 @@ impl FrameRing {
         })
     }
 
-    /// The name of the line.
+    /// Returns the name of the line.
     #[must_use]
     pub fn line(&self) -> &str {
         &self.line
@@ -92,46 +100,51 @@ impl FrameRing {
         self.ring.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Says what time it was at an instant, in Unix seconds.
+    /// Sets the Unix time of an instant, s.
     pub(crate) fn set_clock(&self, at: Instant, unix: f64) {
         let before = at.saturating_duration_since(self.begun).as_secs_f64();
         self.ring().zero = unix - before;
     }
 
-    /// Unix seconds at a time since the ring was made.
+    /// Converts a time since the creation of the ring to Unix seconds.
     pub(crate) fn unix(&self, at: Duration) -> f64 {
         self.ring().zero + at.as_secs_f64()
     }
 
-    /// Bytes passed, so long after the ring was made.
+    /// Adds bytes that passed at this time since the creation of the ring.
     pub fn add(&self, at: Duration, direction: Direction, bytes: &[u8]) {
+        // Microseconds in 64 bits last half a million years.
         let at = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
         let mut ring = self.ring();
+        // The length has 15 bits, because the direction takes one.
         for piece in bytes.chunks(usize::from(REPLY - 1)) {
             ring.add(at, direction, piece);
         }
     }
 
-    /// Bytes pass now.
+    /// Adds bytes that pass now.
     pub fn pass(&self, direction: Direction, bytes: &[u8]) {
         self.add(self.begun.elapsed(), direction, bytes);
     }
 
-    /// Where it is now.
+    /// Returns the current end of the traffic.
     #[must_use]
     pub fn mark(&self) -> Mark {
         self.ring().next
     }
 
-    /// What has passed since then, where it is now, and how many pieces of it are not kept any more.
+    /// Returns the pieces after `mark`, the new end, and the number of pieces that were dropped
+    /// before they could be read.
     #[must_use]
     pub fn since(&self, mark: &Mark) -> (Vec<PassedBytes>, Mark, u64) {
         let (bytes, first, next, missed) = {
             let ring = self.ring();
-            // The line goes on at once: it waits for the bytes to be copied, and not for what is made of them.
+            // Only the copy is made under the lock: the driver waits for it. Parsing happens after.
             let missed = ring.first.pieces.saturating_sub(mark.pieces);
             let offset = mark.bytes.saturating_sub(ring.first.bytes) as usize;
             let bytes: Vec<u8> = ring.bytes.range(offset..).copied().collect();
+            // The time of a piece is stored relative to the piece before. If that one was dropped,
+            // the reader starts from the ring's own first time.
             let whole = mark.pieces <= ring.first.pieces;
             let first = whole.then_some(ring.first_at);
             (bytes, first.ok_or(mark.at), ring.next, missed)
@@ -139,7 +152,7 @@ impl FrameRing {
         (pieces(&bytes, first), next, missed)
     }
 
-    /// Bytes of memory that it has taken.
+    /// Returns the allocated memory, bytes.
     #[must_use]
     pub fn memory(&self) -> usize {
         self.ring().bytes.capacity()
@@ -165,10 +178,11 @@ impl Ring {
         if self.bytes.is_empty() {
             (self.first_at, self.next.at) = (at, at);
         }
-        // What is kept is less than ten minutes old, which 32 bits hold.
+        // Fits in 32 bits: what is kept is less than ten minutes old, and an empty ring starts
+        // anew.
         let since = u32::try_from(at.saturating_sub(self.next.at)).unwrap_or(u32::MAX);
         if self.bytes.capacity() < self.bytes.len() + needs {
-            // Not twice as much as there will ever be.
+            // `reserve` would double the buffer beyond MOST; the ring never holds more than that.
             let more = (self.bytes.len() + needs).min(FrameRing::MOST - self.bytes.len());
             self.bytes.reserve_exact(more);
         }
@@ -187,12 +201,15 @@ impl Ring {
 
     fn drop_first(&mut self) {
         let head = |ring: &Self| {
+            // A deque may wrap around, so the head is read byte by byte.
             let byte = |nth: usize| ring.bytes.get(nth).copied().unwrap_or(0);
             head_of([0, 1, 2, 3, 4, 5].map(byte))
         };
         let (.., length) = head(self);
         let whole = (HEAD + length).min(self.bytes.len());
         self.bytes.drain(..whole);
+        // Positions count from the creation of the ring, so marks stay valid when pieces are
+        // dropped.
         self.first.pieces += 1;
         self.first.bytes += whole as u64;
         if !self.bytes.is_empty() {
@@ -201,7 +218,7 @@ impl Ring {
     }
 }
 
-/// Time since the piece before, us, direction, length.
+/// Decodes a head: time since the piece before (us), direction, length.
 fn head_of(head: [u8; HEAD]) -> (u64, Direction, usize) {
     let [a, b, c, d, low, high] = head;
     let (since, length) = (
@@ -216,7 +233,8 @@ fn head_of(head: [u8; HEAD]) -> (u64, Direction, usize) {
     (since.into(), direction, usize::from(length & !REPLY))
 }
 
-/// The pieces; of the first is known when it passed, or else when the one before did.
+/// Splits bytes into pieces. `first` is the time of the first piece (`Ok`), or of the piece before
+/// it (`Err`).
 fn pieces(mut bytes: &[u8], first: Result<u64, u64>) -> Vec<PassedBytes> {
     let mut all = Vec::new();
     let mut at = first.unwrap_or_else(|before| before);
@@ -288,7 +306,7 @@ mod tests {
         let (passed, _, missed) = ring.since(&Mark::default());
         assert_eq!((passed.len(), missed), (601, 1399));
         assert_eq!(passed[0].at, Duration::from_secs(1399));
-        // A line that was silent for hours.
+        // A line that was silent for hours: the gap exceeds 32 bits of microseconds.
         ring.add(Duration::from_secs(100_000), Direction::Request, &GET);
         let (passed, ..) = ring.since(&Mark::default());
         assert_eq!(passed.len(), 1);

@@ -1,4 +1,12 @@
-//! Programs for jobs: how they come, who reads them, and what is kept of jobs.
+//! Reading of programs for jobs, previews and checks, and the interface for storing jobs.
+//!
+//! A client sends a program as text, as base64 or as a name in the library ([`Source`]). A
+//! [`Reader`] turns it into a [`PreparedProgram`] for a particular arm ([`ReadingArm`]). Reading
+//! takes time and may happen elsewhere ([`ToCome`]), so the station never reads: engines do, beside
+//! the driver. A program that depends on where the arm stands is read twice
+//! ([`ProgramReading::NeedsStart`]).
+//!
+//! [`JobStore`] keeps jobs on disk, so that a restarted station lists and resumes them.
 
 use std::fmt;
 use std::io;
@@ -34,47 +42,50 @@ use crate::presets;
 use crate::reading::to_value;
 use crate::surface::KnownSurface;
 
-/// Points of a preview, at most.
+/// Most points of strokes, and of travels, in a preview. Longer lines are thinned out, so that a
+/// message stays small.
 const PREVIEWED: usize = 20_000;
-/// Parts that a check tells of, and characters of the name of one, at most.
+/// Most parts listed in a check, and most characters of a part's name: both come from the client's
+/// file, which does not bound them.
 const PARTS: usize = 256;
 const LONGEST_NAME: usize = 200;
 
-/// A program as a client names it.
+/// Content of a program as named by a client.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum SourceBytes {
     /// Text.
     Text(String),
-    /// Bytes in base64.
+    /// Base64 of the file.
     Data(String),
-    /// A program of the library, by its name.
+    /// Name of a program in the library.
     Program(String),
 }
 
-/// A program as a client sends it, and what it says of it.
+/// Program sent by a client, with format and options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Source {
-    /// The file.
+    /// Bytes or name of the file.
     #[serde(flatten)]
     pub bytes: SourceBytes,
-    /// Its format, if it was said.
+    /// Format. `None` if the station shall recognise it.
     pub format: Option<String>,
-    /// How it is to be drawn or engraved; without it is run as it is.
+    /// Options of drawing or engraving. `None` runs the program as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<Box<SetupOptions>>,
-    /// The preset that says what the options leave open.
+    /// Name of the preset that fills in options that are not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
 }
 
 impl Source {
-    /// The bytes of the file; one of the library comes from there.
+    /// Returns the bytes of the file, read from the library if it is named.
     ///
     /// # Errors
-    /// An error of the parameter `data` for what is no base64, of `program` for a name of no program.
+    /// An error of the parameter `data` if it is not base64, or of `program` if the library has no
+    /// such program.
     pub fn bytes(&self, library: &dyn ProgramStore) -> Result<Vec<u8>, RpcError> {
         match &self.bytes {
             SourceBytes::Text(text) => Ok(text.clone().into_bytes()),
@@ -93,7 +104,7 @@ impl Source {
 }
 
 impl SourceBytes {
-    /// Its name, if it has one.
+    /// Returns the name in the library, or an empty string.
     pub(crate) fn name(&self) -> &str {
         match self {
             Self::Program(name) => name,
@@ -102,7 +113,7 @@ impl SourceBytes {
     }
 }
 
-/// How a program is drawn or engraved, and by which preset; what is wrong is an error of the parameter `setup.KEY`.
+/// Options and name of a preset. Errors are reported for the parameter `setup.KEY`.
 pub(crate) type SetupAndPreset = (Option<Box<SetupOptions>>, Option<String>);
 
 pub(crate) fn setup_and_preset(
@@ -121,6 +132,7 @@ pub(crate) fn setup_and_preset(
         }
     };
     let options = match preset {
+        // With a preset the options may be incomplete, so each constructor checks differently.
         None => SetupOptions::from_fields(&fields),
         Some(_) => SetupOptions::from_fields_of_some(&fields),
     };
@@ -131,67 +143,70 @@ pub(crate) fn setup_and_preset(
     Ok((Some(Box::new(options)), preset))
 }
 
-/// The arm that a program is read for.
+/// The arm for which a program is read.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct ReadingArm {
-    /// Whether it is a virtual one.
+    /// True for a virtual arm.
     pub is_virtual: bool,
-    /// Its fence.
+    /// Fence of the arm.
     pub fence: Option<Fence>,
-    /// Where the program began when it was read before, mm.
+    /// Position at which the program started when it was read before, mm.
     pub begun: Option<[f64; 3]>,
-    /// The tool in force, where something is framed.
+    /// Tool in force; set when a program is framed.
     pub tool: Option<Tool>,
-    /// How the arm stands, where the program depends on that.
+    /// Pose, tool and speeds of the arm, if the program depends on them.
     pub stands: Option<Preflight>,
-    /// Knowledge of the work surface under it.
+    /// Known heights of the work surface under the arm.
     pub surface: KnownSurface,
 }
 
-/// What comes of what is done elsewhere.
+/// Future of something done elsewhere. Dropping it cancels the work.
 pub type ToCome<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + Send>>;
 
-/// What came of reading a program.
+/// Result of reading a program.
 #[non_exhaustive]
 pub enum ProgramReading {
-    /// A program.
+    /// The program.
     Done(Box<PreparedProgram>),
-    /// The program depends on where the arm stands: it has to be read again with that.
+    /// The program depends on the arm's position: read it again with [`ReadingArm::stands`].
     NeedsStart,
-    /// Error of a program without the height of its work surface. That is measured with a homed arm, so that an arm that is not
-    /// homed is refused first.
+    /// The program needs the height of its work surface, which is unknown. Kept apart from other
+    /// errors because measuring requires a homed arm: an arm that is not homed gets that error
+    /// first.
     LacksSurface(RpcError),
-    /// It is read elsewhere. Who drops it no longer wants it.
+    /// The program is being read elsewhere. Dropping the future cancels it.
     ToCome(ToCome<ProgramReading>),
 }
 
-/// What came of making another file of a program.
+/// Result of converting a program to another file.
 #[non_exhaustive]
 pub enum Converting {
-    /// Its bytes, and what is answered.
+    /// Bytes of the new file, and the answer to the client.
     Done(Vec<u8>, Value),
-    /// It is read elsewhere.
+    /// The program is being read elsewhere.
     ToCome(ToCome<Converting>),
 }
 
-/// Makes a program of what a client sends. It may take its time: it is asked beside what the arm does.
+/// Turns what a client sent into a program. May take long: engines call it off the station's
+/// thread.
 pub trait Reader: Send + Sync {
-    /// Reads one for an arm.
+    /// Reads a program for an arm.
     ///
     /// # Errors
-    /// What is wrong with it, as it is answered.
+    /// What is wrong with the program, as sent to the client.
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
 
-    /// The tool that draws where nothing else is said.
+    /// Returns the tool used when neither the program nor its options name one.
     fn usual_tool(&self) -> Tool {
         Tool::Pen
     }
 
-    /// Makes a file of this name of one: its bytes, and what is answered.
+    /// Converts a program to a file with the name `to`, whose extension selects the format. Returns
+    /// the bytes and the answer to the client.
     ///
     /// # Errors
-    /// What is wrong with it, and a name that says no format.
+    /// What is wrong with the program, or an unknown extension.
     fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {
         let _ = (source, to);
         let why = message!("this station converts no programs");
@@ -199,7 +214,7 @@ pub trait Reader: Send + Sync {
     }
 }
 
-/// Reads the formats that are built into `magician-program`: plans always.
+/// Reader for the formats compiled into `magician-program`. Plans are always included.
 #[derive(Clone)]
 pub struct FormatReader {
     defaults: SetupDefaults,
@@ -223,13 +238,13 @@ impl fmt::Debug for FormatReader {
 }
 
 impl FormatReader {
-    /// With these settings where a program brings none.
+    /// Creates a reader with these defaults for settings that a program does not bring.
     #[must_use]
     pub fn new(defaults: SetupDefaults) -> Self {
         Self::by(defaults, Arc::new(PrepareHere))
     }
 
-    /// The same, with files prepared elsewhere, whatever is built in.
+    /// Creates a reader that prepares files with `files` instead of the compiled-in readers.
     #[must_use]
     pub fn by(defaults: SetupDefaults, files: Arc<dyn FilePreparer>) -> Self {
         Self {
@@ -240,21 +255,21 @@ impl FormatReader {
         }
     }
 
-    /// With the programs of this library.
+    /// Sets the library.
     #[must_use]
     pub fn with_library(mut self, library: Arc<dyn ProgramStore>) -> Self {
         self.library = library;
         self
     }
 
-    /// With these presets; without them those that come with this program.
+    /// Sets the presets. Without this call only the built-in ones exist.
     #[must_use]
     pub fn with_presets(mut self, presets: Presets) -> Self {
         self.presets = presets;
         self
     }
 
-    /// What a program's preset says where its options say nothing; what it tells people.
+    /// Completes the options with the source's preset. Returns the preset's note for the user.
     fn by_preset(
         &self,
         source: &Source,
@@ -274,7 +289,7 @@ impl FormatReader {
         Ok(told)
     }
 
-    /// The request to prepare a program for an arm.
+    /// Returns the request to prepare a program for an arm.
     fn request(
         &self,
         source: &Source,
@@ -299,6 +314,7 @@ impl FormatReader {
             request.options = (**options).clone();
         }
         request.preset_note = self.by_preset(source, format, &mut request.options)?;
+        // A resumed program starts where it started first, or its steps would differ.
         request.options.start = request.options.start.or(arm.begun);
         request.defaults = defaults;
         request.fence = arm.fence;
@@ -315,7 +331,7 @@ impl FormatReader {
         Ok(request)
     }
 
-    /// Prepares the program here or elsewhere, and makes of that what is wanted.
+    /// Prepares the program, here or elsewhere, and applies `done` to the outcome.
     fn prepare<T: 'static>(
         &self,
         request: PrepareRequest,
@@ -331,8 +347,10 @@ impl FormatReader {
     }
 }
 
-/// The title of a text that no file has named: its own words, as many as a list of jobs has room for.
+/// Returns a title for text that has no file name: its first words, as many as fit into a list of
+/// jobs.
 fn title_of_text(bytes: &[u8]) -> String {
+    // Fits one row of the page's list of jobs; a choice.
     const MOST_LETTERS: usize = 40;
     let text = String::from_utf8_lossy(bytes);
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -342,7 +360,7 @@ fn title_of_text(bytes: &[u8]) -> String {
     }
 }
 
-/// Translates the outcome of preparing a program.
+/// Converts the outcome of a preparation.
 fn reading(answer: FileAnswer) -> Result<ProgramReading, RpcError> {
     match answer {
         Ok(Preparation::Done(program)) => Ok(ProgramReading::Done(program)),
@@ -361,7 +379,9 @@ fn refusal(problem: Diagnostic) -> RpcError {
 impl Reader for FormatReader {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let mut defaults = self.defaults.clone();
+        // The measured surface is newer than the settings.
         arm.surface.apply_to(&mut defaults, arm.is_virtual);
+        // A virtual arm needs no measured surface and no permission to burn.
         if arm.is_virtual {
             defaults = defaults.on_virtual_arm();
         }
@@ -380,6 +400,7 @@ impl Reader for FormatReader {
         })?;
         let defaults = self.defaults.clone().for_conversion();
         let mut request = self.request(source, &ReadingArm::default(), defaults)?;
+        // No arm takes part in a conversion, so every program starts at the same staged position.
         request.start = StartPosition::Staged;
         let names = [source.bytes.name().to_owned(), to.to_owned()];
         let done =
@@ -396,12 +417,14 @@ fn converted(
     names: [String; 2],
     program: PreparedProgram,
 ) -> Result<Converting, RpcError> {
+    // Unlike a job, a conversion has no check that would report a misfit.
     let program = program.fitting().map_err(|error| refusal(*error.problem))?;
     let plan = program.program.plan();
     let (bytes, lost) = conversion.file(plan).map_err(|error| match error {
         ConversionError::Refused(problem) => refusal(problem),
         ConversionError::Rehearsal(error) => RpcError::from(error),
         ConversionError::OutOfReach => invalid("none of its lines is within reach"),
+        // The remaining error of a conversion: there is nothing to convert.
         _ => invalid("it draws and burns nothing"),
     })?;
     let steps = plan.steps.len();
@@ -413,11 +436,13 @@ fn invalid(why: &str) -> RpcError {
     RpcError::arm(magician::ErrorKind::InvalidInput, why)
 }
 
-/// Lines that a program leaves when it begins there, and the ways between, of no more than 20,000 points each.
+/// Returns the strokes of a program started from `start`, and the travels between them, at most
+/// 20,000 points each.
 pub(crate) async fn preview(program: &PreparedProgram, start: &Preflight) -> Value {
     let plan = program.program.plan();
     let outline = Outline::with_travels(plan, start, PREVIEWED, &BesideTurns);
     let (lines, travels) = outline.await;
+    // Hundredths of a millimetre: finer than the arm repeats, and half the size of full decimals.
     let rounded = |value: f64| (value * 100.0).round() / 100.0;
     let strokes = lines.into_iter().map(|line| {
         let points: Vec<_> = { line.points.iter() }
@@ -441,10 +466,10 @@ pub(crate) async fn preview(program: &PreparedProgram, start: &Preflight) -> Val
     })
 }
 
-/// Checks a program once from where an arm stands: the object of a check.
+/// Checks one loop of a program from the arm's current state.
 ///
 /// # Errors
-/// What makes it no program from there.
+/// Why the program is not valid from there.
 pub(crate) async fn check(
     program: &PreparedProgram,
     start: Preflight,
@@ -454,7 +479,7 @@ pub(crate) async fn check(
     Ok(check_report(program, &rest, &report))
 }
 
-/// Report of a check, with the times of the parts.
+/// Builds the report of a check, with the durations of parts.
 pub(crate) fn check_report(
     program: &PreparedProgram,
     rest: &RemainingProgram,
@@ -463,15 +488,19 @@ pub(crate) fn check_report(
     let mut found = CheckReport::of(program, rest, report, &Words);
     let mut parts = program.parts.clone();
     PartSummary::measure(&mut parts, report);
+    // After `measure`, which needs all parts.
     parts.truncate(PARTS);
     for part in &mut parts {
         part.drawn_mm = (part.drawn_mm * 1000.0).round() / 1000.0;
+        // Cut between characters: `truncate` panics inside of one.
         let end = { part.name.as_ref() }.and_then(|name| name.char_indices().nth(LONGEST_NAME));
         if let (Some((end, _)), Some(name)) = (end, &mut part.name) {
             name.truncate(end);
         }
     }
     found.parts = Some(parts);
+    // G-code without options keeps the coordinates of its file, which are often those of another
+    // machine.
     let raw = program.format == Format::Gcode && program.is_raw();
     let foreign = raw
         .then(|| foreign_coordinates(rest.first(), report))
@@ -480,7 +509,7 @@ pub(crate) fn check_report(
     found
 }
 
-/// The words of the API: names of methods' parameters.
+/// Wording of messages for API clients: names of method parameters.
 pub(crate) struct Words;
 
 impl Voice for Words {
@@ -504,66 +533,67 @@ impl Voice for Words {
     }
 }
 
-/// Keeps jobs beyond the life of a station. Arms are meant by their places among those of the station.
+/// Stores jobs beyond the lifetime of a station. `arm` is the index of an arm in the station's
+/// configuration.
 pub trait JobStore: Send + Sync {
-    /// What was kept last of the jobs of an arm; null if nothing was.
+    /// Returns the last saved jobs of an arm. Null if none were saved.
     fn load(&self, arm: usize) -> Value;
 
-    /// Keeps this instead. It is on the disk when this returns.
+    /// Replaces the saved jobs of an arm. On return they are on the disk.
     ///
     /// # Errors
-    /// The cause; then what was kept before is still kept.
+    /// The cause. Then the earlier version is still stored.
     fn save(&self, arm: usize, jobs: &Value) -> io::Result<()>;
 
-    /// A journal for a job.
+    /// Creates a journal for a job.
     fn journal(&self) -> Box<dyn Journal>;
 
-    /// Runs of the command line at an arm that were interrupted and can be resumed.
+    /// Returns runs of the command line at this arm that were interrupted and can be resumed.
     fn runs(&self, arm: usize) -> Vec<KeptRun> {
         let _ = arm;
         Vec::new()
     }
 
-    /// Returns the text that was kept under a name, of a class and its schedule. `None` if there is none.
+    /// Returns a stored text by name (a class, its schedule). `None` if there is none.
     ///
     /// # Errors
-    /// The cause, if there is one that cannot be read.
+    /// The cause, if the text exists but cannot be read.
     fn kept(&self, name: &str) -> io::Result<Option<String>> {
         let _ = name;
         Ok(None)
     }
 
-    /// Keeps this under a name, for its owner alone. It is on the disk when this returns.
+    /// Stores a text by name, readable by its owner alone. On return it is on the disk.
     ///
     /// # Errors
-    /// The cause; then what was kept before is still kept.
+    /// The cause. Then the earlier version is still stored.
     fn keep(&self, name: &str, text: &str) -> io::Result<()> {
         let _ = (name, text);
         Ok(())
     }
 }
 
-/// A run of the command line that was interrupted.
+/// Interrupted run of the command line.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct KeptRun {
-    /// Name of its journal, which no other run has meanwhile.
+    /// Name of its journal; unique while the journal exists.
     pub name: String,
     /// Title of its program.
     pub title: String,
-    /// What it does.
+    /// Program and options.
     pub order: JobOrder,
-    /// Steps of one loop, where that is known.
+    /// Steps of one loop, if known.
     pub steps: Option<u64>,
-    /// Steps that are finished, over all loops.
+    /// Finished steps over all loops.
     pub done: u64,
-    /// When it began, Unix seconds.
+    /// Start, Unix seconds.
     pub started: f64,
-    /// When it was heard of last, Unix seconds.
+    /// Last entry in its journal, Unix seconds.
     pub ended: f64,
 }
 
-/// Keeps nothing.
+/// Store that keeps nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoStore;
 

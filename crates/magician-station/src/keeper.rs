@@ -1,4 +1,8 @@
-//! What a station keeps, written beside everything else: a slow disk holds up no stop.
+//! Writes journal, jobs and class files off the station's thread: a slow disk delays no stop.
+//!
+//! The station hands over what changed and goes on. One blocking task writes at a time and takes
+//! everything that is waiting. Files of jobs and classes are written whole, so only the newest of
+//! several waiting versions is written. Answers that promise durability wait for [`Written`].
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,14 +14,16 @@ use crate::job::JobStore;
 use crate::running::JournalSink;
 use crate::station::{FileToKeep, JobsToKeep, JournalLine};
 
-/// Lines of the journal that wait for the disk. What comes above is not written.
+/// Most journal lines that wait for the disk. Further lines are dropped and counted, so that a
+/// stalled disk does not exhaust memory.
 const LINES: usize = 4096;
 
-/// Writes journal and jobs on a thread for what may block. Jobs are written whole: of states that wait only the newest is, so
-/// that a disk has at most one of them before it, however often they change.
+/// Writer of journal and jobs on a blocking thread. Jobs are written whole and only the newest
+/// waiting version is written, so a disk is never more than one version behind, however often they
+/// change.
 pub(crate) struct Keeper {
     runtime: Handle,
-    /// True where there is no thread for what may block: a page has none, and no disk.
+    /// True if there is no blocking thread: a page has neither threads nor a disk.
     is_inline: bool,
     journal: JournalSink,
     store: Arc<dyn JobStore>,
@@ -30,14 +36,14 @@ pub(crate) struct Keeper {
 struct Waiting {
     lines: VecDeque<JournalLine>,
     lost: u64,
-    /// By arm.
+    /// Newest jobs of each arm.
     jobs: BTreeMap<usize, JobsToKeep>,
     files: BTreeMap<&'static str, FileToKeep>,
-    /// Something is being written.
+    /// True while a task is writing.
     busy: bool,
 }
 
-/// What came of writing something.
+/// Result of writing one file.
 #[derive(Debug)]
 pub(crate) struct Written {
     pub(crate) what: Kept,
@@ -45,20 +51,20 @@ pub(crate) struct Written {
     pub(crate) outcome: Result<(), String>,
 }
 
-/// What is written whole, again and again.
+/// File that is rewritten as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kept {
-    /// The jobs of the arm at this place.
+    /// Jobs of the arm with this index.
     Jobs(usize),
-    /// The file of this name.
+    /// File with this name.
     File(&'static str),
 }
 
-/// Hears what came of it, on the thread that wrote it.
+/// Callback with the result of each write, called on the writing thread.
 type KeptSink = Box<dyn Fn(Written) + Send + Sync>;
 
 impl Keeper {
-    /// On the present runtime.
+    /// Creates a keeper on the current runtime.
     pub(crate) fn new(
         journal: JournalSink,
         store: Arc<dyn JobStore>,
@@ -85,14 +91,16 @@ impl Keeper {
         })
     }
 
-    /// Takes what is to be written, and returns at once.
+    /// Queues jobs and journal lines for writing, and returns at once.
     #[cfg(test)]
     fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) -> Vec<Written> {
         self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new())
     }
 
-    /// Takes what is to be written, and returns at once. Of files by their names, and of the jobs of an arm, the newest of each
-    /// is written. Where there is no other thread it is written by now, and what came of it is returned.
+    /// Queues everything that is to be written, and returns at once. Only the newest version of
+    /// each file, and of the jobs of each arm, is written. Without a blocking thread everything is
+    /// written on return, and the results are returned; with one the list is empty and results go
+    /// to the sink.
     pub(crate) fn keep_all(
         self: &Arc<Self>,
         lines: Vec<JournalLine>,
@@ -105,11 +113,13 @@ impl Keeper {
         }
         let mut waiting = self.waiting();
         waiting.files.extend(files);
+        // New lines are dropped and not old ones, so that the journal has a single gap.
         let room = LINES.saturating_sub(waiting.lines.len());
         waiting.lost += lines.len().saturating_sub(room) as u64;
         waiting.lines.extend(lines.into_iter().take(room));
         let jobs = jobs.into_iter().map(|jobs| (jobs.arm(), jobs));
         waiting.jobs.extend(jobs);
+        // One writer at a time: it takes what is added while it writes.
         if !std::mem::replace(&mut waiting.busy, true) {
             drop(waiting);
             let keeper = Arc::clone(self);
@@ -131,13 +141,15 @@ impl Keeper {
             let lost = std::mem::take(&mut waiting.lost);
             let files = std::mem::take(&mut waiting.files);
             if lines.is_empty() && jobs.is_empty() && files.is_empty() {
+                // Cleared under the lock that found nothing to do, so no work is left behind.
                 waiting.busy = false;
                 drop(waiting);
                 self.idle.notify_waiters();
                 return;
             }
             drop(waiting);
-            // Answers wait for jobs and files, and none for the journal.
+            // Jobs and files first: answers to clients wait for them. No answer waits for the
+            // journal.
             for (arm, jobs) in jobs {
                 let saved = self.store.save(arm, &jobs.to_value());
                 if let Err(error) = &saved {
@@ -160,6 +172,7 @@ impl Keeper {
                     outcome: saved.map_err(|error| error.to_string()),
                 });
             }
+            // The sink handles its own errors: the journal logs a warning.
             lines.into_iter().for_each(&self.journal);
             if lost > 0 {
                 tracing::warn!(lost, "lines of the journal are lost: the disk is slow");
@@ -167,9 +180,11 @@ impl Keeper {
         }
     }
 
-    /// Waits until all that was taken is written.
+    /// Waits until everything queued so far is written.
     pub(crate) async fn flush(&self) {
         loop {
+            // Registered before the check: a writer that finishes in between would otherwise be
+            // missed.
             let idle = self.idle.notified();
             tokio::pin!(idle);
             idle.as_mut().enable();
@@ -195,7 +210,7 @@ mod tests {
     use super::*;
     use crate::job::NoStore;
 
-    /// A disk that writes when it is told to.
+    /// Test disk that writes when the test allows it.
     struct Slow {
         began: mpsc::Sender<Value>,
         go: Mutex<mpsc::Receiver<()>>,
@@ -217,7 +232,7 @@ mod tests {
         }
     }
 
-    /// A keeper with a thread of its own, whatever this build has: its disk may block.
+    /// Creates a keeper with a blocking thread in every build: the test's disk may block.
     fn beside(journal: JournalSink, store: impl JobStore + 'static) -> Arc<Keeper> {
         Keeper::with(false, journal, Arc::new(store), |_| {})
     }
@@ -261,14 +276,14 @@ mod tests {
         let count = Arc::clone(&written);
         let journal = Box::new(move |_: JournalLine| {
             let _ = begins.send(());
-            // The first line waits; what is sent, or hung up, lets it go.
+            // Holds the first line back until the test sends, or drops the channel.
             let _ = held.lock().unwrap().recv();
             *count.lock().unwrap() += 1;
         });
         let keeper = beside(journal, NoStore);
         let line = JournalLine::default();
         keeper.keep(vec![line.clone()], None);
-        // The first is at work from here on: no more than the room is held beside it.
+        // The first line is being written: from here on only the waiting room counts.
         begun.recv().unwrap();
         for _ in 0..3 {
             keeper.keep(vec![line.clone(); LINES], None);

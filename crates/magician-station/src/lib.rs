@@ -1,10 +1,23 @@
-//! One Dobot Magician arm, many programs: a station owns arms by name, lets many look, one move, and anybody stop.
+//! A server that owns one or more Dobot Magician arms and shares them among many programs: many
+//! clients watch, one moves, anyone stops.
 //!
-//! [`Station`] is the whole of it without I/O and clock: JSON-RPC text of clients goes in, text and frames for them come out,
-//! and orders for the arms ([`ArmOrder`]), whose reports ([`ArmReport`]) go in again. Who may move an arm is decided in
-//! [`control`] alone. [`ArmEngine`] carries the orders out on arms of the driver.
+//! [`Station`] is the core: a state machine without I/O and without a clock. A caller feeds it the
+//! JSON-RPC text of each socket, the instant at which it arrived, and the reports of the arms
+//! ([`ArmReport`]). It returns text and binary frames for the sockets ([`Outgoing`]), orders for
+//! the arms ([`ArmOrder`]), and what has to be written to disk.
 //!
-//! This is a convenience, not a safety function: the arm has a power switch.
+//! Three layers surround the core:
+//!
+//! * [`ArmEngine`] carries out the orders of one arm over the async driver ([`magician::Arm`]).
+//! * [`RunningStation`] joins station, engines and a clock on a tokio runtime.
+//! * `http` (a feature) serves [`RunningStation`] over WebSocket and HTTP; `link` (a feature)
+//!   serves programs written for the vendor's DobotLink.
+//!
+//! [`control`] alone decides who may move an arm: leases, turns, jogs, jobs. All other modules ask
+//! it. `client` (a feature) is the other end: a client of a station elsewhere.
+//!
+//! A station is a convenience, not a safety function. The emergency stop of the arm is its power
+//! switch.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
@@ -72,12 +85,12 @@ pub use station::{
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 
-/// Bytes that a socket reads at once. The WebSocket library clears as many each time it looks whether
-/// there is anything, and its own 128 KiB cost as much as all else that a station at rest does.
+/// Size of a socket's read buffer, bytes. The WebSocket library zeroes the whole buffer on each
+/// read. Its default of 128 KiB made that cost as high as all other work of an idle station.
 #[cfg(any(feature = "http", feature = "client", feature = "link"))]
 pub(crate) const READ_BUFFER: usize = 4096;
 
-/// Compiles the README's program with the tests.
+/// Compiles the program in the README as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,4 +1,7 @@
-//! The library of programs and presets: what is kept under a name, and what clients do with it. Files are touched beside the station.
+//! The library: programs stored under names, and the operations of clients on them.
+//!
+//! [`ProgramStore`] is the interface to the disk; [`LibraryQuotas`] bounds what each role may
+//! store. Files are read and written off the station's thread.
 
 use std::fmt;
 use std::io::Read;
@@ -18,12 +21,14 @@ use crate::engine::beside;
 use crate::job::{Converting, Reader, Source, SourceBytes};
 use crate::presets::{self, PresetAct};
 
-/// Bytes of a program, at most.
+/// Largest program, bytes.
 pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
-/// Bytes of a program that are sent in an answer, at most.
+/// Largest program in an answer to `program.get`, bytes. As base64 it stays below the largest
+/// message of a socket; larger ones are downloaded by HTTP.
 const IN_AN_ANSWER: u64 = 700 * 1024;
 
-/// The name of a program: 1 to 80 of `A-Z a-z 0-9 . _ -` and blanks, with no point first and no blank first or last.
+/// Name of a program: 1 to 80 characters of `A-Z a-z 0-9 . _ -` and space. Does not start with a
+/// point; does not start or end with a space.
 ///
 /// ```
 /// use magician_station::ProgramName;
@@ -37,7 +42,7 @@ const IN_AN_ANSWER: u64 = 700 * 1024;
 pub struct ProgramName(String);
 
 impl ProgramName {
-    /// This one, if it is one.
+    /// Returns the name. `None` if the text is not a valid one.
     #[must_use]
     pub fn new(name: &str) -> Option<Self> {
         let sign = |sign: u8| sign.is_ascii_alphanumeric() || b"._- ".contains(&sign);
@@ -45,19 +50,21 @@ impl ProgramName {
             && name.bytes().all(sign)
             && !name.starts_with(['.', ' '])
             && !name.ends_with(' ')
+            // On other systems these names are ordinary, and existing files keep them.
             && !(cfg!(windows) && is_of_windows(name));
         good.then(|| Self(name.to_owned()))
     }
 
-    /// As text.
+    /// Returns the name as text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 }
 
-/// Whether Windows has something else under this name.
+/// True if Windows reserves the name for a device, or strips its final point.
 fn is_of_windows(name: &str) -> bool {
+    // `con.svg` is the console as well: Windows looks at the part before the first point.
     let stem = name.split('.').next().unwrap_or_default().trim_end();
     let stem = stem.to_ascii_lowercase();
     let numbered = |kind| {
@@ -74,32 +81,32 @@ impl fmt::Display for ProgramName {
     }
 }
 
-/// A program of a library.
+/// Program in a library.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramEntry {
-    /// Its name.
+    /// Name.
     pub name: ProgramName,
-    /// Its size.
+    /// Size, bytes.
     pub bytes: u64,
-    /// When it was changed last, Unix seconds.
+    /// Last change, Unix seconds.
     pub modified: f64,
-    /// What it is, where that is recognised.
+    /// Format. `None` if it is not recognised.
     pub format: Option<Format>,
 }
 
-/// Why a library does not do something.
+/// Reason why an operation on a library failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LibraryError {
-    /// There is no such program.
+    /// The library has no such program.
     Unknown,
     /// The program is larger than [`LARGEST_PROGRAM`].
     TooLarge,
-    /// The library would be fuller than the role of the request may fill it.
+    /// The quota of the request's role is exhausted.
     Quota(OverQuota),
-    /// There is no room for it on the disk.
+    /// The disk is full.
     Full,
-    /// Anything else, in a sentence.
+    /// Any other cause, as a sentence.
     Other(String),
 }
 
@@ -117,18 +124,18 @@ impl fmt::Display for LibraryError {
 
 impl std::error::Error for LibraryError {}
 
-/// Programs and bytes: those in a library, or those for which there is room.
+/// Number and size of programs: used, or allowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(clippy::exhaustive_structs, reason = "two numbers")]
 pub struct LibraryUse {
     /// Number of programs.
     pub programs: usize,
-    /// Bytes of all of them.
+    /// Their total size, bytes.
     pub bytes: u64,
 }
 
 impl LibraryUse {
-    /// With one more of so many bytes.
+    /// Adds one program of this size.
     #[must_use]
     pub const fn with(self, bytes: u64) -> Self {
         Self {
@@ -138,19 +145,22 @@ impl LibraryUse {
     }
 }
 
-/// How far each role may fill a library. Files do not tell who put them, so a quota is a level: what students put ends
-/// below that of teachers, who always have the rest.
+/// How far each role may fill a library.
+///
+/// Files do not record who stored them, so a quota is a fill level and not a share: students may
+/// fill the library up to their level, and the room above it is reserved for teachers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::exhaustive_structs, reason = "a level for each role that puts")]
 pub struct LibraryQuotas {
-    /// The level up to which students may fill it.
+    /// Fill level for students.
     pub students: LibraryUse,
-    /// The level of the library.
+    /// Fill level of the whole library.
     pub all: LibraryUse,
 }
 
 impl Default for LibraryQuotas {
-    /// 1000 programs and 1 GiB: no disk is full because of it. Students have three quarters of both.
+    /// 1000 programs and 1 GiB, of which students may fill three quarters. A choice: enough for a
+    /// school year, and no threat to an ordinary disk.
     fn default() -> Self {
         const ALL: LibraryUse = LibraryUse {
             programs: 1000,
@@ -167,7 +177,7 @@ impl Default for LibraryQuotas {
 }
 
 impl LibraryQuotas {
-    /// The level up to which a role may fill the library.
+    /// Returns the fill level for a role.
     #[must_use]
     pub fn of(&self, role: Role) -> LibraryUse {
         match role {
@@ -176,11 +186,11 @@ impl LibraryQuotas {
         }
     }
 
-    /// Whether a role may put a program of so many bytes beside these others. `before` is the size of the one that it
-    /// replaces: what does not grow is always taken.
+    /// Checks whether a role may store a program of `bytes` beside `others`. `before` is the size
+    /// of the program that it replaces, if any; a replacement that does not grow always passes.
     ///
     /// # Errors
-    /// [`OverQuota`].
+    /// [`OverQuota`] if it does not fit.
     pub fn check(
         &self,
         role: Role,
@@ -191,6 +201,8 @@ impl LibraryQuotas {
         let quota = self.of(role);
         let after = others.with(bytes);
         let fits = match before {
+            // A smaller replacement passes even above the level, or a full library could not be
+            // reduced.
             Some(before) => bytes <= before || after.bytes <= quota.bytes,
             None => after.programs <= quota.programs && after.bytes <= quota.bytes,
         };
@@ -207,25 +219,26 @@ impl LibraryQuotas {
         })
     }
 
-    /// Most bytes of a program that a role puts beside these others.
+    /// Returns the largest program, bytes, that a role may store beside `others`.
     #[must_use]
     pub fn room(&self, role: Role, others: LibraryUse, before: Option<u64>) -> u64 {
         let room = self.of(role).bytes.saturating_sub(others.bytes);
+        // A replacement of the same size always fits.
         room.max(before.unwrap_or(0))
     }
 }
 
-/// A program for which a quota has no room.
+/// Refusal of a program that exceeds a quota.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::exhaustive_structs, reason = "what a refusal says")]
 pub struct OverQuota {
-    /// The role that put it.
+    /// Role of the request.
     pub role: Role,
-    /// The level up to which that role may fill the library.
+    /// Fill level for that role.
     pub quota: LibraryUse,
-    /// The level of the library.
+    /// Fill level of the library.
     pub all: LibraryUse,
-    /// What is in it.
+    /// Current use.
     pub used: LibraryUse,
 }
 
@@ -248,33 +261,34 @@ impl fmt::Display for OverQuota {
     }
 }
 
-/// Keeps programs under their names. It may take its time: it is asked beside the station.
+/// Store of programs by name. Calls may block: they are made off the station's thread.
 pub trait ProgramStore: Send + Sync {
-    /// Whether it keeps any.
+    /// True if the store can keep programs.
     fn keeps(&self) -> bool {
         true
     }
 
-    /// Where they are.
+    /// Returns the folder on disk. `None` if there is no folder.
     fn folder(&self) -> Option<&Path>;
 
-    /// All of them, by name.
+    /// Returns all programs, sorted by name.
     ///
     /// # Errors
-    /// They cannot be looked at.
+    /// The folder cannot be read.
     fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError>;
 
-    /// One to be read, and its size. It stays the same while it is read, whatever becomes of its name.
+    /// Opens a program for reading. Returns its size and content. The content stays the same while
+    /// it is read, even if the program is replaced or deleted meanwhile.
     ///
     /// # Errors
-    /// It is not there, or cannot be read.
+    /// The program does not exist or cannot be read.
     fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError>;
 
-    /// One that is to be kept, by a session of this role: under its name when it is [finished](Upload::finish), and not at
-    /// all before. `length` is its size, if that is known already.
+    /// Starts an upload by a session of this role. The program appears under its name when the
+    /// upload is [finished](Upload::finish), and not before. `length` is its size, if known.
     ///
     /// # Errors
-    /// It cannot be begun, or there is no room for so many bytes.
+    /// The upload cannot be started, or `length` exceeds the quota.
     fn upload(
         &self,
         name: &ProgramName,
@@ -282,29 +296,29 @@ pub trait ProgramStore: Send + Sync {
         length: Option<u64>,
     ) -> Result<Box<dyn Upload>, LibraryError>;
 
-    /// Removes one.
+    /// Removes a program.
     ///
     /// # Errors
-    /// It is not there, or cannot be removed.
+    /// The program does not exist or cannot be removed.
     fn delete(&self, name: &ProgramName) -> Result<(), LibraryError>;
 }
 
-/// A program on its way into a library. Dropping it leaves the library as it is.
+/// Upload in progress. Dropping it leaves the library unchanged.
 pub trait Upload: Send {
-    /// More of it.
+    /// Appends bytes.
     ///
     /// # Errors
-    /// It is too large, or there is no room.
+    /// The program is too large, or the quota or the disk has no room.
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError>;
 
-    /// That was all: it is kept. Whether its name is a new one.
+    /// Completes the upload and stores the program. Returns true if the name is new.
     ///
     /// # Errors
-    /// There is no room, or it cannot be kept.
+    /// The disk has no room, or the program cannot be stored.
     fn finish(self: Box<Self>) -> Result<bool, LibraryError>;
 }
 
-/// A library that holds nothing, and takes nothing.
+/// Empty library that refuses uploads.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoPrograms;
 
@@ -345,7 +359,7 @@ impl ProgramStore for NoPrograms {
     }
 }
 
-/// The bytes of a program.
+/// Reads a whole program.
 pub(crate) fn bytes_of(
     store: &dyn ProgramStore,
     name: &ProgramName,
@@ -353,6 +367,7 @@ pub(crate) fn bytes_of(
     let (_, mut from) = store.open(name)?;
     let mut bytes = Vec::new();
     let read = { from.by_ref() }
+        // One byte more than the limit shows that a program is longer without reading all of it.
         .take(LARGEST_PROGRAM + 1)
         .read_to_end(&mut bytes);
     match read {
@@ -362,7 +377,7 @@ pub(crate) fn bytes_of(
     }
 }
 
-/// Keeps a program; whether its name is a new one.
+/// Stores a program. Returns true if the name is new.
 pub(crate) fn keep(
     store: &dyn ProgramStore,
     name: &ProgramName,
@@ -374,54 +389,54 @@ pub(crate) fn keep(
     upload.finish()
 }
 
-/// Something to do with the library.
+/// Operation on the library.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LibraryAct {
-    /// Lists the programs.
+    /// List the programs.
     List,
-    /// Gives the bytes of one.
+    /// Return the bytes of a program.
     Get(ProgramName),
-    /// Says whether there is a program, and a preset.
+    /// Check that a program and a preset exist.
     Find {
-        /// The program, if one is meant.
+        /// Program to look for.
         program: Option<ProgramName>,
-        /// The preset, if one is meant.
+        /// Preset to look for.
         preset: Option<String>,
     },
-    /// Keeps one.
+    /// Store a program.
     Put(ProgramName, Vec<u8>),
-    /// Removes one.
+    /// Remove a program.
     Delete(ProgramName),
-    /// Makes another file of one.
+    /// Convert a program to another file.
     Convert {
-        /// Of this.
+        /// Program to convert.
         from: ProgramName,
-        /// Under this name.
+        /// Name of the new file.
         to: ProgramName,
-        /// How it is drawn or engraved.
+        /// Options of drawing or engraving.
         setup: Option<Box<SetupOptions>>,
-        /// By which preset.
+        /// Name of the preset.
         preset: Option<String>,
     },
-    /// Something with presets.
+    /// Operation on presets.
     Presets(PresetAct),
 }
 
-/// Something to do with the library, for a request.
+/// Operation on the library on behalf of a request.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LibraryOrder {
-    /// The request.
+    /// Id of the request.
     pub request: RequestId,
-    /// The role of its session.
+    /// Role of its session.
     pub by: Role,
-    /// What.
+    /// Operation.
     pub act: LibraryAct,
 }
 
 impl LibraryAct {
-    /// Does it beside all else, and says what is answered.
+    /// Carries out the operation off the station's thread. Returns the answer.
     pub(crate) async fn carry_out(
         self,
         by: Role,
@@ -444,9 +459,11 @@ impl LibraryAct {
             setup,
             preset,
         };
+        // Both are needed again for storing the result.
         let (opened, name) = (Arc::clone(&store), to.clone());
         let converted = beside(move || {
-            // One that is not there is named as this method names it.
+            // Opened here although the reader opens it again: the reader would report an unknown
+            // name for the parameter `program`, which this method does not have.
             opened.open(&from).map_err(wrong)?;
             reader.convert(&source, name.as_str())
         });
@@ -483,6 +500,7 @@ impl LibraryAct {
                 Ok(json!({"programs": shown.collect::<Vec<_>>()}))
             }
             Self::Get(name) => {
+                // The size first: a large program is refused without reading it.
                 let (size, _) = store.open(&name).map_err(wrong)?;
                 if size > IN_AN_ANSWER {
                     let why = format!(
@@ -519,12 +537,12 @@ impl LibraryAct {
     }
 }
 
-/// A job names a program that is not there.
+/// Error for a job whose program is not in the library.
 pub(crate) fn unknown_program() -> RpcError {
     RpcError::param("program", LibraryError::Unknown.to_string())
 }
 
-/// What is wrong with a program, as an answer.
+/// Converts an error of the library to an answer.
 pub(crate) fn wrong(error: LibraryError) -> RpcError {
     match error {
         LibraryError::Unknown => RpcError::param("name", error.to_string()),
@@ -535,11 +553,12 @@ pub(crate) fn wrong(error: LibraryError) -> RpcError {
                 .with("quota", shown(met.quota))
                 .with("used", shown(met.used))
         }
+        // Errors of the disk, which no parameter can mend.
         _ => RpcError::arm(ErrorKind::Unexpected, error.to_string()),
     }
 }
 
-/// Where they are, as an answer.
+/// Returns the folder of the library as JSON. Null if there is none.
 pub(crate) fn folder_of(store: &dyn ProgramStore) -> Value {
     let folder: Option<PathBuf> = store.folder().map(Path::to_owned);
     folder.map_or(Value::Null, |folder| json!(folder.display().to_string()))

@@ -1,9 +1,9 @@
-//! Names of arms, of sites and of machines on them.
+//! Names of arms, sites and machines.
 
-/// Characters of a name, at most.
+/// Most characters of a name.
 pub const LONGEST_NAME: usize = 32;
 
-/// Whether a text is a name: `[a-z0-9][a-z0-9_-]{0,31}`.
+/// True if the text matches `[a-z0-9][a-z0-9_-]{0,31}`.
 #[must_use]
 pub fn is_name(text: &str) -> bool {
     let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';

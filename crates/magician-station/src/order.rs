@@ -1,4 +1,9 @@
-//! Orders of a station to its arms, and their reports: the border between its decisions and the driver.
+//! Orders from the station to an arm, and the reports that come back.
+//!
+//! This is the border between decision and execution. The station decides from messages and time
+//! alone and emits an [`ArmOrder`]; an engine carries it out over the driver and answers with
+//! [`ArmReport`]s. An order that belongs to a request names it, and the report [`ArmReport::Done`]
+//! with the same id answers the client. Stops overtake all other orders.
 
 use std::time::Duration;
 
@@ -14,142 +19,148 @@ use crate::control::{JobId, JogEnd, JogId, RequestId};
 use crate::job::{Source, SourceBytes};
 use crate::reading::{ArmReading, ToolReading};
 
-/// Something that an arm is to do or to tell. Orders are carried out side by side; a stop overtakes all others.
+/// Order to an arm. Orders run side by side, except that acts run one after the other. A stop
+/// overtakes all others.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ArmOrder {
-    /// Something is to be read.
+    /// Read something.
     Read {
-        /// The request that is answered with it.
+        /// Request that is answered with the reading.
         request: RequestId,
-        /// Reading that is taken.
+        /// Value to read.
         read: ArmRead,
     },
-    /// Something is to be done. One after the other.
+    /// Carry out an action. Actions run one after the other.
     Act {
-        /// The request that is answered when it is done.
+        /// Request that is answered when the action is done.
         request: RequestId,
-        /// Action that is carried out.
+        /// The action.
         act: Box<ArmAct>,
-        /// True if the laser may burn by it.
+        /// True if the action may switch the laser on.
         laser: bool,
     },
-    /// A jog begins.
+    /// Start a jog.
     StartJog {
-        /// The request that is answered when it has begun.
+        /// Request that is answered when the jog has started.
         request: RequestId,
         /// Id of the jog.
         jog: JogId,
         /// Axis and direction.
         direction: JogDirection,
-        /// Longest time between two keeps; then it ends by itself.
+        /// Longest time between two `jog.keep` before the jog ends by itself.
         keep: Duration,
-        /// Share of the set jog speed, percent.
+        /// Share of the set jog speed, percent. `None` leaves the speed as it is.
         percent: Option<f32>,
     },
-    /// A jog goes on.
+    /// Keep a jog alive.
     KeepJog(JogId),
-    /// A jog ends.
+    /// End a jog.
     EndJog(JogId),
-    /// The arm stops, and its queue is emptied.
+    /// Stop the arm and empty its queue.
     Stop {
-        /// The request that is answered when it stands. A stop that nobody asked for, because a lease has ended, is none of a
-        /// job: that has an order of its own.
+        /// Request that is answered when the arm stands. `None` if the station stops the arm
+        /// because a lease ended; jobs have their own order, [`ArmOrder::StopJob`].
         request: Option<RequestId>,
     },
-    /// The lease has ended: motors that run on because of this station are switched off, unless a job has the arm.
+    /// Switch off motor outputs that this station started, because the lease has ended. No effect
+    /// while a job runs.
     StopMotors,
-    /// The arm gets another fence, at once.
+    /// Replace the fence at once.
     Fence {
-        /// The request that is answered when it holds, and the arm stands where it had to be stopped.
+        /// Request that is answered when the fence is in force, and the arm stands if it had to be
+        /// stopped.
         request: RequestId,
-        /// The fence; none removes it.
+        /// The new fence. `None` removes it.
         fence: Box<Option<Fence>>,
-        /// True if what is under way has to end, because it was checked against the earlier fence.
+        /// True if current motion must end because it was checked against the earlier fence.
         stops: bool,
     },
-    /// The arm tells where its unlock key is released, or no more, beside all else.
+    /// Report the pose whenever the arm's unlock key is released, or stop reporting it. Runs beside
+    /// all other orders.
     Guide {
-        /// The request that is answered when it is so; none where the lease under which it told has ended.
+        /// Request that is answered when reporting has changed. `None` if the lease under which it
+        /// ran has ended.
         request: Option<RequestId>,
-        /// True if it tells.
+        /// True to report.
         on: bool,
-        /// True if it tells although the arm is not known to be homed.
+        /// True to report even if the arm is not known to be homed.
         unhomed: bool,
     },
-    /// Something happens in the world of a virtual arm, at once.
+    /// Cause an event in the world of a virtual arm, at once.
     World {
-        /// The request that is answered when it has happened.
+        /// Request that is answered when it has happened.
         request: RequestId,
-        /// Event that happens.
+        /// The event.
         act: WorldAct,
     },
-    /// A program is checked.
+    /// Check a program.
     CheckJob {
-        /// The request that is answered with what was found.
+        /// Request that is answered with the report.
         request: RequestId,
         /// The program.
         source: Box<Source>,
-        /// True if what it leaves is told, too.
+        /// True to include a preview of the strokes.
         preview: bool,
     },
-    /// A job begins, behind what the arm is at.
+    /// Start a job after what the arm is doing.
     StartJob(Box<JobStart>),
-    /// A job pauses.
+    /// Pause a job.
     PauseJob {
-        /// The request that is answered when it is paused.
+        /// Request that is answered when the job is paused.
         request: Option<RequestId>,
         /// The job.
         job: JobId,
-        /// Why.
+        /// Reason of the pause.
         reason: PauseReason,
     },
-    /// A job that is paused goes on.
+    /// Resume a paused job.
     ResumeJob {
-        /// The request that is answered when it runs.
+        /// Request that is answered when the job runs.
         request: RequestId,
         /// The job.
         job: JobId,
-        /// True if the arm may have been moved since.
+        /// True if the arm may have been moved during the pause, so that it has to approach the
+        /// work again.
         approach: bool,
-        /// Refusal if it would burn and must not.
+        /// `Err` if the job must not burn: the refusal that is sent if it would.
         laser: Result<(), Box<RpcError>>,
     },
-    /// A job stops, and its pen goes up.
+    /// Stop a job and lift its pen.
     StopJob(JobId),
-    /// The arm is read so many times a second from now on; `None`: no more.
+    /// Read the arm periodically from now on.
     Watch {
-        /// Readings a second.
+        /// Readings per second. `None` stops reading.
         rate: Option<u32>,
-        /// Pins to read as well.
+        /// Pins to include.
         pins: Vec<Pin>,
     },
 }
 
-/// Task of a job.
+/// Program and options of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct JobOrder {
     /// The program.
     pub source: Source,
-    /// Number of times; `None` without end.
+    /// Number of loops. `None` runs until stopped.
     pub loops: Option<u64>,
-    /// The first step, from 0 over all loops.
+    /// First step, from 0, counted over all loops.
     pub from: u64,
-    /// True if what is in the arm's queue comes first.
+    /// True to run after what is already in the arm's queue, instead of emptying it.
     pub keep: bool,
-    /// True if an arm that was not homed since it was switched on is refused.
+    /// True to refuse an arm that was not homed since it was switched on.
     pub require_homed: bool,
-    /// True if it runs on an arm that is not known to be homed, too.
+    /// True to run even if the arm is not known to be homed.
     pub unhomed: bool,
-    /// Pose at which the plan began, if the plan depends on it, mm.
+    /// Position at which the program starts, mm, if the program depends on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[f64; 3]>,
 }
 
 impl JobOrder {
-    /// A plan that is done so many times, from its first step on; `None`: until it is stopped. `start` is where it began, if it
-    /// depends on that.
+    /// Creates an order that runs a plan this many times, from its first step. `None` runs it until
+    /// stopped. `start` is the position at which it starts, if it depends on one.
     #[must_use]
     pub fn of_plan(text: String, loops: Option<u64>, start: Option<[f64; 3]>) -> Self {
         Self {
@@ -169,7 +180,7 @@ impl JobOrder {
     }
 }
 
-/// A job that begins.
+/// Start of a job.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct JobStart {
@@ -177,290 +188,290 @@ pub struct JobStart {
     pub job: JobId,
     /// Program and options.
     pub order: JobOrder,
-    /// True if the job goes on where an earlier one of the same program ended.
+    /// True to continue where an earlier run of the same program ended.
     pub resumes: bool,
-    /// Distance before that place at which it begins, along the line of a burn, mm.
+    /// Distance before the place of resumption at which a burn starts again, along its line, mm.
     pub overlap: f64,
-    /// Refusal if it would burn and must not.
+    /// `Err` if the job must not burn: the refusal that is sent if it would.
     pub laser: Result<(), Box<RpcError>>,
-    /// Refusal if it holds a dangerous command and must not.
+    /// `Err` if the job must not contain dangerous commands: the refusal that is sent if it does.
     pub danger: Result<(), Box<RpcError>>,
 }
 
-/// Something to read.
+/// Reading of an arm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ArmRead {
     /// Identity of the arm.
     Info,
-    /// Links, limits and tool of the arm.
+    /// Link lengths, limits and tool of the arm.
     Model,
-    /// The world around a virtual arm.
+    /// World around a virtual arm.
     World {
-        /// The mark of the drawing that is known.
+        /// Mark of the drawing that the client already has. Only what came after it is sent.
         mark: Option<String>,
     },
     /// Functions and levels of pins, sensors and steppers.
     Io,
-    /// Alarms that stand.
+    /// Active alarms.
     Alarms,
-    /// Height of the work surface under it.
+    /// Height of the work surface under the arm.
     Surface,
-    /// State, as a reading has it.
+    /// State of the arm, as in a reading.
     State,
-    /// State of the arm at rest: the answer waits until it stands.
+    /// State of the arm at rest: the answer waits until the arm stands.
     Stand,
     /// Pose of the arm at rest, as a step of a program.
     Capture {
-        /// Way to the step.
+        /// Kind of motion that leads to the step.
         by: Travel,
-        /// True if an arm that is not known to be homed is taken, too.
+        /// True to accept an arm that is not known to be homed.
         unhomed: bool,
     },
-    /// Answer to a frame that the protocol's table does not have.
+    /// Reply to a frame without a row in the protocol's table.
     Raw {
         /// Id of the command.
         id: u8,
         /// Its parameters.
         params: Vec<u8>,
     },
-    /// A value of the protocol.
+    /// Value of the protocol, by a get command.
     Get {
         /// Id of the command.
         id: u8,
-        /// What it is asked for.
+        /// Parameters of the get command.
         params: Vec<u8>,
     },
 }
 
-/// What a touch of the work surface is taken for.
+/// Purpose of touching the work surface with the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
-    /// A height; `adds` keeps the touches before it.
+    /// Height of the surface.
     Height {
-        /// True if the touches before count as well.
+        /// True to keep the touches taken before.
         adds: bool,
     },
     /// A corner of a sheet.
     Corner(SheetCorner),
 }
 
-/// Something to do.
+/// Action of an arm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ArmAct {
-    /// A command that acts at once.
+    /// Set command with immediate effect.
     Set(Set),
-    /// A command for the queue.
+    /// Set command for the queue.
     Enqueue(Set),
-    /// A frame that the protocol's table does not have.
+    /// Frame without a row in the protocol's table.
     Raw {
         /// Id of the command.
         id: u8,
         /// Its parameters.
         params: Vec<u8>,
-        /// Whether it goes to the queue.
+        /// True if the frame goes to the queue.
         queued: bool,
-        /// Whether it moves the arm.
+        /// True if the frame moves the arm.
         moves: bool,
     },
-    /// The queue is started, if nothing waits in it.
+    /// Start the queue, if it is empty.
     StartEmptyQueue,
-    /// A move.
+    /// Move.
     Move {
-        /// Where to: four numbers.
+        /// Target: x, y, z, r in mm and degrees, or four joint angles in degrees.
         to: [f32; 4],
-        /// Where on the rail, mm.
+        /// Target on the rail, mm.
         rail: Option<f32>,
-        /// Which path.
+        /// Kind of motion.
         by: Travel,
-        /// Whether `to` are joints.
+        /// True if `to` holds joint angles.
         joints: bool,
-        /// Whether `to` counts from where the arm stands.
+        /// True if `to` is relative to the current pose.
         relative: bool,
-        /// Whether it is over when the arm is there.
+        /// True if the action is done when the arm has arrived, false if the move is queued.
         wait: bool,
     },
-    /// Homing.
+    /// Home the arm.
     Home,
-    /// The alarms are cleared.
+    /// Clear the alarms.
     ClearAlarms,
-    /// Something of the work surface is taken from where the tool touches it.
+    /// Take a height or a corner from where the tool touches the work surface.
     Touch {
-        /// What is taken.
+        /// Value to take.
         takes: Taken,
-        /// True if an arm that is not known to be homed is taken, too.
+        /// True to accept an arm that is not known to be homed.
         unhomed: bool,
     },
-    /// What was measured of the work surface is forgotten.
+    /// Forget all measurements of the work surface.
     ForgetSurface,
-    /// The tool whose tip is so far from the flange, mm.
+    /// Set the tool by the offset of its tip from the flange, mm.
     Tip(ToolBias),
-    /// Something of the tools.
+    /// Switch a tool.
     Tool(Set),
-    /// Share of the set speeds of moves and jogs, percent.
+    /// Set the share of the set speeds of moves and jogs, percent.
     Speed(f32),
-    /// A checked step.
+    /// Step along an axis, checked before it is sent.
     Step {
-        /// Along or about what.
+        /// Axis.
         axis: Axis,
-        /// How far, with its sign: mm or deg.
+        /// Distance with sign, mm or degrees.
         by: f32,
-        /// Whether x and y are turned by the arm's r.
+        /// True if x and y are rotated by the arm's r.
         turned: bool,
-        /// Share of the set speeds, percent.
+        /// Share of the set speeds, percent. `None` for the set speeds.
         percent: Option<f32>,
     },
 }
 
-/// Something that a hand does in the world of a virtual arm.
+/// Event in the world of a virtual arm, as caused by a person's hand.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum WorldAct {
-    /// The key at the base is pressed; long, or not.
+    /// The key at the base is pressed. True for a long press.
     Press(bool),
-    /// The unlock key is held, or released.
+    /// The unlock key is pressed (true) or released (false).
     Unlock(bool),
-    /// The cable is plugged in, or pulled.
+    /// The cable is plugged in (true) or pulled (false).
     Plug(bool),
-    /// The arm is bent to these joints, deg. The answer is the state that follows.
+    /// The arm is guided by hand to these joint angles, degrees. The answer is the resulting state.
     Guide([f64; 4]),
-    /// An object is put somewhere, mm.
+    /// An object is placed.
     Place {
         /// The object.
         name: String,
-        /// The middle of its underside.
+        /// Centre of its underside, mm.
         at: [f64; 3],
     },
-    /// A new sheet of paper is laid there.
+    /// A new sheet of paper is laid down.
     Paper,
-    /// An input reads something else from now on.
+    /// An input changes its level.
     Input {
         /// EIO address.
         address: u8,
-        /// Whether it is a voltage.
+        /// True for an analog input.
         analog: bool,
-        /// The level, or counts of the voltage.
+        /// Level, or counts of the analog input.
         value: u16,
     },
-    /// Something goes wrong.
+    /// A fault occurs.
     Fault(Fault),
-    /// The arm is switched off, and on again in the world of a scenario.
+    /// The arm is switched off and on again in the world of this scenario.
     Scenario(String),
 }
 
-/// What goes wrong in the world of a virtual arm.
+/// Fault of a virtual arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Fault {
-    /// The alarm of this code is raised.
+    /// The alarm with this code is raised.
     Alarm(u8),
-    /// A joint slips.
+    /// A joint slips (loses steps).
     Slip {
-        /// J1 to J4 as 1 to 4.
+        /// Joint, 1 to 4 for J1 to J4.
         joint: u8,
-        /// By how much, deg.
+        /// Angle with sign, degrees.
         degrees: f64,
     },
     /// The controller resets.
     Reset,
 }
 
-/// What a request comes to.
+/// Result of a request.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// This.
+    /// This value.
     Value(Value),
-    /// The state of the arm, by the reading that was reported just before.
+    /// State of the arm, from the reading that was reported just before.
     State,
 }
 
-/// What an arm reports.
+/// Report of an arm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ArmReport {
-    /// What came of a request.
+    /// A request is done.
     Done {
         /// The request.
         request: RequestId,
-        /// Its outcome.
+        /// Outcome, as the answer to the request.
         outcome: Result<Outcome, RpcError>,
     },
-    /// The arm was read.
+    /// New reading of the arm.
     Reading(Box<ArmReading>),
-    /// Its tools, or its speed, have changed since the last reading.
+    /// Tools or speed have changed since the last reading.
     Outputs {
-        /// Its tools.
+        /// State of the tools.
         tool: ToolReading,
         /// Share of the set speed of moves, percent; `None` if not known.
         speed: Option<f32>,
     },
-    /// A jog has ended by itself, or did not begin.
+    /// A jog ended by itself, or did not start.
     JogEnded {
         /// The jog.
         jog: JogId,
-        /// Why.
+        /// Reason.
         why: JogEnd,
     },
-    /// What a job does.
+    /// News of a job.
     Job {
         /// The job.
         job: JobId,
-        /// What it does.
+        /// The news.
         news: JobNews,
     },
-    /// Something happened: an event, and its fields.
+    /// Event of the arm.
     Event {
-        /// Which.
+        /// Kind of the event.
         event: ArmEvent,
-        /// What it is about.
+        /// Fields of the event.
         fields: Vec<(&'static str, Value)>,
     },
-    /// The line to the arm broke, or is back.
+    /// The line to the arm is back (true) or broken (false).
     Link(bool),
 }
 
-/// What a job does.
+/// News of a job.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum JobNews {
-    /// Its program was read.
+    /// The program was read.
     Read {
-        /// Its title.
+        /// Title of the program.
         title: String,
         /// Steps of one loop.
         steps: u64,
-        /// Where it begins, if it depends on that and it was not given, mm.
+        /// Start position, mm, if the program depends on it and it was not given.
         start: Option<[f64; 3]>,
     },
-    /// It burns, or may.
+    /// The job burns, or may burn.
     Burns,
-    /// It begins behind so many steps, over all loops.
+    /// The job starts after this many steps, counted over all loops.
     Starts(u64),
-    /// It does something else now; with what a person is told for whom it pauses.
+    /// The state changed. The text is for the person at the arm, if the job pauses for one.
     State(JobState, Option<String>),
-    /// How far it is.
+    /// Progress.
     Progress(JobProgress),
-    /// It is over.
+    /// The job is over.
     Over(Box<JobEnd>),
 }
 
-/// How a job ended.
+/// End of a job.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct JobEnd {
     /// `done`, `failed`, `stopped` or `interrupted`.
     pub state: &'static str,
-    /// Why, where it failed.
+    /// Error, if the job failed.
     pub error: Option<RpcError>,
-    /// Drawn and travelled, mm, where all was done.
+    /// Length drawn and length travelled, mm, if the job ran to its end.
     pub lengths: Option<[f64; 2]>,
-    /// Notes of what it has left switched on, as clients see them.
+    /// Notes on outputs that the job left switched on, in the form sent to clients.
     pub notes: Vec<Value>,
 }
 
 impl JobEnd {
-    /// An end of this state, of which no more is known.
+    /// Creates an end with this state and no details.
     #[must_use]
     pub const fn new(state: &'static str) -> Self {
         Self {
@@ -472,7 +483,7 @@ impl JobEnd {
     }
 }
 
-/// Why a jog that failed is over, by the name of its error's code.
+/// Returns the reason for the end of a jog that failed with this error code.
 pub(crate) fn jog_end(code: &str) -> JogEnd {
     let ends = [
         (ErrorCode::NotKept, JogEnd::NotKept),
@@ -483,5 +494,6 @@ pub(crate) fn jog_end(code: &str) -> JogEnd {
         (ErrorCode::RunOver, JogEnd::Replaced),
     ];
     let end = { ends.iter() }.find(|(error, _)| error.name() == code);
+    // Any other error: the arm stopped, and the error itself is in the answer or the log.
     end.map_or(JogEnd::Stopped, |(_, end)| *end)
 }

@@ -1,4 +1,5 @@
-//! Presets of drawing and engraving, as clients use them. Their files are touched beside the station.
+//! Operations of clients on presets of drawing and engraving. Files are touched off the station's
+//! thread.
 
 use magician::ErrorKind;
 use magician_job::presets::{PresetError, PresetList, PresetReport, Presets};
@@ -9,19 +10,19 @@ use serde_json::Value;
 use crate::api::RpcError;
 use crate::reading::to_value;
 
-/// Something to do with presets.
+/// Operation on presets.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PresetAct {
-    /// Lists them.
+    /// List the presets.
     List,
-    /// Shows one.
+    /// Show a preset.
     Show(String),
-    /// Keeps options under a name, with a note.
+    /// Store options under a name, with a note.
     Save(String, Option<String>, Box<SetupOptions>),
-    /// Keeps the text of a file under a name.
+    /// Store the text of a preset file under a name.
     SaveText(String, String),
-    /// Removes one.
+    /// Remove a preset.
     Remove(String),
 }
 
@@ -53,13 +54,14 @@ impl PresetAct {
     }
 }
 
-/// What is wrong with the preset that a parameter names, as an answer.
+/// Converts an error about the preset named by a parameter to an answer.
 pub(crate) fn wrong(error: PresetError, param: &str) -> RpcError {
     let why = visible(&error.to_string()).to_string();
     match error {
         PresetError::Name(_) | PresetError::Unknown(..) => RpcError::param(param, why),
         PresetError::Homeless => RpcError::arm(ErrorKind::Unsupported, why),
         PresetError::File(..) => RpcError::arm(ErrorKind::Unexpected, why),
+        // The rest is about the content of the preset.
         _ => RpcError::arm(ErrorKind::InvalidInput, why),
     }
 }

@@ -1,4 +1,4 @@
-//! The state of an arm as the API has it: as JSON, as what has changed, and as a frame of bytes.
+//! State of an arm in the forms of the API: JSON, difference to the state before, and binary frame.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use crate::api::{FRAME_FLAGS, RpcError};
 use crate::frame::{FRAME_FIELDS, StateFrame};
 
-/// The names of a subscription in JSON.
+/// Names that a subscription in JSON may ask for.
 pub const FIELDS: [&str; 23] = [
     "t",
     "arm",
@@ -38,56 +38,56 @@ pub const FIELDS: [&str; 23] = [
     "holder",
 ];
 
-/// What the tools of an arm do, as far as is known.
+/// State of the tools, as far as known. Each `None` is unknown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ToolReading {
-    /// The tool that is mounted, if its tip is that of one with a name.
+    /// Name of the mounted tool, if the offset of the tip is that of a known tool.
     pub name: Option<&'static str>,
-    /// Its tip from the flange, mm.
+    /// Offset of the tip from the flange, mm.
     pub bias: Option<[f32; 3]>,
-    /// Whether the suction cup is on.
+    /// True if the suction cup is on.
     pub suction: Option<bool>,
     /// `open`, `closed` or `off`.
     pub gripper: Option<&'static str>,
-    /// Whether the laser may burn.
+    /// True if the laser may burn.
     pub laser: Option<bool>,
 }
 
-/// An arm as it was read.
+/// Reading of an arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmReading {
-    /// How long ago the pose was read when it was reported.
+    /// Age of the pose when it was reported.
     pub age: Duration,
-    /// Where the tip is, and the joints.
+    /// Position of the tip and joint angles.
     pub pose: Pose,
-    /// The command of the queue that was finished last.
+    /// Index of the last finished command of the queue.
     pub current_index: u64,
     /// Free places in the queue.
     pub left_space: u32,
-    /// Codes of the alarms that stand.
+    /// Codes of the active alarms.
     pub alarms: Vec<u8>,
-    /// Whether one of them holds the queue.
+    /// True if one of the alarms holds the queue.
     pub alarm_holds: bool,
-    /// Whether there is a line to the arm.
+    /// True if there is a line to the arm.
     pub link: bool,
-    /// Whether it moves, or may.
+    /// True if the arm moves or may be moving.
     pub moving: bool,
-    /// Whether it was homed since it was switched on, if that is known.
+    /// True if the arm was homed since it was switched on. `None` if unknown.
     pub homed: Option<bool>,
-    /// Where on the rail, mm, if it has one.
+    /// Position on the rail, mm. `None` without a rail.
     pub rail: Option<f32>,
-    /// Its tools.
+    /// State of the tools.
     pub tool: ToolReading,
-    /// Share of the set speed of moves, percent, if it is known.
+    /// Share of the set speed of moves, percent. `None` if unknown.
     pub speed: Option<f32>,
-    /// Levels of the pins that are watched: kind, address, value.
+    /// Levels of the watched pins: kind, address, value.
     pub pins: Vec<(&'static str, u8, u16)>,
 }
 
-/// What the station knows of an arm beside its reading.
+/// What the station adds to a reading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct StateContext {
-    /// When the pose was read, Unix seconds.
+    /// Time of the pose, Unix seconds.
     pub(crate) t: f64,
     pub(crate) arm: String,
     pub(crate) job: Option<String>,
@@ -96,7 +96,7 @@ pub(crate) struct StateContext {
     pub(crate) holder: Value,
 }
 
-/// A number of the wire in its shortest form.
+/// Returns a single-precision number as JSON with its shortest decimal digits.
 pub(crate) fn short(number: f32) -> Value {
     number
         .to_string()
@@ -104,14 +104,15 @@ pub(crate) fn short(number: f32) -> Value {
         .map_or(Value::Null, |number| json!(number))
 }
 
-/// An object as its text has it: by way of the text, because a value in memory makes long decimals of single-precision numbers.
+/// Converts a value to JSON through text. Direct conversion would widen single-precision numbers to
+/// long decimals such as 0.10000000149.
 pub(crate) fn to_value(value: &impl Serialize) -> Result<Value, RpcError> {
     let text = serde_json::to_string(value);
     let value = text.and_then(|text| serde_json::from_str(&text));
     value.map_err(|error| RpcError::internal(error.to_string()))
 }
 
-/// What the API calls such a pin.
+/// Returns the name of a pin's kind in the API.
 pub(crate) const fn pin_kind(pin: Pin) -> &'static str {
     match pin {
         Pin::Input(_) => "input",
@@ -122,17 +123,17 @@ pub(crate) const fn pin_kind(pin: Pin) -> &'static str {
     }
 }
 
-/// A pose as `pose --json` has it.
+/// Returns a pose in the form of `pose --json`.
 pub(crate) fn pose(pose: &Pose) -> Map<String, Value> {
     match to_value(&PoseReport::from(*pose)) {
         Ok(Value::Object(fields)) => fields,
-        // It is an object of numbers.
+        // Cannot happen: a pose report is an object of numbers.
         _ => Map::new(),
     }
 }
 
 impl ArmReading {
-    /// Whether these pins are among those that were read.
+    /// True if all these pins are in the reading.
     pub(crate) fn has(&self, pins: &[Pin]) -> bool {
         let mut pins = pins.iter();
         pins.all(|pin| {
@@ -143,7 +144,7 @@ impl ArmReading {
         })
     }
 
-    /// All fields as JSON.
+    /// Returns all fields as JSON.
     pub(crate) fn fields(&self, beside: &StateContext) -> Map<String, Value> {
         let tool = &self.tool;
         let pins = self.pins.iter().map(
@@ -154,6 +155,7 @@ impl ArmReading {
             "arm": beside.arm,
             "current_index": self.current_index,
             "left_space": self.left_space,
+            // Only codes: `arm.alarms` explains them.
             "alarms": self.alarms,
             "link": if self.link { "up" } else { "lost" },
             "moving": self.moving,
@@ -179,7 +181,7 @@ impl ArmReading {
         fields
     }
 
-    /// A frame of bytes.
+    /// Returns the binary frame.
     pub(crate) fn frame(&self, beside: &StateContext, subscription: u16, sequence: u32) -> Vec<u8> {
         let bits = [
             self.link,
@@ -190,7 +192,7 @@ impl ArmReading {
             beside.job_runs,
             !beside.holder.is_null(),
         ];
-        // In the order of the table that clients are shown.
+        // Same order as the table FRAME_FLAGS, from which the API's description is generated.
         let flags = FRAME_FLAGS.iter().zip(bits).filter(|(_, on)| *on);
         let flags: u32 = flags.map(|((bit, ..), _)| bit).sum();
         let [j1, j2, j3, j4] = self.pose.joint_angle.map(f64::from);
@@ -219,7 +221,7 @@ impl ArmReading {
     }
 }
 
-/// The fields that differ, with `t`.
+/// Returns the fields that differ, and always `t`.
 pub(crate) fn changes(before: &Map<String, Value>, now: &Map<String, Value>) -> Map<String, Value> {
     let changed = now
         .iter()
@@ -229,8 +231,9 @@ pub(crate) fn changes(before: &Map<String, Value>, now: &Map<String, Value>) -> 
         .collect()
 }
 
-/// The fields that no frame of bytes carries.
+/// Returns the fields that a binary frame does not carry.
 pub(crate) fn beside_frames(fields: &Map<String, Value>) -> Map<String, Value> {
+    // `t` is in both: each message needs its own time.
     let carried = |name: &str| name != "t" && FRAME_FIELDS.contains(&name);
     let rest = fields.iter().filter(|(name, _)| !carried(name));
     rest.map(|(name, value)| (name.clone(), value.clone()))

@@ -1,4 +1,8 @@
-//! Recordings of arms: what is to be written, and what writes it, off the arms' way.
+//! Recordings of arms: orders to write them, the interface to files, and the background writer.
+//!
+//! The station decides what is recorded and sends [`RecordOrder`]s. The recorder writes on a
+//! blocking thread, so that a slow disk delays neither stops nor readings. Readings and the bytes
+//! of the serial line come from different sources and are merged by time.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,26 +17,27 @@ use crate::control::{ArmId, RequestId};
 use crate::frames::{FrameRing, Mark, PassedBytes};
 use crate::reading::ArmReading;
 
-/// Whether this build keeps recordings. A constant, so that nothing of them is in a page's module, from which nobody could fetch one.
+/// True if this build keeps recordings. A constant, so that the compiler drops all of this code
+/// from a page's module, from which a file could not be downloaded.
 pub(crate) const KEEPS: bool = cfg!(feature = "http");
 
-/// What was written is in the file after so long, s.
+/// Interval of flushing, s: the most that a crash can lose.
 const FLUSH: f64 = 1.0;
 
-/// What is kept of a reading: for files, and for the last minutes.
+/// One reading, as stored in files and in the history.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// When the pose was read, Unix seconds.
+    /// Time of the reading, Unix seconds.
     pub t: f64,
-    /// Where the tip is, and the joints.
+    /// Position of the tip and joint angles.
     pub pose: Pose,
-    /// Where on the rail, mm, if it has one.
+    /// Position on the rail, mm. `None` without a rail.
     pub rail: Option<f32>,
-    /// The command of the queue that was finished last.
+    /// Index of the last finished command of the queue.
     pub current_index: u64,
     /// Free places in the queue.
     pub left_space: u32,
-    /// The alarms that stand.
+    /// Active alarms.
     pub alarms: AlarmSet,
 }
 
@@ -51,60 +56,62 @@ impl Sample {
     }
 }
 
-/// A recording that is being written.
+/// Recording that is being written.
 pub trait RecordingFile: Send {
-    /// Adds what was read.
+    /// Appends a reading.
     ///
     /// # Errors
-    /// What the system says.
+    /// Error of the file system.
     fn write(&mut self, sample: &Sample) -> io::Result<()>;
 
-    /// Adds what passed on a line at these Unix seconds.
+    /// Appends bytes that passed on a line at `t`, Unix seconds.
     ///
     /// # Errors
-    /// What the system says.
+    /// Error of the file system.
     fn passed(&mut self, t: f64, line: &str, direction: Direction, bytes: &[u8]) -> io::Result<()>;
 
-    /// Adds a sentence.
+    /// Appends a note.
     ///
     /// # Errors
-    /// What the system says.
+    /// Error of the file system.
     fn note(&mut self, t: f64, warning: bool, words: &str) -> io::Result<()>;
 
-    /// Has all of it in the file, whatever becomes of the program.
+    /// Writes all buffered data to the file, so that it survives a crash of the program.
     ///
     /// # Errors
-    /// What the system says.
+    /// Error of the file system.
     fn flush(&mut self) -> io::Result<()>;
 
-    /// Completes the file; how long it is, bytes.
+    /// Completes the file. Returns its length, bytes.
     ///
     /// # Errors
-    /// What the system says.
+    /// Error of the file system.
     fn finish(self: Box<Self>) -> io::Result<u64>;
 }
 
-/// Where recordings are kept.
+/// Store of recordings.
 pub trait RecordingStore: Send + Sync {
-    /// Whether it keeps any.
+    /// True if the store can keep recordings.
     fn keeps(&self) -> bool {
         true
     }
 
-    /// Begins one that does not exist, of so many readings a second, whose clock shows 0 at these Unix seconds.
+    /// Creates a recording at `rate` readings per second. Time 0 in the file is `epoch`, Unix
+    /// seconds.
     ///
     /// # Errors
-    /// What the system says.
+    /// Error of the file system, also if the name exists already.
     fn begin(&self, name: &str, epoch: f64, rate: u32) -> io::Result<Box<dyn RecordingFile>>;
 
-    /// The bytes of one, as far as it is written, and how many they are.
+    /// Opens a recording, complete or not. Returns its bytes and their number.
     ///
     /// # Errors
-    /// What the system says; [`NotFound`](io::ErrorKind::NotFound) for a name that is none of a recording.
+    /// Error of the file system; [`NotFound`](io::ErrorKind::NotFound) if the name is not that of a
+    /// recording.
     fn read(&self, name: &str) -> io::Result<(Box<dyn io::Read + Send>, u64)>;
 }
 
-/// Keeps no recordings.
+/// Store that keeps no recordings.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoRecordings;
 
@@ -122,78 +129,78 @@ impl RecordingStore for NoRecordings {
     }
 }
 
-/// Something that a recording needs done.
+/// Order to the recorder.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RecordOrder {
-    /// One begins.
+    /// Start a recording.
     Begin {
-        /// The request that is answered when its file is there.
+        /// Request that is answered when the file exists.
         request: RequestId,
-        /// Its file.
+        /// Name of the file.
         name: String,
-        /// When its clock shows 0, Unix seconds.
+        /// Unix time at which the clock of the file shows 0, s.
         epoch: f64,
-        /// Readings a second.
+        /// Readings per second.
         rate: u32,
     },
-    /// The arm was read.
+    /// Append a reading.
     Sample(Box<Sample>),
-    /// Something happened to the arm.
+    /// Append a note.
     Note(Note),
-    /// It ends.
+    /// End the recording.
     End {
-        /// The request that is answered when its file is whole.
+        /// Request that is answered when the file is complete.
         request: RequestId,
     },
-    /// What was read before becomes a file.
+    /// Save the history as a file.
     Save {
-        /// The request that is answered when it is whole.
+        /// Request that is answered when the file is complete.
         request: RequestId,
-        /// Its file.
+        /// Name of the file.
         name: String,
-        /// Readings a second, at most.
+        /// Most readings per second.
         rate: u32,
-        /// From when on, Unix seconds.
+        /// Start, Unix seconds.
         from: f64,
-        /// The readings, the oldest first.
+        /// Readings, oldest first.
         samples: Vec<Sample>,
-        /// What happened meanwhile, the oldest first.
+        /// Notes of the same time, oldest first.
         notes: Vec<Note>,
     },
 }
 
-/// Something that happened to an arm.
+/// Event of an arm in a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// When, Unix seconds.
+    /// Time, Unix seconds.
     pub t: f64,
-    /// Whether it is a warning.
+    /// True for a warning.
     pub warning: bool,
-    /// What.
+    /// Text.
     pub words: String,
 }
 
-/// What became of it.
+/// Report of the recorder.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RecordReport {
-    /// A file was begun, or is whole.
+    /// A file was created or completed.
     Done {
         /// The request.
         request: RequestId,
-        /// How long it is, bytes; or what the system says.
+        /// Length of the file in bytes, or the error of the file system.
         outcome: Result<u64, String>,
     },
-    /// The recording under way cannot be written any more.
+    /// The recording in progress failed: the error of the file system.
     Lost(String),
 }
 
 pub(crate) enum Job {
     Order(ArmId, RecordOrder),
-    /// All recordings are completed.
+    /// Complete all recordings.
     Close(oneshot::Sender<()>),
 }
 
-/// Writes recordings, one thing after another, in the background.
+/// Background writer of recordings. Carries out orders one after the other.
 pub(crate) struct Recorder(mpsc::UnboundedSender<Job>);
 
 impl fmt::Debug for Recorder {
@@ -203,13 +210,14 @@ impl fmt::Debug for Recorder {
 }
 
 impl Recorder {
-    /// Starts it on the present runtime. When it is dropped the recordings are completed.
+    /// Starts the recorder on the current runtime. When it is dropped all recordings are completed.
     pub(crate) fn start(
         store: Arc<dyn RecordingStore>,
         lines: Vec<Arc<FrameRing>>,
         report: impl Fn(ArmId, RecordReport) + Send + 'static,
     ) -> Self {
         let (orders, mut inbox) = mpsc::unbounded_channel();
+        // Without recordings there is no task, and orders go nowhere.
         if !KEEPS {
             return Self(orders);
         }
@@ -220,9 +228,11 @@ impl Recorder {
                 open: BTreeMap::new(),
             };
             let mut jobs = Vec::new();
-            // A disk that is slow is asked for all that has come meanwhile.
+            // Takes everything that queued up while the disk was busy, so a slow disk costs one
+            // switch of threads per batch.
             while inbox.recv_many(&mut jobs, usize::MAX).await > 0 {
                 let batch = std::mem::take(&mut jobs);
+                // A reading that only goes to memory is not worth a blocking thread.
                 let quick = { batch.iter() }
                     .all(|job| matches!(job, Job::Order(_, RecordOrder::Sample(_))));
                 let reports;
@@ -233,6 +243,7 @@ impl Recorder {
                         let reports = files.carry_out(batch);
                         (files, reports)
                     });
+                    // The runtime shuts down.
                     let Ok(done) = done.await else { return };
                     (files, reports) = done;
                 }
@@ -240,17 +251,18 @@ impl Recorder {
                     .into_iter()
                     .for_each(|(arm, told)| report(arm, told));
             }
+            // Dropping completes the files, which may block.
             let _ = crate::engine::beside(move || drop(files)).await;
         });
         Self(orders)
     }
 
     pub(crate) fn order(&self, arm: ArmId, order: RecordOrder) {
-        // It ends with the station.
+        // Fails only while the station shuts down.
         let _ = self.0.send(Job::Order(arm, order));
     }
 
-    /// Completes all recordings.
+    /// Completes all recordings. The receiver resolves when it is done.
     pub(crate) fn close(&self) -> oneshot::Receiver<()> {
         let (done, closed) = oneshot::channel();
         let _ = self.0.send(Job::Close(done));
@@ -260,22 +272,22 @@ impl Recorder {
 
 struct Files {
     store: Arc<dyn RecordingStore>,
-    /// Of the arms, where somebody listens.
+    /// Lines of the arms, by index. Empty if no line is tapped.
     lines: Vec<Arc<FrameRing>>,
     open: BTreeMap<ArmId, Open>,
 }
 
 struct Open {
     file: Box<dyn RecordingFile>,
-    /// What is not written yet.
+    /// Readings that are not written yet.
     samples: Vec<Sample>,
-    /// When it was flushed last, Unix seconds.
+    /// Time of the last flush, Unix seconds.
     flushed: f64,
-    /// The line, and how far it is written.
+    /// The line, and the position up to which it is written.
     line: Option<(Arc<FrameRing>, Mark)>,
 }
 
-/// Writes readings, and what passed on the line, in the order of their times.
+/// Writes readings and line traffic, merged by time.
 fn put(
     file: &mut dyn RecordingFile,
     samples: impl IntoIterator<Item = Sample>,
@@ -287,6 +299,7 @@ fn put(
         Some(line) => (line.line(), Some(|at| line.unix(at))),
         None => ("", None),
     };
+    // Traffic up to the time of a reading is written before it.
     let mut before = |file: &mut dyn RecordingFile, t: f64| {
         let Some(unix) = &unix else { return Ok(()) };
         while let Some(piece) = passed.next_if(|piece| unix(piece.at) <= t) {
@@ -298,17 +311,19 @@ fn put(
         before(file, sample.t)?;
         file.write(&sample)?;
     }
+    // The traffic after the last reading.
     before(file, f64::INFINITY)
 }
 
 impl Open {
-    /// Writes what waits.
+    /// Writes everything that is buffered.
     fn put(&mut self) -> io::Result<()> {
         let file = &mut *self.file;
         let mut passed = Vec::new();
         if let Some((line, mark)) = &mut self.line {
             let missed;
             (passed, *mark, missed) = line.since(mark);
+            // The ring dropped pieces before they were read: say so, or the gap looks like silence.
             if missed > 0 {
                 let words = format!("{missed} pieces of the line are missing here");
                 file.note(self.flushed, true, &words)?;
@@ -352,12 +367,13 @@ impl Drop for Files {
 }
 
 impl Files {
-    /// Whether nothing of it has to be written to a file at once.
+    /// True if no job has to be written to a file at once.
     fn can_wait(&self, jobs: &[Job]) -> bool {
         jobs.iter().all(|job| match job {
             Job::Order(arm, RecordOrder::Sample(sample)) => {
                 { self.open.get(arm) }.is_none_or(|open| !open.is_due(sample.t))
             }
+            // Notes, beginnings and ends are written at once.
             _ => false,
         })
     }
@@ -400,6 +416,7 @@ impl Files {
             } => {
                 let begun = self.store.begin(&name, epoch, rate);
                 let begun = begun.and_then(|mut file| {
+                    // Created on the disk before the client learns the name.
                     file.flush()?;
                     Ok(file)
                 });
@@ -432,6 +449,7 @@ impl Files {
                 let line = self.lines.get(arm.0 as usize);
                 let mut passed = line.map_or_else(Vec::new, |line| line.since(&Mark::default()).0);
                 if let Some(line) = line {
+                    // The ring may reach further back than the readings.
                     passed.retain(|piece| line.unix(piece.at) >= from);
                 }
                 let first = { samples.iter().map(|sample| sample.t) }
@@ -440,7 +458,8 @@ impl Files {
                         line.iter()
                             .flat_map(|line| passed.first().map(|piece| line.unix(piece.at))),
                     );
-                // Whichever was first.
+                // The epoch is the earliest time of all three sources, so that no time in the file
+                // is negative.
                 let epoch = first.fold(f64::INFINITY, f64::min);
                 let epoch = if epoch.is_finite() { epoch } else { from };
                 let saved = self.store.begin(&name, epoch, rate).and_then(|mut file| {
@@ -456,6 +475,7 @@ impl Files {
             RecordOrder::Note(note) => self.open.get_mut(&arm)?.note(&note),
         };
         let error = wrote.err()?;
+        // A file that failed once is given up: a gap in the middle would look like a silent arm.
         self.open.remove(&arm);
         Some(RecordReport::Lost(error.to_string()))
     }

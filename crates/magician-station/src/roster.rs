@@ -1,5 +1,7 @@
-//! The roster of a site: the arms that are expected there. Whatever is asked of all arms compares
-//! itself with it, because an arm that cannot be reached says nothing.
+//! The roster: the arms that a site is expected to have.
+//!
+//! An arm that cannot be reached does not answer, so its absence would go unnoticed. Every request
+//! to all arms therefore compares its answers with the roster and names the arms that are missing.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +11,13 @@ use serde_json::{Value, json};
 
 use crate::names::is_name;
 
-/// Arms that are expected, at most: what more are told of, by a stranger as well, is left out.
+/// Most arms in a roster. A roster also comes from strangers on the site's bus, so it is bounded;
+/// further arms are ignored.
 const MOST: usize = 10_000;
-/// Characters of a machine's name that are kept.
+/// Most characters kept of a machine's name.
 const MACHINE: usize = 64;
 
-/// Arms that a site is expected to have, each with the name of its machine.
+/// Expected arms of a site, each with the name of its machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Roster(BTreeMap<String, String>);
 
@@ -33,19 +36,20 @@ struct Expected {
 }
 
 impl Roster {
-    /// Parses a roster as JSON: `{"arms": [{"arm", "machine"}]}`.
+    /// Parses a roster from JSON: `{"arms": [{"arm", "machine"}]}`.
     ///
     /// # Errors
-    /// What is wrong with the text: no JSON of this form, or a name that no arm can have.
+    /// Why the text is not a roster: it is not JSON of this form, or a name is not valid for an
+    /// arm.
     pub fn parse(text: &str) -> Result<Self, String> {
         let content: Content = serde_json::from_str(text).map_err(|error| error.to_string())?;
         Self::of(&content.arms)
     }
 
-    /// The roster of these arms: `{"arm", "machine"}` each.
+    /// Builds a roster from values of the form `{"arm", "machine"}`.
     ///
     /// # Errors
-    /// What is wrong with one of them.
+    /// What is wrong with one of the values.
     pub fn of(arms: &[Value]) -> Result<Self, String> {
         let mut roster = Self::default();
         for arm in arms {
@@ -59,7 +63,7 @@ impl Roster {
         Ok(roster)
     }
 
-    /// The roster as JSON, which [`parse`](Self::parse) reads.
+    /// Returns the roster as JSON, as read by [`parse`](Self::parse).
     #[must_use]
     pub fn to_value(&self) -> Value {
         let arms = self.arms();
@@ -67,22 +71,25 @@ impl Roster {
         json!({"arms": arms.collect::<Vec<_>>()})
     }
 
-    /// Expects an arm, at this machine unless it is expected already. No effect at 10,000 arms.
+    /// Adds an arm at this machine, unless the arm is in the roster already. No effect above 10,000
+    /// arms.
     pub fn expect(&mut self, arm: String, machine: &str) {
         if self.0.len() < MOST {
             let machine = machine.chars().take(MACHINE).collect();
+            // A known arm keeps its machine, so a stranger's roster cannot move it.
             self.0.entry(arm).or_insert(machine);
         }
     }
 
-    /// Expects all arms of another roster as well. Nothing is removed, so a stranger's roster cannot hide an arm.
+    /// Adds all arms of another roster. Nothing is removed or changed, so a stranger's roster
+    /// cannot hide an arm.
     pub fn add(&mut self, other: &Self) {
         for (arm, machine) in other.arms() {
             self.expect(arm.to_owned(), machine);
         }
     }
 
-    /// The arms and their machines, by name.
+    /// Returns the arms and their machines, sorted by name.
     pub fn arms(&self) -> impl Iterator<Item = (&str, &str)> {
         let arms = self.0.iter();
         arms.map(|(arm, machine)| (arm.as_str(), machine.as_str()))

@@ -1,4 +1,10 @@
-//! A station with its arms on a tokio runtime: what listeners, pages in the process and tests talk to.
+//! A station at work: the sans-io [`Station`] with its arms, a clock and a tokio runtime.
+//!
+//! [`RunningStation`] is what listeners, in-process clients and tests use. It holds the station
+//! behind one mutex. Each call takes the lock, lets the station decide, and then hands out
+//! everything the station produced (orders, records, journal lines, files, wake-ups) before the
+//! lock is released. So effects leave in the order of the decisions. A timer task calls
+//! [`Station::handle_timeout`] when the earliest deadline is due.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -32,25 +38,26 @@ use crate::station::{
 };
 use crate::surface::ArmSurface;
 
-/// Longest time for the runs of a station that ends: the 5 s of holders ([`Station::end`]), with room
-/// for the station's own job.
+/// Longest wait for running jobs and for holders when the station ends: the 5 s that holders have
+/// ([`Station::end`]) plus 1 s for the station's own jobs.
 const RUNS: Duration = Duration::from_secs(6);
-/// The same after a second call, which moves nothing more.
+/// The same wait after a second call of [`RunningStation::end_runs`], which starts no motion.
 const AT_ONCE: Duration = Duration::from_secs(1);
-/// Longest time for the last stop of an arm, which answers within a tenth of it.
+/// Longest wait for the final stop of an arm. An arm that is connected confirms within a tenth of
+/// this.
 const LAST_STOP: Duration = Duration::from_secs(2);
 
-/// Longest time for the reports of jobs whose arms have stopped.
+/// Longest wait for the final reports of jobs whose arms have stopped.
 const JOBS_OVER: Duration = Duration::from_millis(500);
 
-/// Clients that wait for room, by their address.
+/// Queue of clients that wait for a free session, by address.
 type WaitingClients = FairLine<String, (Peer, oneshot::Sender<Option<Client>>)>;
 
-/// Takes the lines of a journal.
+/// Callback for the lines of the journal.
 pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
 
-/// A station whose arms are at work. Clones are of the same station; when the last one and the last [`Client`] are gone, jogs
-/// end and what the arms do is stopped, by the rules of the driver.
+/// Handle to a running station. Clones refer to the same station. When the last handle and the last
+/// [`Client`] are dropped, jogs end and motion is stopped by the rules of the driver.
 ///
 /// ```
 /// use magician::Arm;
@@ -99,13 +106,14 @@ impl Drop for Timer {
 struct Shared {
     inner: Mutex<Inner>,
     begun: Instant,
-    /// Something is due earlier than before.
+    /// Wakes the timer: a deadline is earlier than before.
     due: Notify,
-    /// The station ends, and nobody holds an arm any more.
+    /// Notified when the station ends and no session holds an arm.
     let_go: Notify,
-    /// Something has happened, after which there may be room.
+    /// Notified after each change, because a session may have become free.
     changed: Notify,
-    /// Clients of this machine that wait for room, and those from elsewhere.
+    /// Clients that wait for a session: those of this machine, and those from elsewhere. Two
+    /// queues, so that the network cannot delay this machine.
     waiting: [WaitingClients; 2],
     keeper: Arc<Keeper>,
     recordings: Arc<dyn RecordingStore>,
@@ -144,14 +152,16 @@ impl Inner {
 }
 
 impl RunningStation {
-    /// Sets it going on the present runtime, with an arm for each entry of the config, in its order.
+    /// Starts the station on the current runtime, with one arm for each entry of the configuration,
+    /// in its order.
     ///
     /// # Panics
-    /// Outside of a tokio runtime.
+    /// If called outside of a tokio runtime.
     #[must_use]
     pub fn start(mut config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
         let begun = Instant::now();
         for (entry, arm) in config.arms.iter_mut().zip(&arms) {
+            // The driver may have a fence from its options.
             entry.fence = arm.fence();
         }
         let (lines, zero) = (config.lines.clone(), config.unix_zero);
@@ -160,6 +170,8 @@ impl RunningStation {
             let store = Arc::clone(&config.jobs);
             let (entries, surfaces) = (config.arms.clone(), Arc::clone(&config.surfaces));
             let engine = |(at, arm): (usize, &Arm)| {
+                // Weak: engine, recorder and keeper are owned by the station, and a strong
+                // reference would keep all of them alive for ever.
                 let (shared, id) = (Weak::clone(shared), ArmId(at as u64));
                 let surface = ArmSurface::new(entries[at].clone(), Arc::clone(&surfaces));
                 let store = Arc::clone(&store);
@@ -212,7 +224,7 @@ impl RunningStation {
         for line in &lines {
             line.set_clock(shared.begun, zero);
         }
-        // Arms are read for the last minutes before anybody comes.
+        // Reading starts now, so that the history covers the time before the first client.
         shared.with(|_, _| ());
         let timer = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
         Self {
@@ -221,7 +233,7 @@ impl RunningStation {
         }
     }
 
-    /// A client connects.
+    /// Connects a client.
     #[must_use]
     pub fn connect(&self, peer: Peer) -> Client {
         self.shared.with(|inner, now| {
@@ -230,7 +242,7 @@ impl RunningStation {
         })
     }
 
-    /// The client of a socket that was opened just now.
+    /// Creates the client of a socket that was just opened.
     fn client(&self, inner: &mut Inner, socket: SocketId) -> Client {
         let awake = Arc::new(Notify::new());
         inner.sockets.insert(socket, Arc::clone(&awake));
@@ -241,7 +253,7 @@ impl RunningStation {
         }
     }
 
-    /// A program of DobotLink connects.
+    /// Connects a program for DobotLink.
     #[cfg(feature = "link")]
     pub(crate) fn connect_link(&self, peer: Peer) -> Client {
         self.shared.with(|inner, now| {
@@ -250,8 +262,7 @@ impl RunningStation {
         })
     }
 
-    /// As [`connect`](Self::connect), for a client of a listener; `None` if there are as many sessions as the station takes
-    /// ([`Station::admit`]).
+    /// Connects a client of a listener. `None` if all sessions are in use ([`Station::admit`]).
     #[must_use]
     pub fn try_connect(&self, peer: Peer) -> Option<Client> {
         let client = self.shared.with(|inner, now| {
@@ -264,9 +275,14 @@ impl RunningStation {
         client
     }
 
-    /// As [`try_connect`](Self::try_connect), but nobody gives way who came just now: a client waits until there is room, or the
-    /// one that gives way has had its time to say hello ([`Station::admits_at`]). Addresses take turns.
+    /// Connects a client as [`try_connect`](Self::try_connect) does, but evicts no client that has
+    /// just connected.
+    ///
+    /// If all sessions are in use, it waits until one is free or the client to be evicted has had
+    /// its time to say hello ([`Station::admits_at`]). Waiting clients are admitted by address in
+    /// turns. `None` if the station refuses the client.
     pub async fn admit(&self, peer: Peer) -> Option<Client> {
+        // By host, because each connection has another port.
         let host = peer.address.rsplit_once(':');
         let host = host.map_or(peer.address.as_str(), |(host, _)| host);
         let (host, origin) = (host.to_owned(), peer.origin);
@@ -285,13 +301,15 @@ impl RunningStation {
         }
     }
 
-    /// Lets those in that wait, one after the other.
+    /// Admits waiting clients one after the other.
     async fn admit_waiting(self, origin: Origin) {
         while let Some((peer, to)) = self.waiting(origin).pop() {
             while !to.is_closed() {
+                // Registered before the check: a change in between would otherwise be missed.
                 let mut changed = pin!(self.shared.changed.notified());
                 changed.as_mut().enable();
                 let now = self.shared.now();
+                // Asked again after each change: the answer depends on all other sockets.
                 let at = self.shared.lock().station.admits_at(now, origin);
                 let Some(at) = at else {
                     break;
@@ -302,14 +320,18 @@ impl RunningStation {
                 }
             }
             if !to.is_closed() {
-                // One that is gone meanwhile is dropped, which closes its socket.
+                // If the caller is gone meanwhile, the client is dropped here, which closes its
+                // socket.
                 let _ = to.send(self.try_connect(peer));
             }
         }
     }
 
-    /// Carries out one request, as a session of its own that lasts as long: the lease that it needs is taken when it is free.
-    /// `None` for a notification, which has no answer. Dropping the future ends the session, and what it does is stopped.
+    /// Carries out one request in a session of its own.
+    ///
+    /// The session acquires the lease if the request needs it and it is free. `None` for a
+    /// notification, which has no answer. Dropping the future ends the session and stops what it
+    /// started.
     pub async fn call(&self, peer: Peer, text: &str) -> Option<String> {
         let client = self.connect(peer);
         let answered = self
@@ -321,71 +343,74 @@ impl RunningStation {
         loop {
             match client.receive().await {
                 Outgoing::Text(text) => return Some(text),
+                // Not expected from a single request, and not its answer.
                 Outgoing::Frame(_) => {}
                 Outgoing::Close(_) => return None,
             }
         }
     }
 
-    /// Its library of programs.
+    /// Returns the library of programs.
     #[cfg(feature = "http")]
     pub(crate) fn programs(&self) -> Arc<dyn ProgramStore> {
         Arc::clone(&self.shared.library)
     }
 
-    /// The role of this machine's people without a name: a viewer's while a class is set.
+    /// Returns the role of anonymous clients on this machine: viewer while a class is set.
     #[must_use]
     pub fn place_role(&self) -> Role {
         self.shared.lock().station.place_role()
     }
 
-    /// Tries the teacher's PIN of the class ([`Station::try_pin`]).
+    /// Checks the teacher's PIN of the class ([`Station::try_pin`]).
     ///
     /// # Errors
-    /// As there.
+    /// The same as [`Station::try_pin`].
     #[cfg(feature = "class")]
     pub fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError> {
         self.shared
             .with(|inner, now| inner.station.try_pin(now, pin, peer))
     }
 
-    /// Says which PIN the class of the stations behind a hub has ([`Station::set_class_elsewhere`]).
+    /// Sets the PIN of the class held by the stations behind a hub
+    /// ([`Station::set_class_elsewhere`]).
     #[cfg(feature = "class")]
     pub fn set_class_elsewhere(&self, pin: Option<String>) {
         self.shared
             .with(|inner, now| inner.station.set_class_elsewhere(now, pin));
     }
 
-    /// The teacher's PIN of the class, if there is a class.
+    /// Returns the teacher's PIN. `None` without a class.
     #[cfg(feature = "class")]
     #[must_use]
     pub fn pin(&self) -> Option<String> {
         self.shared.with(|inner, now| {
-            // The first look at the clock makes it.
+            // The PIN is created by the first call with a time, because the station has no clock.
             inner.station.handle_timeout(now);
             inner.station.pin().map(str::to_owned)
         })
     }
 
-    /// Whether nobody is more than a viewer.
+    /// True if every session is limited to the role of a viewer.
     #[cfg(feature = "http")]
     pub(crate) fn is_read_only(&self) -> bool {
         self.shared.read_only
     }
 
-    /// How many sockets are open.
+    /// Returns the number of open sockets.
     #[must_use]
     pub fn sockets(&self) -> usize {
         self.shared.lock().station.size().sockets
     }
 
-    /// How many sockets have been [taken](Self::try_connect) up to now, of which some may be closed.
+    /// Returns the number of sockets [admitted](Self::try_connect) so far, including closed ones.
     #[must_use]
     pub fn visits(&self) -> u64 {
         self.shared.visits.load(Ordering::SeqCst)
     }
 
-    /// What it holds at present, and how many orders its arms have not carried out.
+    /// Returns the sizes of the station's state, and the number of orders that the arms have not
+    /// carried out. For tests of bounded memory.
     #[doc(hidden)]
     #[must_use]
     pub fn size(&self) -> (StationSize, usize) {
@@ -394,23 +419,26 @@ impl RunningStation {
         (inner.station.size(), orders)
     }
 
-    /// Waits until journal and jobs are written as they are now. They are written beside everything else, a moment later.
+    /// Waits until journal and jobs are on disk in their current state. They are written in the
+    /// background, a moment after the change.
     pub async fn flush(&self) {
         self.shared.keeper.flush().await;
     }
 
-    /// The names of the tokens that sessions have come with.
+    /// Returns the names of the tokens that sessions have used.
     #[must_use]
     pub fn tokens(&self) -> BTreeSet<String> {
         self.shared.lock().station.tokens()
     }
 
-    /// Ends what runs, for the end of the program: jobs are stopped as a person would stop them
-    /// (pens go up, settings are restored), clients are told and get a few seconds to end in the
-    /// same way what they run over an arm ([`Station::end`]), and nothing else begins. Then the
-    /// station itself stops every arm: after it returns the queues are empty, lasers and motors off,
-    /// and no command of a client is accepted any more. Called once more, it ends everything at once.
-    /// It takes 9 s at most.
+    /// Ends all motion for the end of the program.
+    ///
+    /// Jobs are stopped in order: pens go up and settings are restored. Clients are notified and
+    /// have a few seconds to end what they run in the same way ([`Station::end`]); nothing new
+    /// begins. Then the station itself stops every arm. On return the queues are empty, lasers and
+    /// motors are off, and no command of a client is accepted any more.
+    ///
+    /// A second call ends everything at once. Takes at most 9 s.
     pub async fn end_runs(&self) -> RunsEnd {
         let (again, jobs) = self.shared.with(|inner, now| {
             #[cfg(feature = "class")]
@@ -426,15 +454,18 @@ impl RunningStation {
             }
             self.let_go().await;
         };
-        // An arm that does not answer holds up a job.
+        // The limit is needed because a job of an arm that does not answer does not end.
         let _ = timeout(if again { AT_ONCE } else { RUNS }, runs).await;
         let stops: Vec<_> = self.shared.with(|inner, now| {
+            // `Station::end` again: sessions that still hold a lease lose it now.
             inner.station.end(now);
             let is_reader = inner.station.is_read_only();
+            // All arms at once: an arm that does not answer must not delay the stop of the others.
             let stops = inner.engines.iter().map(|engine| engine.end(is_reader));
             stops.map(|stop| timeout(LAST_STOP, stop)).collect()
         });
         let mut unconfirmed = Vec::new();
+        // The stops run side by side: each was started above and has its own limit.
         let names = self.shared.lock().station.arm_names();
         for (arm, stop) in names.into_iter().zip(stops) {
             match stop.await {
@@ -443,9 +474,10 @@ impl RunningStation {
                 Err(_) => unconfirmed.push((arm, "it took too long".to_owned())),
             }
         }
-        // Their end is told before anything else ends, and kept.
+        // Final states of jobs are reported and saved before the sockets close.
         let _ = timeout(JOBS_OVER, self.jobs_over()).await;
         self.shared.with(|inner, now| {
+            // Jobs of arms that did not confirm are recorded as interrupted.
             let lost: Vec<_> = unconfirmed.iter().map(|(arm, _)| arm.clone()).collect();
             inner.station.end_jobs(now, &lost);
         });
@@ -456,7 +488,7 @@ impl RunningStation {
         }
     }
 
-    /// Waits until no job is under way.
+    /// Waits until no job is running.
     async fn jobs_over(&self) {
         loop {
             let changed = self.shared.changed.notified();
@@ -482,19 +514,19 @@ impl RunningStation {
         }
     }
 
-    /// Completes the files of recordings under way: for the end of the program.
+    /// Completes the files of all recordings, for the end of the program.
     pub async fn close_recordings(&self) {
         let closed = self.shared.lock().recorder.close();
         let _ = closed.await;
     }
 
-    /// Where its recordings are.
+    /// Returns the store of recordings.
     #[must_use]
     pub fn recordings(&self) -> Arc<dyn RecordingStore> {
         Arc::clone(&self.shared.recordings)
     }
 
-    /// A token is good no more: its sessions end.
+    /// Revokes a token: sessions that used it end.
     pub fn revoke(&self, token: &str) {
         self.shared
             .with(|inner, now| inner.station.revoke(now, token));
@@ -503,7 +535,8 @@ impl RunningStation {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Inner> {
-        // A panic in the station is a bug; what it holds is whole values all the same.
+        // A panic in the station is a bug, but its state consists of whole values and stays usable:
+        // stops must still work.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -511,12 +544,13 @@ impl Shared {
         HostInstant::ZERO + self.begun.elapsed()
     }
 
-    /// Does something with the station, and what follows from it.
+    /// Changes the station and carries out everything that follows.
     fn with<T>(&self, act: impl FnOnce(&mut Inner, HostInstant) -> T) -> T {
         let mut inner = self.lock();
+        // Compared after the change: the timer is woken only if its deadline moved.
         let due = inner.station.poll_timeout();
         let outcome = act(&mut inner, self.now());
-        // What was written at once has its own effects.
+        // Files that were written inline are reported back, which may produce further effects.
         while let Some(written) = self.carry_out(&mut inner) {
             for kept in written {
                 inner.take_kept(self.now(), kept);
@@ -532,7 +566,8 @@ impl Shared {
         outcome
     }
 
-    /// Hands out what the station has for others. `None` if it is at rest, else what was written at once.
+    /// Distributes what the station produced. `None` if nothing was written inline, else the
+    /// results of writing.
     fn carry_out(&self, inner: &mut Inner) -> Option<Vec<Written>> {
         while let Some((arm, order)) = inner.station.poll_order() {
             if let Some(engine) = inner.engines.get(arm.0 as usize) {
@@ -554,7 +589,7 @@ impl Shared {
         while let Some(line) = inner.station.poll_journal() {
             lines.push(line);
         }
-        // In the order in which it happened: nobody comes between.
+        // Still under the lock: lines and files are queued in the order of the events.
         #[cfg(feature = "class")]
         let files = inner.station.poll_kept();
         #[cfg(not(feature = "class"))]
@@ -567,12 +602,12 @@ impl Shared {
         (!written.is_empty()).then_some(written)
     }
 
-    /// Does something with the library, beside the station.
+    /// Carries out an operation on the library off the station's thread.
     fn look_into(&self, order: LibraryOrder) {
         let (shared, library) = (Weak::clone(&self.this), Arc::clone(&self.library));
         let (presets, reader) = (self.presets.clone(), Arc::clone(&self.reader));
         let LibraryOrder { request, by, act } = order;
-        // A client may be dropped outside of the runtime.
+        // Spawned by handle, because a client may be dropped outside of the runtime.
         self.runtime.spawn(async move {
             let outcome = act.carry_out(by, library, presets, reader).await;
             if let Some(shared) = shared.upgrade() {
@@ -606,7 +641,8 @@ impl Shared {
     }
 }
 
-/// A client of a station in this process, or of a listener that carries its messages. Dropping it is the end of its socket.
+/// Client of a station in this process, or of a listener that carries its messages. Dropping it
+/// closes its socket.
 pub struct Client {
     shared: Arc<Shared>,
     socket: SocketId,
@@ -622,38 +658,42 @@ impl fmt::Debug for Client {
 }
 
 impl Client {
-    /// A message of the client has come, which is looked at before it is sent: it gives way to no silent one any more.
+    /// Records that a message of the client has arrived, before the message is processed. From then
+    /// on the client does not count as silent and is not evicted for another one.
     pub fn heard(&self) {
         self.shared
             .with(|inner, now| inner.station.heard(now, self.socket));
     }
 
-    /// A message of the client.
+    /// Passes a message of the client to the station.
     pub fn send(&self, text: &str) {
         self.shared
             .with(|inner, now| inner.station.receive(now, self.socket, text));
     }
 
-    /// A message of a link, made for this call of its program.
+    /// Passes a message that the link translated from this call of its program.
     #[cfg(feature = "link")]
     pub(crate) fn send_for(&self, text: &str, of: Option<String>) {
         self.shared
             .with(|inner, now| inner.station.receive_for(now, self.socket, text, of));
     }
 
-    /// What the token of its hello allows, before the hello is sent: [`Station::vouch`].
+    /// Sets the rights of the token in the client's hello, before the hello is sent
+    /// ([`Station::vouch`]).
     pub fn vouch(&self, grant: Option<Grant>) {
         self.shared.lock().station.vouch(self.socket, grant);
     }
 
-    /// A sign of life: the answer to a ping. A holder without a word for five seconds loses its lease.
+    /// Records the reply to a ping, which keeps the lease alive. A holder that is silent for 5 s
+    /// loses its lease.
     pub fn pong(&self) {
         self.shared
             .with(|inner, now| inner.station.pong(now, self.socket));
     }
 
-    /// What the client is to be sent next; waits for it. After a close comes nothing but the close. Ask when it can be sent:
-    /// what waits here stays new. Dropping the future loses nothing.
+    /// Waits for the next message to the client. After a close only the close is returned. Call it
+    /// when the socket can send: until then newer states replace older ones in the queue. Cancel
+    /// safe.
     pub async fn receive(&self) -> Outgoing {
         loop {
             if let Some(outgoing) = self.try_receive() {
@@ -663,7 +703,7 @@ impl Client {
         }
     }
 
-    /// What waits to be sent now, if anything does.
+    /// Returns the next message to the client. `None` if none is waiting.
     pub fn try_receive(&self) -> Option<Outgoing> {
         self.shared.lock().station.poll_send(self.socket)
     }

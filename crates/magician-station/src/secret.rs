@@ -1,7 +1,8 @@
-//! Secrets: the session's to come back with, and digests of tokens and codes.
+//! Comparison of secrets: resume secrets of sessions, digests of tokens and codes.
 
-/// Whether two secrets are the same, in a time that does not tell where they differ.
+/// Compares two secrets in a time that does not depend on where they differ.
 pub(crate) fn same_secret(one: &str, other: &str) -> bool {
+    // `==` stops at the first difference, which can be measured over the network.
     let bytes = one.bytes().zip(other.bytes());
     let differ = bytes.fold(0, |sum, (a, b)| sum | (a ^ b));
     one.len() == other.len() && differ == 0

@@ -1,4 +1,10 @@
-//! Measured work surfaces under the arms of a station, and where they are kept.
+//! Measured heights of the work surface under each arm, and where they are stored.
+//!
+//! A surface is measured by touching it with the tool: one touch gives a height, several give a
+//! plane, three corners give a sheet with its position. The result is stored per arm and replaces
+//! the height in the settings, so that a pen is never sent below the measured surface. Touches of
+//! one measurement are kept in memory only: after a restart a further touch starts a new
+//! measurement.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -16,27 +22,28 @@ use crate::ArmEntry;
 use crate::api::RpcError;
 use crate::engine::beside;
 
-/// Knowledge of the work surface under an arm.
+/// What is known of the work surface under an arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum KnownSurface {
-    /// Not measured: the settings of the [`Reader`](crate::Reader) count.
+    /// Not measured: the settings of the [`Reader`](crate::Reader) apply.
     #[default]
     BySettings,
     /// Unknown height.
     Unknown,
-    /// Measured by touches, or by the corners of a sheet.
+    /// Measured by touches, or by corners of a sheet.
     Measured(WorkSurface),
 }
 
 impl KnownSurface {
-    /// Puts the surface in the place of the one that the settings say.
+    /// Replaces the surface in the defaults by this one.
     pub(crate) fn apply_to(self, defaults: &mut SetupDefaults, is_virtual: bool) {
         match self {
             Self::BySettings => {}
             Self::Unknown => {
                 defaults.surface = None;
-                // The settings were read when the station began: a real arm's sheet may be gone since.
+                // The default dates from the start of the station. The sheet under a real arm may be
+                // gone since.
                 defaults.sheet = defaults.sheet.filter(|_| is_virtual);
             }
             Self::Measured(WorkSurface::Plane(surface)) => {
@@ -49,22 +56,22 @@ impl KnownSurface {
     }
 }
 
-/// Keeps measured work surfaces. It may take its time: it is asked beside what the arm does.
+/// Store of measured surfaces. Calls may block: they are made off the arm's task.
 pub trait SurfaceStore: Send + Sync {
-    /// Returns the knowledge of the surface under an arm.
+    /// Returns what is known of the surface under an arm.
     ///
     /// # Errors
-    /// What keeps it from being read.
+    /// The store cannot be read.
     fn surface(&self, arm: &ArmEntry) -> Result<KnownSurface>;
 
-    /// Keeps the surface under an arm; `None` forgets it.
+    /// Stores the surface under an arm. `None` forgets it.
     ///
     /// # Errors
-    /// What keeps it from being kept: nothing has changed then.
+    /// The surface cannot be stored; then nothing has changed.
     fn keep(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> Result<()>;
 }
 
-/// Keeps them in memory, as long as the station runs.
+/// Store in memory, for the lifetime of the station.
 #[derive(Debug, Default)]
 pub struct MemorySurfaces(Mutex<BTreeMap<String, WorkSurface>>);
 
@@ -85,20 +92,22 @@ impl SurfaceStore for MemorySurfaces {
     }
 }
 
-/// A measurement that further touches add to, kept as long as the station runs.
+/// Measurement in progress, to which further touches are added. Kept for the lifetime of the
+/// station.
 #[derive(Default)]
 struct Measuring {
-    /// Touches that the kept plane was fitted to.
+    /// Touches that the stored plane was fitted to.
     touches: Vec<[f64; 3]>,
-    /// The plane that they gave: another one was measured elsewhere, and they say nothing of it.
+    /// The plane that they gave. If another plane is stored, it was measured elsewhere, and these
+    /// touches do not belong to it.
     plane: Option<WorkSurface>,
     /// Largest distance of a touch from the plane, mm.
     residual: f64,
-    /// Corners of a sheet that is not complete.
+    /// Corners touched so far, while the sheet is incomplete.
     corners: TouchedCorners,
 }
 
-/// The work surface under one arm.
+/// Work surface under one arm.
 #[derive(Clone)]
 pub struct ArmSurface {
     entry: ArmEntry,
@@ -115,7 +124,7 @@ impl fmt::Debug for ArmSurface {
 }
 
 impl ArmSurface {
-    /// The surface under this arm, which this store keeps.
+    /// Creates the surface of this arm, stored in `store`.
     #[must_use]
     pub fn new(entry: ArmEntry, store: Arc<dyn SurfaceStore>) -> Self {
         Self {
@@ -125,20 +134,20 @@ impl ArmSurface {
         }
     }
 
-    /// Reads the knowledge of it from the store.
+    /// Reads the store.
     pub(crate) async fn known(&self) -> std::result::Result<KnownSurface, RpcError> {
         let this = self.clone();
         Ok(beside(move || this.store.surface(&this.entry)).await??)
     }
 
-    /// Returns the answer of `surface.get`.
+    /// Returns the answer to `surface.get`.
     pub(crate) async fn shown(&self) -> std::result::Result<Value, RpcError> {
         let known = self.known().await?;
         Ok(self.told(known))
     }
 
-    /// Takes a height from where the tool of the arm touches it, and keeps the plane: that of this
-    /// touch alone, or of those before as well (`adds`).
+    /// Takes a height from where the tool of the arm touches the surface, and stores the resulting
+    /// plane. `adds`: earlier touches count as well, otherwise this touch alone.
     pub(crate) async fn touch(
         self,
         arm: Arm,
@@ -146,6 +155,7 @@ impl ArmSurface {
         adds: bool,
     ) -> std::result::Result<Value, RpcError> {
         let known = self.known().await?;
+        // A sheet's height comes from its corners: a height beside it would contradict them.
         if let KnownSurface::Measured(WorkSurface::Sheet(_)) = known {
             return Err(Error::new(ErrorCode::InvalidSettings, sheet_counts()).into());
         }
@@ -158,6 +168,7 @@ impl ArmSurface {
         touches.push(point);
         let fitted = FittedSurface::touched(&touches).map_err(refused)?;
         let plane = WorkSurface::Plane(fitted.surface).rounded();
+        // Stored first: if that fails, the touches in memory stay those of the stored plane.
         self.keep(Some(plane)).await?;
         self.with_measuring(|measuring| {
             *measuring = Measuring {
@@ -170,8 +181,8 @@ impl ArmSurface {
         Ok(self.told(KnownSurface::Measured(plane)))
     }
 
-    /// Takes a corner of a sheet from where the tool of the arm touches it. With the third one the
-    /// sheet is kept, in the place of what was known.
+    /// Takes a corner of a sheet from where the tool of the arm touches it. With the third corner
+    /// the sheet is stored and replaces what was known.
     pub(crate) async fn take_corner(
         self,
         arm: Arm,
@@ -182,7 +193,8 @@ impl ArmSurface {
         let point = point(touch.tip, touch);
         let before = self.with_measuring(|measuring| measuring.corners);
         let corners = before.with(corner, point).map_err(refused)?;
-        // A corner that makes no sheet with the others is not taken: it can be touched again.
+        // A corner that does not form a sheet with the others is not stored: it can be touched
+        // again.
         let sheet = corners.sheet().map_err(refused)?;
         let Some(sheet) = sheet else {
             self.with_measuring(|measuring| measuring.corners = corners);
@@ -194,7 +206,7 @@ impl ArmSurface {
         Ok(self.told(KnownSurface::Measured(sheet)))
     }
 
-    /// Forgets what was measured.
+    /// Forgets all measurements.
     pub(crate) async fn forget(self) -> std::result::Result<Value, RpcError> {
         self.keep(None).await?;
         self.with_measuring(|measuring| *measuring = Measuring::default());
@@ -209,12 +221,14 @@ impl ArmSurface {
     fn with_measuring<T>(&self, change: impl FnOnce(&mut Measuring) -> T) -> T {
         let mut measuring = self
             .measuring
+            // A poisoned lock still holds whole values.
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         change(&mut measuring)
     }
 
-    /// The touches that gave this plane; none if another station or the command measured it.
+    /// Returns the touches that gave this plane. Empty if another station or the command line
+    /// measured it.
     fn touches_of(&self, plane: WorkSurface) -> Vec<[f64; 3]> {
         self.with_measuring(|measuring| match measuring.plane {
             Some(own) if own == plane => measuring.touches.clone(),
@@ -222,7 +236,7 @@ impl ArmSurface {
         })
     }
 
-    /// The answer of all methods of the surface.
+    /// Builds the answer of all methods of the surface.
     fn told(&self, known: KnownSurface) -> Value {
         let corners = self.with_measuring(|measuring| measuring.corners);
         let corners: Vec<_> = SheetCorner::ALL
@@ -245,8 +259,10 @@ impl ArmSurface {
                 touches.first().map_or([0.0, 0.0], |&[x, y, _]| [x, y]),
             ),
         };
+        // Rounded like the stored value, so that both show the same digits.
         let z = magician_program::rounded_height(plane.at([x, y]));
         let [slope_x, slope_y] = plane.slope;
+        // A plane from the store counts as one touch: it exists, but its touches are not kept.
         json!({
             "touches": if sheet.is_some() { 3 } else { touches.len().max(1) },
             "plane": {"at": [x, y], "z": z, "slope_x": slope_x, "slope_y": slope_y},
@@ -257,7 +273,8 @@ impl ArmSurface {
     }
 }
 
-/// A sheet with the four corners of its outline, from the lower left one against the clock.
+/// Returns a sheet as JSON, with the four corners of its outline counterclockwise from the lower
+/// left.
 fn told_sheet(sheet: Sheet) -> Value {
     let [width, height] = sheet.size.unwrap_or_default();
     let outline = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]].map(|at| {

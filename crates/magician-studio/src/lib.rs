@@ -26,7 +26,7 @@ pub fn file(path: &str) -> Option<&'static File> {
     FILES.iter().find(|file| file.path == path)
 }
 
-/// True if the page works without a server, too: the WebAssembly modules are among its files.
+/// True if the page works without a server as well: the WebAssembly modules are among its files.
 ///
 /// A checkout has no modules until `cargo xtask generate modules` builds them; releases and the
 /// registry's package have them.

@@ -1,4 +1,4 @@
-//! An arm that a program has connected, and what is to be written to it.
+//! State of an arm that a program has connected, and its queue of writes.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -10,24 +10,24 @@ use super::Asked;
 use crate::params::Manner;
 use crate::waits::Waits;
 
-/// Something that is to be written to an arm, one after the other.
+/// Write that waits for its turn at an arm.
 #[derive(Debug)]
 pub(crate) struct Write {
     pub(crate) asked: Asked,
-    /// The station's method.
+    /// Method of the station.
     pub(crate) method: &'static str,
     pub(crate) params: Value,
     pub(crate) queued: bool,
-    /// How long it may take: for room in the queue, and then until it has ended.
+    /// Time limit: first for room in the queue, then until the command has finished.
     pub(crate) timeout: Duration,
-    /// How it is answered.
+    /// Way in which it is answered.
     pub(crate) end: WriteEnd,
-    /// When a queue that stays full is given up.
+    /// Instant at which waiting for room in the queue is given up.
     pub(crate) give_up: Option<HostInstant>,
 }
 
 impl Write {
-    /// One that acts at once.
+    /// Creates a write with immediate effect.
     pub(crate) fn new(asked: &Asked, method: &'static str, params: Value, end: WriteEnd) -> Self {
         Self {
             asked: asked.clone(),
@@ -40,7 +40,7 @@ impl Write {
         }
     }
 
-    /// Carried out as the program asks for it.
+    /// Applies the program's wishes: queue and timeout.
     pub(crate) fn by(self, manner: &Manner) -> Self {
         Self {
             queued: manner.queued,
@@ -50,55 +50,55 @@ impl Write {
     }
 }
 
-/// How a write is answered.
+/// Way in which a write is answered.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum WriteEnd {
-    /// With true.
+    /// True.
     True,
-    /// With true; what waits will not end.
+    /// True, and the calls that wait are cancelled.
     Ends,
-    /// With true; the arm jogs now.
+    /// True; the arm jogs from now on.
     Jog,
-    /// With the index of what was queued.
+    /// Index of the queued command.
     Index,
-    /// When it has ended; an alarm ends the wait, but for homing.
+    /// True when the command has finished. An alarm ends the wait, except for homing.
     Wait { homing: bool },
-    /// With what the arm answered, by the results of the call.
+    /// Reply of the arm, decoded by the results of the call.
     Raw(&'static crate::Method),
 }
 
-/// An arm that the program has connected.
+/// Arm that the program has connected.
 #[derive(Debug, Default)]
 pub(crate) struct ArmLink {
-    /// As the program calls it.
+    /// Port, as the program names it.
     pub(crate) port_name: String,
     /// All its names.
     pub(crate) names: Vec<String>,
     pub(crate) is_virtual: bool,
-    /// Whether its queue is to be started.
+    /// True if its queue is to be started.
     pub(crate) starts: bool,
-    /// The lease, as long as it has it.
+    /// Lease. `None` while the session does not hold it.
     pub(crate) lease: Option<String>,
     pub(crate) waits: Waits,
     pub(crate) writes: VecDeque<Write>,
     pub(crate) writing: bool,
     pub(crate) blocked: Option<HostInstant>,
-    /// True from the moment at which a jog is asked for to its end.
+    /// True from the request for a jog to its end.
     pub(crate) jogs: bool,
-    /// The station's jog, and when to keep it up next.
+    /// Jog of the station, and the instant of its next keep-alive.
     pub(crate) jog: Option<(String, HostInstant)>,
-    /// The last command that has finished, as far as is known.
+    /// Index of the last finished command, if known.
     pub(crate) current: Option<u64>,
-    /// Alarms that hold the queue.
+    /// Alarm that holds the queue.
     pub(crate) alarm: Option<u8>,
-    /// One that came with the present reading.
+    /// Alarm that first appeared in the current reading.
     pub(crate) raised: Option<u8>,
     pub(crate) fast: Option<Fast>,
-    /// Since when no call waits.
+    /// Instant since which no call waits.
     pub(crate) idle: Option<HostInstant>,
 }
 
-/// A subscription for calls that wait.
+/// Fast subscription, used while calls wait.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Fast {
     Asked,

@@ -1,4 +1,4 @@
-//! A connection of a program, without I/O and clock.
+//! Connection of a program: a state machine between the program and the station.
 
 mod arm;
 mod watching;
@@ -19,50 +19,50 @@ use crate::error::{ErrorCode, LinkError};
 use crate::report::Noted;
 use crate::rpc::{self, Request};
 
-/// Calls that are not answered yet: more are refused.
+/// Most calls without an answer. Further ones are refused, so that memory is bounded.
 const UNANSWERED: usize = 1000;
-/// A jog ends when its program has given no sign of life for so long.
+/// Time without a sign of life from the program after which its jog is stopped.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// What a link allows, and how it answers.
+/// Permissions and behaviour of a link.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct LinkOptions {
-    /// Whether parameters that a call does not have are refused.
+    /// True to refuse parameters that a call does not have. Otherwise they are counted.
     pub strict: bool,
-    /// Whether dangerous calls are made.
+    /// True to permit dangerous calls.
     pub dangerous: bool,
-    /// Whether the laser of a real arm may burn.
+    /// True to permit burning with the laser of a real arm.
     pub laser: bool,
-    /// Whether connecting answers empty texts, as DobotLink does.
+    /// True to answer `ConnectDobot` with empty texts, as DobotLink does.
     pub empty_connect: bool,
-    /// Version of the program that serves.
+    /// Version of the serving program.
     pub version: String,
 }
 
-/// A call of the station's API.
+/// Call of the station's API.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StationCall {
-    /// The message.
+    /// Message.
     pub text: String,
-    /// The program's call for which it is made: `dobotlink.Magician.SetPTPCmd`.
+    /// Call of the program that caused it: `dobotlink.Magician.SetPTPCmd`.
     pub of: Option<String>,
 }
 
-/// A call of a program, until it is answered.
+/// Call of a program that has not been answered.
 #[derive(Clone, Debug)]
 pub(crate) struct Asked {
-    /// Under which it is answered.
+    /// Id for the answer.
     pub(crate) id: Option<Value>,
-    /// `Magician.SetPTPCmd`.
+    /// Name, such as `Magician.SetPTPCmd`.
     pub(crate) method: String,
     /// Parameters that the call does not have.
     pub(crate) odd: Vec<String>,
 }
 
 impl Asked {
-    /// One that is not counted under its name.
+    /// Creates a call that is counted as unknown.
     fn unknown(id: Option<Value>) -> Self {
         Self {
             id,
@@ -72,16 +72,17 @@ impl Asked {
     }
 }
 
-/// One connection of a program to DobotLink, as sessions of a station.
+/// One connection of a program, as a session of a station.
 ///
-/// What the program sends goes to [`receive`](Self::receive), what the station says to [`hear`](Self::hear);
-/// [`poll_station`](Self::poll_station) and [`poll_program`](Self::poll_program) tell what is to be sent. Time is what the calls say;
-/// [`poll_timeout`](Self::poll_timeout) tells when [`handle_timeout`](Self::handle_timeout) is due. At the end of the program's
-/// socket, [`end`](Self::end).
+/// Messages of the program go to [`receive`](Self::receive), those of the station to
+/// [`hear`](Self::hear). Messages to send come from [`poll_station`](Self::poll_station) and
+/// [`poll_program`](Self::poll_program). Time comes from the calls;
+/// [`poll_timeout`](Self::poll_timeout) returns when [`handle_timeout`](Self::handle_timeout) is
+/// due. When the program's socket closes, call [`end`](Self::end).
 #[derive(Debug)]
 pub struct Link {
     pub(crate) options: LinkOptions,
-    /// Arms by their names in the station.
+    /// Connected arms, by their names in the station.
     pub(crate) arms: BTreeMap<String, ArmLink>,
     pub(crate) under_way: BTreeMap<u64, Then>,
     subscriptions: BTreeMap<u64, String>,
@@ -95,7 +96,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A connection that has just been made, by a program of this name or address.
+    /// Creates the connection of a program with this name or address.
     #[must_use]
     pub fn new(now: HostInstant, options: LinkOptions, name: &str) -> Self {
         let mut link = Self {
@@ -111,15 +112,16 @@ impl Link {
             noted: VecDeque::new(),
             unanswered: 0,
         };
+        // Sent first, before any call of the program can follow.
         let hello = json!({"client": {"name": name}});
         link.call("session.hello", hello, Then::Hello);
         link
     }
 
-    /// A message of the program.
+    /// Processes a message of the program.
     pub fn receive(&mut self, now: HostInstant, text: &str) {
         self.heard = now;
-        // What is no JSON is not answered, as DobotLink does.
+        // Like DobotLink: text that is not JSON is not answered.
         let Some(request) = Request::parse(text) else {
             return;
         };
@@ -136,12 +138,12 @@ impl Link {
         self.take(now, request);
     }
 
-    /// The program answered a ping: a sign of life.
+    /// Records the reply to a ping, which is a sign of life.
     pub fn pong(&mut self, now: HostInstant) {
         self.heard = now;
     }
 
-    /// A message of the station.
+    /// Processes a message of the station.
     pub fn hear(&mut self, now: HostInstant, text: &str) {
         let Ok(Value::Object(message)) = serde_json::from_str(text) else {
             return;
@@ -163,11 +165,12 @@ impl Link {
             Some("arm.event") => self.event(params),
             Some("lease.changed") => self.lease_changed(params),
             Some("jog.ended") => self.jog_ended(params),
+            // Other notifications do not concern these programs.
             _ => {}
         }
     }
 
-    /// A jog has ended by itself: at the end of its axis, with the lease, by a stop.
+    /// Handles a jog that ended by itself: at a limit, with the lease, or by a stop.
     fn jog_ended(&mut self, params: &Value) {
         let text = |name: &str| params.get(name).and_then(Value::as_str);
         let arm = text("arm").and_then(|name| self.arms.get_mut(name));
@@ -178,7 +181,7 @@ impl Link {
         }
     }
 
-    /// What is due by now.
+    /// Handles everything that is due.
     pub fn handle_timeout(&mut self, now: HostInstant) {
         let silent = self.heard + SILENCE <= now;
         let names: Vec<_> = self.arms.keys().cloned().collect();
@@ -194,7 +197,7 @@ impl Link {
                 continue;
             };
             if arm.jogs && silent {
-                // The program hangs: nothing of it goes on.
+                // The program hangs: everything that it started stops.
                 (arm.jogs, arm.jog) = (false, None);
                 self.call("arm.stop", json!({"arm": name}), Then::Nothing);
             } else if let Some((jog, due)) = &mut arm.jog
@@ -209,7 +212,7 @@ impl Link {
         }
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    /// Returns the instant at which [`handle_timeout`](Self::handle_timeout) is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let of_arm = |arm: &ArmLink| {
@@ -227,7 +230,8 @@ impl Link {
         self.arms.values().filter_map(of_arm).min()
     }
 
-    /// The program's socket has ended: its jogs stop, and its leases are given back. What it queued goes on, as after DobotLink's end.
+    /// Handles the end of the program's socket: jogs stop and leases are given back. Queued
+    /// commands continue, as they do when DobotLink ends.
     pub fn end(&mut self) {
         let names: Vec<_> = self.arms.keys().cloned().collect();
         for name in names {
@@ -235,17 +239,17 @@ impl Link {
         }
     }
 
-    /// What is to be sent to the station.
+    /// Returns the next call of the station's API.
     pub fn poll_station(&mut self) -> Option<StationCall> {
         self.to_station.pop_front()
     }
 
-    /// What is to be sent to the program.
+    /// Returns the next message to the program.
     pub fn poll_program(&mut self) -> Option<String> {
         self.to_program.pop_front()
     }
 
-    /// A call that was answered, for the report.
+    /// Returns the next answered call, for the report.
     pub fn poll_noted(&mut self) -> Option<Noted> {
         self.noted.pop_front()
     }
@@ -261,8 +265,9 @@ impl Link {
         self.to_station.push_back(StationCall { text, of });
     }
 
-    /// Answers a call.
+    /// Answers a call of the program.
     pub(crate) fn answer(&mut self, asked: &Asked, outcome: &Result<Value, LinkError>) {
+        // Saturating, because calls of the link itself are answered too.
         self.unanswered = self.unanswered.saturating_sub(1);
         self.noted.push_back(Noted {
             method: asked.method.clone(),
@@ -274,7 +279,7 @@ impl Link {
         }
     }
 
-    /// Gives an arm back.
+    /// Disconnects an arm.
     pub(crate) fn leave(&mut self, name: &str) {
         self.cancel(name, &LinkError::cancelled("the arm was disconnected"));
         let Some(arm) = self.arms.remove(name) else {

@@ -1,4 +1,4 @@
-//! Calls that wait, and what the station says meanwhile.
+//! Waiting calls, and the states and events of the station that end them.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -13,15 +13,15 @@ use crate::error::{ErrorCode, LinkError};
 use crate::rpc;
 use crate::waits::Wait;
 
-/// The arm is read often for so long after the last call that waited.
+/// Time after the last waiting call for which the arm is still read fast.
 pub(super) const WATCHES_ON: Duration = Duration::from_secs(2);
-/// Readings a second while calls wait: they end within 50 ms.
+/// Readings per second while calls wait, so that they are answered within 50 ms.
 const FAST: u32 = 50;
-/// Readings a second otherwise: for what happens meanwhile.
+/// Readings per second otherwise, to notice alarms and a lost line.
 const SLOW: u32 = 2;
 
 impl Link {
-    /// A call waits until what it queued has ended.
+    /// Adds a call that waits until its command has finished.
     pub(super) fn wait(&mut self, now: HostInstant, name: &str, wait: Wait) {
         let Some(arm) = self.arms.get_mut(name) else {
             let why = LinkError::cancelled("the arm was disconnected");
@@ -33,14 +33,16 @@ impl Link {
             arm.fast = Some(Fast::Asked);
             self.subscribe(name, FAST);
         }
+        // The command may have finished before this call.
         self.finished(now, name, None);
     }
 
-    /// The arm has finished what it was at, up to this index.
+    /// Records that the arm has finished commands up to this index.
     fn finished(&mut self, now: HostInstant, name: &str, index: Option<u64>) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
         };
+        // Never back: an older reading may arrive late.
         arm.current = index.max(arm.current);
         let Some(current) = arm.current else {
             return;
@@ -48,6 +50,7 @@ impl Link {
         let raised = arm.raised;
         for wait in arm.waits.finished(now, current) {
             let outcome = match raised {
+                // An alarm of the same reading belongs to the command that was finished last.
                 Some(code) if wait.index == current && !wait.homing => Err(held_by(code)),
                 _ => Ok(()),
             };
@@ -57,7 +60,7 @@ impl Link {
         self.rest(now, name);
     }
 
-    /// An alarm holds the queue: calls would wait for ever.
+    /// Ends the calls that an alarm holds: they would wait for ever.
     fn heed_alarm(&mut self, name: &str) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
@@ -75,11 +78,13 @@ impl Link {
             && arm.waits.is_empty()
             && arm.fast.is_some()
         {
+            // The fast subscription stays for a while, because programs often send the next call at
+            // once.
             arm.idle.get_or_insert(now);
         }
     }
 
-    /// No call has waited for a while: the arm is read seldom again.
+    /// Ends the fast subscription when no call has waited for a while.
     pub(super) fn calm_down(&mut self, now: HostInstant, name: &str) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
@@ -111,6 +116,7 @@ impl Link {
 
     pub(crate) fn subscribed(&mut self, name: &str, fast: bool, id: u64) {
         let Some(arm) = self.arms.get_mut(name) else {
+            // Disconnected before the answer came.
             return self.unsubscribe(id);
         };
         if fast {
@@ -128,7 +134,7 @@ impl Link {
         self.answer(&asked, &outcome.map(|()| json!(true)));
     }
 
-    /// What waits at an arm, and what was to be queued, will not be done.
+    /// Cancels the calls that wait at an arm, and the queued writes, because they will not be done.
     pub(crate) fn cancel(&mut self, name: &str, why: &LinkError) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
@@ -136,6 +142,7 @@ impl Link {
         let waits = arm.waits.cancel();
         let (queued, kept) = std::mem::take(&mut arm.writes)
             .into_iter()
+            // Writes with immediate effect still make sense after a stop.
             .partition(|write| write.queued);
         arm.writes = kept;
         let queued: VecDeque<Write> = queued;
@@ -147,7 +154,7 @@ impl Link {
         }
     }
 
-    /// A state, or what of it has changed.
+    /// Processes a state, or a change of state.
     pub(super) fn state(&mut self, now: HostInstant, params: &Value) {
         let id = params.get("subscription").and_then(Value::as_u64);
         let Some(name) = id.and_then(|id| self.subscriptions.get(&id)).cloned() else {
@@ -163,7 +170,8 @@ impl Link {
             arm.raised = alarm.filter(|_| arm.alarm.is_none());
             arm.alarm = alarm;
         }
-        // The same reading has index and alarms: what was finished last may have been refused.
+        // Index and alarms are of the same reading: the last finished command may be the refused
+        // one.
         let index = state.get("current_index").and_then(Value::as_u64);
         self.finished(now, &name, index);
         if let Some(arm) = self.arms.get_mut(&name) {
@@ -171,7 +179,7 @@ impl Link {
         }
     }
 
-    /// Something happened at an arm.
+    /// Processes an event of an arm.
     pub(super) fn event(&mut self, params: &Value) {
         let text = |name: &str| params.get(name).and_then(Value::as_str).unwrap_or_default();
         let name = text("arm").to_owned();
@@ -184,6 +192,7 @@ impl Link {
             }
             "reset" => {
                 if let Some(arm) = self.arms.get_mut(&name) {
+                    // After a reset indices start anew.
                     arm.current = None;
                 }
                 self.cancel(&name, &LinkError::cancelled("the arm was switched off"));
@@ -197,11 +206,12 @@ impl Link {
                     self.to_program.push_back(told);
                 }
             }
+            // Other events do not end a wait.
             _ => {}
         }
     }
 
-    /// Another session may have the arm now.
+    /// Processes a change of the lease's holder.
     pub(super) fn lease_changed(&mut self, params: &Value) {
         let name = params
             .get("arm")

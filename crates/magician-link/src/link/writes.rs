@@ -1,4 +1,4 @@
-//! What is written to an arm: one after the other, so that none overtakes another.
+//! Writes to an arm: one after the other, so that none overtakes another.
 
 use std::time::Duration;
 
@@ -10,15 +10,16 @@ use crate::answers::Then;
 use crate::error::{ErrorCode, LinkError};
 use crate::waits::Wait;
 
-/// How often a jog is kept up while its program lives: several times within [`KEEP_MS`].
+/// Interval of keeping a jog alive while its program lives: several times within [`KEEP_MS`].
 pub(crate) const KEEP_INTERVAL: Duration = Duration::from_millis(250);
-/// How long the station lets a jog go on without being kept up: the longest that it takes, for a link that is held up.
+/// Keep-alive period of a jog at the station, ms: the longest that it accepts, because a link may
+/// be delayed.
 const KEEP_MS: u64 = 1000;
-/// A queue that is full is tried again after so long.
+/// Interval of trying again when the queue is full.
 const FULL: Duration = Duration::from_millis(20);
 
 impl Link {
-    /// Writes to an arm when what came before was taken.
+    /// Appends a write.
     pub(crate) fn write(&mut self, now: HostInstant, name: &str, write: Write) {
         if let Some(arm) = self.arms.get_mut(name) {
             arm.writes.push_back(write);
@@ -26,7 +27,8 @@ impl Link {
         self.pump(now, name);
     }
 
-    /// Jogs until the program says otherwise. The station brings the arm to rest before a jog of another axis.
+    /// Starts a jog, which lasts until the program ends it. Before a jog of another axis the
+    /// station brings the arm to rest.
     pub(crate) fn start_jog(&mut self, now: HostInstant, asked: &Asked, name: &str, axis: &str) {
         if let Some(arm) = self.arms.get_mut(name) {
             (arm.jogs, arm.jog) = (true, None);
@@ -36,7 +38,7 @@ impl Link {
         self.write(now, name, write);
     }
 
-    /// Ends the jog, before everything that waits. One that has not begun does not begin.
+    /// Ends the jog before everything that waits. A jog that waits does not start.
     pub(crate) fn stop_jog(&mut self, name: &str, then: Then) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
@@ -50,10 +52,12 @@ impl Link {
             let why = LinkError::cancelled("the jog was stopped before it began");
             self.answer(&write.asked, &Err(why));
         }
+        // Sent by the arm and not by the jog, whose id is unknown while `jog.start` is unanswered.
         self.call("jog.stop", json!({"arm": name}), then);
     }
 
-    /// Writes the next, if nothing is under way. While the queue is full, what needs no place in it goes before.
+    /// Sends the next write, unless one is in flight. While the queue is full, writes that need no
+    /// place in it go first.
     pub(crate) fn pump(&mut self, now: HostInstant, name: &str) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
@@ -71,9 +75,12 @@ impl Link {
         let Some(write) = at.and_then(|at| arm.writes.remove(at)) else {
             return;
         };
+        // One write is in flight at a time: the station's answers decide which write may follow.
         arm.writing = true;
         let (starts, held) = (arm.starts, arm.lease.is_some());
         if !held {
+            // Asked for again with every write, so that a program gets the arm as soon as it is
+            // free.
             self.acquire(name);
             if starts {
                 self.start(name);
@@ -84,18 +91,18 @@ impl Link {
         self.call(method, params, Then::Written { arm, write });
     }
 
-    /// Starts a queue in which nothing waits: programs were written on arms whose queue somebody had started.
+    /// Starts the queue if it is empty. Programs rely on a queue that another program has started.
     pub(crate) fn start(&mut self, name: &str) {
         self.call("link.start", json!({"arm": name}), Then::Nothing);
     }
 
-    /// Asks for the lease, if it is free.
+    /// Requests the lease, if it is free.
     pub(crate) fn acquire(&mut self, name: &str) {
         let then = Then::Lease(name.to_owned());
         self.call("lease.acquire", json!({"arm": name}), then);
     }
 
-    /// What came of a write.
+    /// Takes the result of a write.
     pub(crate) fn written(
         &mut self,
         now: HostInstant,
@@ -107,10 +114,12 @@ impl Link {
             arm.writing = false;
             let full =
                 { outcome.as_ref().err() }.is_some_and(|error| error.code == ErrorCode::QUEUE_FULL);
+            // Only a queued command can hope for room.
             if full && write.queued {
                 let give_up = *write.give_up.get_or_insert(now + write.timeout);
                 if now < give_up {
                     arm.blocked = Some(now + FULL);
+                    // In front again, so that the order stays.
                     arm.writes.push_front(write);
                     return self.pump(now, name);
                 }
@@ -132,6 +141,7 @@ impl Link {
             Err(error) => {
                 if let (WriteEnd::Jog, Some(arm)) = (write.end, self.arms.get_mut(name)) {
                     let others = arm.writes.iter();
+                    // Another jog may wait behind the one that failed.
                     arm.jogs &= { others }.any(|write| matches!(write.end, WriteEnd::Jog));
                 }
                 return self.answer(&write.asked, &Err(error));
@@ -161,7 +171,7 @@ impl Link {
             (WriteEnd::Jog, _) => {
                 let jog = value.get("jog").and_then(Value::as_str);
                 if let (Some(arm), Some(jog)) = (self.arms.get_mut(name), jog) {
-                    // One that was ended meanwhile is over.
+                    // Not stored if the jog was ended meanwhile.
                     arm.jog = arm.jogs.then(|| (jog.to_owned(), now + KEEP_INTERVAL));
                 }
                 self.answer(&write.asked, &Ok(json!(true)));
@@ -170,6 +180,8 @@ impl Link {
                 let result = crate::answers::raw(method, &value);
                 self.answer(&write.asked, &Ok(result));
             }
+            // Includes a wait or an index without an index in the answer, which does not happen for
+            // queued commands.
             _ => self.answer(&write.asked, &Ok(json!(true))),
         }
     }

@@ -1,4 +1,5 @@
-//! Programs that send anything, stations that answer anything: nothing panics, each call is answered once, and nothing goes on for ever.
+//! Property tests with programs and stations that send anything: nothing panics, each call is
+//! answered once, and no loop is endless.
 
 mod host;
 
@@ -11,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 use self::host::Life;
 
-/// Values that nothing asks for, and such as are asked for often.
+/// Arbitrary values, valid ones more often.
 fn value() -> BoxedStrategy<Value> {
     prop_oneof![
         10 => (-300..300_i32).prop_map(Value::from),
@@ -27,7 +28,7 @@ fn value() -> BoxedStrategy<Value> {
     .boxed()
 }
 
-/// Something that a parameter may be.
+/// Value that a parameter of this type accepts.
 fn good(kind: Kind) -> BoxedStrategy<Value> {
     match kind {
         Kind::Number => (-300.0..300.0_f64).prop_map(Value::from).boxed(),
@@ -40,7 +41,7 @@ fn good(kind: Kind) -> BoxedStrategy<Value> {
     }
 }
 
-/// A call of a program: most as they should be.
+/// Call of a program, mostly valid.
 fn call() -> BoxedStrategy<String> {
     let known = any::<Index>().prop_flat_map(|at| {
         let method = at.get(methods());
@@ -86,7 +87,7 @@ fn call() -> BoxedStrategy<String> {
         .boxed()
 }
 
-/// A line of a script.
+/// Line of a script.
 fn line() -> BoxedStrategy<String> {
     let mark = |marks: &'static [&'static str], most: u32| {
         (select(marks), 0..most).prop_map(|(mark, number)| format!("{mark}{number}"))

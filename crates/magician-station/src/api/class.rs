@@ -1,4 +1,5 @@
-//! The methods of classes: persons and their turns, the schedule, and what a teacher does for all.
+//! Table of the methods of classes: persons and their turns, the schedule, and a teacher's
+//! operations on all arms.
 
 use super::method::{may, method, needed};
 use super::{Kind, Method, Param, Role};
@@ -15,7 +16,7 @@ const ELSEWHERE: Param = may(
 const FILE: Kind = Kind::Text(64 * 1024);
 const PROGRAM: Kind = Kind::Text(1024 * 1024);
 
-/// All of them, in the order of the documents.
+/// Methods of classes, in documentation order.
 pub(super) const CLASS: &[Method] = &[
     method(
         "class.set",

@@ -1,4 +1,4 @@
-//! Errors of the API as data: a code, a sentence, and what they are about.
+//! Errors of the API: a code, a sentence, and structured details.
 
 use magician::report::{ErrorFigures, SentenceReport};
 use magician::{ErrorKind, Message};
@@ -6,47 +6,47 @@ use serde_json::{Map, Value, json};
 
 use super::Role;
 
-/// An error as JSON-RPC carries it.
+/// Error of JSON-RPC.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RpcError {
-    /// Its number.
+    /// Code.
     pub code: i32,
-    /// What is wrong, in a sentence.
+    /// What is wrong, as a sentence.
     pub message: String,
-    /// What it is about. It always has `kind` where the code is one of this API's own.
+    /// Details. Contains `kind` for all codes of this API's own.
     pub data: Map<String, Value>,
 }
 
 impl RpcError {
-    /// The text is no JSON.
+    /// The text is not JSON.
     pub const PARSE: i32 = -32700;
-    /// It is no request.
+    /// The message is not a valid request.
     pub const REQUEST: i32 = -32600;
-    /// There is no such method.
+    /// The method does not exist.
     pub const METHOD: i32 = -32601;
-    /// A parameter is wrong; `data.param` names it.
+    /// A parameter is invalid; `data.param` names it.
     pub const PARAMS: i32 = -32602;
-    /// A mistake of the station.
+    /// Bug of the station.
     pub const INTERNAL: i32 = -32603;
-    /// The arm or its line; `data.kind` is a name of [`ErrorKind`].
+    /// Error of the arm or its line; `data.kind` is a name of [`ErrorKind`].
     pub const ARM: i32 = -32000;
-    /// The session's role does not allow it.
+    /// The session's role does not suffice.
     pub const FORBIDDEN: i32 = -32001;
-    /// It needs the lease of the arm.
+    /// The session does not hold the lease of the arm.
     pub const LEASE: i32 = -32002;
-    /// A job or a jog has the arm.
+    /// A job or a jog occupies the arm.
     pub const BUSY: i32 = -32003;
-    /// The check refuses a program.
+    /// The check refuses the program.
     pub const CHECK_FAILED: i32 = -32004;
-    /// It is dangerous, and `yes` was not given.
+    /// The command is dangerous and `yes` is missing.
     pub const DANGEROUS: i32 = -32005;
-    /// More than the station takes.
+    /// A limit of the station is exceeded.
     pub const TOO_MANY: i32 = -32006;
-    /// A stop came first.
+    /// A stop ended the request, or the station is ending.
     pub const STOPPED: i32 = -32007;
     /// A teacher has frozen the arm.
     pub const FROZEN: i32 = -32008;
-    /// All of them.
+    /// All codes.
     pub const CODES: [i32; 14] = [
         Self::PARSE,
         Self::REQUEST,
@@ -64,7 +64,8 @@ impl RpcError {
         Self::STOPPED,
     ];
 
-    /// One of these numbers. A sentence that was made with [`message!`](magician::message) is in the data too.
+    /// Creates an error. If the sentence was made with [`message!`](magician::message), its
+    /// template and values are added to the data.
     #[must_use]
     pub fn new(code: i32, message: impl Into<Message>) -> Self {
         let message = message.into();
@@ -77,6 +78,7 @@ impl RpcError {
             message: message.as_str().to_owned(),
             data,
         };
+        // Only sentences with a template can be translated.
         if message.template().is_some() {
             error.said(&message)
         } else {
@@ -84,14 +86,15 @@ impl RpcError {
         }
     }
 
-    /// Adds what it is about.
+    /// Adds a detail.
     #[must_use]
     pub fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
         self.data.insert(name.to_owned(), value.into());
         self
     }
 
-    /// Adds the sentence as data: what a page says in its own words and language.
+    /// Adds template and values of the sentence, from which a page makes the sentence in its own
+    /// language.
     #[must_use]
     pub fn said(mut self, sentence: &Message) -> Self {
         if let Ok(Value::Object(parts)) = serde_json::to_value(SentenceReport::of(sentence)) {
@@ -100,32 +103,33 @@ impl RpcError {
         self
     }
 
-    /// What needs `yes`, as it is called, and by which command.
+    /// Error for something that needs `yes`: what it is called, and the command or method that does
+    /// it.
     pub(crate) fn dangerous(what: &str, command: &str, danger: Danger) -> Self {
         let message = format!("{what} {}: it needs \"yes\": true", danger.what());
         let error = Self::new(Self::DANGEROUS, message);
         error.with("command", command).with("danger", danger.name())
     }
 
-    /// No request.
+    /// Error for an invalid request.
     #[must_use]
     pub fn request(message: impl Into<Message>) -> Self {
         Self::new(Self::REQUEST, message)
     }
 
-    /// A parameter is wrong.
+    /// Error for an invalid parameter.
     #[must_use]
     pub fn param(name: &str, message: impl Into<Message>) -> Self {
         Self::new(Self::PARAMS, message).with("param", name)
     }
 
-    /// The arm has no such thing, or does not do it.
+    /// Error of the arm, by kind.
     #[must_use]
     pub fn arm(kind: ErrorKind, message: impl Into<Message>) -> Self {
         Self::new(Self::ARM, message).with("kind", kind.name())
     }
 
-    /// A role that is too low for something.
+    /// Error for a role that does not suffice for `what`.
     #[must_use]
     pub fn forbidden(role: Role, needs: Role, what: &str) -> Self {
         let (role, needs) = (role.name(), needs.name());
@@ -135,12 +139,12 @@ impl RpcError {
             .with("needs", needs)
     }
 
-    /// A mistake of the station.
+    /// Error for a bug of the station.
     pub(crate) fn internal(message: impl Into<Message>) -> Self {
         Self::new(Self::INTERNAL, message)
     }
 
-    /// The error of an answer, as an answer has it; `None` for what is none.
+    /// Parses the error object of an answer. `None` if the value is not one.
     #[must_use]
     pub fn from_value(value: Value) -> Option<Self> {
         let Value::Object(mut error) = value else {
@@ -154,6 +158,7 @@ impl RpcError {
         let data = match error.remove("data") {
             None => Map::new(),
             Some(Value::Object(data)) => data,
+            // `data` of a foreign server may have any form; ours is an object.
             Some(_) => return None,
         };
         Some(Self {
@@ -163,15 +168,16 @@ impl RpcError {
         })
     }
 
-    /// The result of a journal's line: `ok`, or the error's kind.
+    /// Returns the result for the journal: the error's kind.
     pub(crate) fn outcome(&self) -> &str {
         match self.data.get("kind") {
             Some(Value::String(kind)) => kind,
+            // An error of JSON-RPC itself.
             _ => "request",
         }
     }
 
-    /// The object of an answer.
+    /// Returns the error object of an answer.
     #[must_use]
     pub fn to_value(&self) -> Value {
         let mut error = json!({"code": self.code, "message": self.message});
@@ -182,17 +188,19 @@ impl RpcError {
     }
 }
 
-/// What `yes` is needed for.
+/// Reason why `yes` is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Danger {
     /// The laser may burn.
     Laser,
-    /// The command is dangerous: what it does, as [`Row::danger`](magician_protocol::Row::danger) says it.
+    /// The command is dangerous: its effect, in the words of
+    /// [`Row::danger`](magician_protocol::Row::danger).
     Arm(&'static str),
 }
 
 impl Danger {
-    /// A command of a job. None that can be queued does anything else.
+    /// Dangerous command in a job. Every dangerous command that can be queued has one of these
+    /// effects.
     pub(crate) const JOB: Self = Self::Arm("can brick, uncalibrate or unlock the arm");
 
     const fn name(self) -> &'static str {
@@ -210,7 +218,8 @@ impl Danger {
     }
 }
 
-/// The name of an own code.
+/// Returns the kind for a code of this API's own. `None` for the codes of JSON-RPC, and for
+/// [`RpcError::ARM`], whose kind varies.
 const fn kind(code: i32) -> Option<&'static str> {
     Some(match code {
         RpcError::FORBIDDEN => "forbidden",
@@ -221,12 +230,13 @@ const fn kind(code: i32) -> Option<&'static str> {
         RpcError::FROZEN => "frozen",
         RpcError::TOO_MANY => "too-many",
         RpcError::STOPPED => "stopped",
+        // The codes of JSON-RPC have no kind of ours.
         _ => return None,
     })
 }
 
 impl From<&magician::Error> for RpcError {
-    /// With the figures that `--json` has, and what to do about it.
+    /// Adds the figures of `--json`, and the remedies.
     fn from(error: &magician::Error) -> Self {
         let mut out = Self::arm(error.kind(), error.to_string());
         if let Ok(Value::Object(figures)) = serde_json::to_value(ErrorFigures::of(error)) {

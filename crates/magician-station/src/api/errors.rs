@@ -1,4 +1,4 @@
-//! The table of errors: their codes, kinds, and what their `data` has.
+//! Table of errors: codes, kinds, and the members of their `data`.
 
 use magician::ErrorKind;
 use serde_json::{Value, json};
@@ -6,16 +6,16 @@ use serde_json::{Value, json};
 use super::types::ERROR_DATA;
 use super::{Method, Needs, Role, RpcError};
 
-/// A code of an error.
+/// Error of the API.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ErrorRow {
-    /// The code.
+    /// Code.
     pub code: i32,
-    /// `data.kind`; empty where there is none.
+    /// `data.kind`. Empty if the error has no kind.
     pub kind: &'static str,
-    /// What it means.
+    /// Meaning.
     pub about: &'static str,
-    /// Further members of `data`, where they apply.
+    /// Further members of `data`, which may be missing.
     pub data: &'static [&'static str],
 }
 
@@ -33,10 +33,10 @@ const fn error(
     }
 }
 
-/// Members of `data` of any error whose sentence is told as data too.
+/// Members of `data` that any error may have: template and values of its sentence.
 const SENTENCE: [&str; 2] = ["template", "values"];
 
-/// Members of `data` of the driver's own errors, and further ones.
+/// Members of `data` of errors from the driver, and further ones.
 macro_rules! of_arms {
     ($($more:literal),*) => {
         &[
@@ -50,7 +50,7 @@ const fn of_arm(kind: ErrorKind, about: &'static str) -> ErrorRow {
     error(RpcError::ARM, kind.name(), about, of_arms!())
 }
 
-/// All errors, in the order of the documents. Those of code -32000 are told apart by their kind.
+/// All errors, in documentation order. Those with code -32000 differ by kind.
 pub static ERRORS: &[ErrorRow] = &[
     error(RpcError::PARSE, "", "the message is no JSON", &[]),
     error(
@@ -157,7 +157,7 @@ pub static ERRORS: &[ErrorRow] = &[
 ];
 
 impl ErrorRow {
-    /// The row of an error as it is answered.
+    /// Returns the row of an error. `None` if the table lacks it.
     #[must_use]
     pub fn of(error: &RpcError) -> Option<&'static Self> {
         let kind = error.data.get("kind").and_then(Value::as_str);
@@ -165,7 +165,7 @@ impl ErrorRow {
         { ERRORS.iter() }.find(|row| row.code == error.code && row.kind == kind)
     }
 
-    /// Its name as a component.
+    /// Returns the name of the OpenRPC component.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match (self.kind, self.code) {
@@ -178,7 +178,7 @@ impl ErrorRow {
         }
     }
 
-    /// As OpenRPC has it: `x-data` is the schema of `data`.
+    /// Returns the error in OpenRPC. `x-data` is the schema of `data`.
     pub(super) fn to_value(self) -> Value {
         let mut properties = serde_json::Map::new();
         let mut required = Vec::new();
@@ -198,13 +198,14 @@ impl ErrorRow {
         json!({"code": self.code, "message": self.about, "x-data": data})
     }
 
-    /// Whether a method may answer it, as far as its row tells.
+    /// True if the method may answer with this error, judged by the method's row.
     pub(super) fn is_of(&self, method: &Method) -> bool {
         let takes = |name: &str| method.params.iter().any(|param| param.name == name);
         let leased = method.needs != Needs::Nothing;
+        // A job and a jog belong to an arm, so their methods meet its errors too.
         let of_arm = takes("arm") || takes("job") || takes("jog");
         match self.code {
-            // No method of the table is one that is not there, and JSON is read before.
+            // A method of the table exists, and JSON is parsed before the method is known.
             RpcError::PARSE | RpcError::METHOD => false,
             RpcError::PARAMS => !method.params.is_empty(),
             RpcError::ARM => {
@@ -218,6 +219,7 @@ impl ErrorRow {
             RpcError::CHECK_FAILED => leased && (takes("setup") || takes("approach")),
             RpcError::DANGEROUS => takes("yes"),
             RpcError::STOPPED | RpcError::FROZEN => leased || method.name.starts_with("lease."),
+            // Codes that any method may answer with.
             _ => true,
         }
     }

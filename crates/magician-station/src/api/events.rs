@@ -1,41 +1,41 @@
-//! Kinds of `arm.event`. Nothing else happens at an arm, as far as clients are told.
+//! Table of the events sent by `arm.event`. Clients get no others.
 
 use super::IdKind::{Job, Jog, Session};
 use super::notifications::JOG_WHY;
 use super::shape::{Member, Shape, is};
 
-/// A kind of event.
+/// Kind of event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventRow {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// When it comes.
+    /// Condition under which it is sent.
     pub when: &'static str,
-    /// Which notification a client should use instead; empty where there is none.
+    /// Notification that a client should use instead. Empty if there is no better one.
     pub instead: &'static str,
-    /// Its members beside `arm`, `seq`, `t` and `event`.
+    /// Members besides `arm`, `seq`, `t` and `event`.
     pub members: &'static [Member],
 }
 
 macro_rules! events {
     ($($event:ident = $name:literal, $when:literal, $instead:literal, $members:expr;)*) => {
-        /// Which event it is.
+        /// Kind of an event of an arm.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[non_exhaustive]
         pub enum ArmEvent {
             $(#[doc = $when] $event,)*
         }
 
-        /// All events, in the order of the documents.
+        /// All events, in documentation order.
         pub static EVENTS: &[EventRow] = &[$(EventRow {
             name: $name, when: $when, instead: $instead, members: $members,
         },)*];
 
-        /// Their names.
+        /// Names of all events.
         pub(super) const NAMES: &[&str] = &[$($name,)*];
 
         impl ArmEvent {
-            /// Its name.
+            /// Returns the name.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -94,7 +94,7 @@ events! {
 }
 
 impl EventRow {
-    /// The event of a name.
+    /// Returns the event with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         EVENTS.iter().find(|one| one.name == name)

@@ -1,4 +1,7 @@
-//! An example of every method, as data: `examples.json`. The documents show them, and a test runs them.
+//! Examples of all methods and notifications, from JSON files.
+//!
+//! The documentation shows them and a test runs them against a station. The schemas of results are
+//! derived from the examples, so an example must contain every member of a result.
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -8,29 +11,30 @@ use serde_json::{Map, Value, json};
 use super::shape::or_null;
 use super::{TYPES, Type};
 
-/// By method: `params`, the method in `after` whose result has the ids, the `result`, the places of it that are null where something
-/// is not known or where there is nothing to tell (`nullable`: each with what is there otherwise if it is null in the example), and
-/// the `schema` of results where all that does not tell it.
+/// Examples by method: `params`; in `after` the method whose result has the ids; `result`; in
+/// `nullable` the places of the result that may be null, each with the schema of its other values
+/// if it is null in the example; and `schema` for results that these do not describe.
 static EXAMPLES: LazyLock<Map<String, Value>> =
     LazyLock::new(|| serde_json::from_str(include_str!("examples.json")).unwrap_or_default());
 
-/// A call that succeeds on a virtual arm of its own, by a session that has the lease where the method needs it.
+/// Call that succeeds on a fresh virtual arm, by a session that holds the lease if the method needs
+/// it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Example {
-    /// What it is given.
+    /// Parameters.
     pub params: Map<String, Value>,
-    /// The method that is called before, and whose result has the ids of these parameters under their names.
+    /// Method that is called first. Its result has the ids of these parameters under their names.
     pub after: Option<String>,
-    /// What it answers, but for times and ids; `None` for a notification.
+    /// Result, except for times and ids. `None` for a notification.
     pub result: Option<Value>,
-    /// Places of the result that may be null; their schema where they are in the example.
+    /// Places of the result that may be null, with their schema if they are null in the example.
     nullable: Map<String, Value>,
-    /// What the method answers, where its result does not tell it, as JSON Schema.
+    /// JSON Schema of the result, if the example does not determine it.
     schema: Option<Value>,
 }
 
 impl Example {
-    /// The example of a method.
+    /// Returns the example of a method.
     #[must_use]
     pub fn of(method: &str) -> Option<Self> {
         let example = EXAMPLES.get(method)?;
@@ -43,7 +47,7 @@ impl Example {
         })
     }
 
-    /// Its parameters with the ids of an earlier result.
+    /// Returns the parameters with the ids from an earlier result.
     #[must_use]
     pub fn params_after(&self, earlier: &Value) -> Value {
         let with_ids = self.params.iter().map(|(name, value)| {
@@ -53,17 +57,17 @@ impl Example {
         Value::Object(with_ids.collect())
     }
 
-    /// The kind of its result, as JSON Schema.
+    /// Returns the JSON Schema of the result.
     pub(super) fn shape(&self) -> Value {
         match (&self.schema, &self.result) {
             (Some(schema), _) => schema.clone(),
-            // A notification that is sent as a request is answered with null.
+            // A notification that is sent with an id is answered with null.
             (None, None | Some(Value::Null)) => json!({"type": "null"}),
             (None, Some(result)) => self.shape_of(result, "", None),
         }
     }
 
-    /// The kind of what stands there in its result.
+    /// Returns the JSON Schema of a place in the result.
     fn shape_at(&self, place: &str, component: &str) -> Value {
         let found = self.result.as_ref().and_then(|result| at(result, place));
         found.map_or_else(
@@ -72,7 +76,8 @@ impl Example {
         )
     }
 
-    /// The kind of a value there; the component of this name is spelled out.
+    /// Returns the JSON Schema of a value. Objects that are components become references, except
+    /// the component with this name.
     fn shape_of(&self, value: &Value, place: &str, component: Option<&str>) -> Value {
         let named = component_of(value).filter(|name| Some(*name) != component);
         let mut schema = match value {
@@ -111,17 +116,17 @@ impl Example {
     }
 }
 
-/// Objects that an example tells: the name of each, and a method with the place of it in that one's result.
+/// Components derived from examples: name, method, and place in its result.
 const COMPONENTS: [(&str, &str, &str); 2] = [
     ("Field", "arm.io", "rows[].sets[]"),
     ("Choice", "arm.io", "rows[].sets[].choices[]"),
 ];
 
-/// What has members that are not always there, which no example tells: `schemas.json`.
+/// Components with optional members, which no example can describe: `schemas.json`.
 static SCHEMAS: LazyLock<Map<String, Value>> =
     LazyLock::new(|| serde_json::from_str(include_str!("schemas.json")).unwrap_or_default());
 
-/// The components that no table tells, by their names, as JSON Schema.
+/// Returns the components that are not in the table of types, as JSON Schema by name.
 pub(super) fn components() -> Map<String, Value> {
     let shape = |method, place, name| match Example::of(method) {
         Some(example) => example.shape_at(place, name),
@@ -133,11 +138,12 @@ pub(super) fn components() -> Map<String, Value> {
     components.chain(SCHEMAS.clone()).collect()
 }
 
-/// The component that has these members.
+/// Returns the component that has exactly these members.
 fn component_of(value: &Value) -> Option<&'static str> {
     let names = |value: &Value| Some(value.as_object()?.keys().cloned().collect::<BTreeSet<_>>());
     let members = names(value)?;
     let is_type = |one: &&Type| {
+        // The same names and no others: a superset would be another object.
         one.members.len() == members.len()
             && one
                 .members
@@ -154,35 +160,35 @@ fn component_of(value: &Value) -> Option<&'static str> {
     COMPONENTS.iter().find(is).map(|(name, ..)| *name)
 }
 
-/// By notification: what has it sent (`after`: who calls which method with what), who hears it, and its `params`; of `arm.event` by
-/// event. `notifications.json`.
+/// Examples by notification (for `arm.event` by event): the calls that cause it, the client that
+/// receives it, and its `params`. From `notifications.json`.
 static TOLD: LazyLock<Map<String, Value>> =
     LazyLock::new(|| serde_json::from_str(include_str!("notifications.json")).unwrap_or_default());
 
-/// A call of an example of a notification.
+/// Call in the example of a notification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Said {
-    /// The client that calls.
+    /// Client that calls.
     pub who: String,
-    /// The method; `server.ending` for a station that is ended.
+    /// Method, or `server.ending` for the end of the station.
     pub method: String,
-    /// What it is given; ids are those of earlier results.
+    /// Parameters. Ids are those of earlier results.
     pub params: Value,
 }
 
-/// A notification, or an event, as a client gets it, and what has it sent.
+/// Notification or event as received by a client, with its cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotificationExample {
-    /// Calls, one after the other.
+    /// Calls that cause it, in order.
     pub after: Vec<Said>,
-    /// The client that hears it.
+    /// Client that receives it.
     pub heard_by: String,
-    /// Its parameters, but for times and ids.
+    /// Parameters, except for times and ids.
     pub params: Value,
 }
 
 impl NotificationExample {
-    /// The example of a notification, or of an event.
+    /// Returns the example of a notification or an event.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
         let example = TOLD.get(name)?;
@@ -201,7 +207,8 @@ impl NotificationExample {
     }
 }
 
-/// What stands there: members after dots, and the first of a list.
+/// Returns the value at a place: member names separated by points; `[]` selects the first item of a
+/// list.
 fn at<'v>(value: &'v Value, place: &str) -> Option<&'v Value> {
     let steps = place.split('.').filter(|step| !step.is_empty());
     steps
@@ -209,6 +216,7 @@ fn at<'v>(value: &'v Value, place: &str) -> Option<&'v Value> {
             let (name, lists) = step
                 .split_once("[]")
                 .map_or((step, 0), |(name, _)| (name, step.matches("[]").count()));
+            // `[]` may follow a name several times, for lists of lists.
             std::iter::once(Some(name)).chain(std::iter::repeat_n(None, lists))
         })
         .try_fold(value, |value, step| match step {
@@ -221,7 +229,8 @@ fn at<'v>(value: &'v Value, place: &str) -> Option<&'v Value> {
 mod tests {
     use super::*;
 
-    /// The places of a value that are null, but those within components, which say it themselves.
+    /// Collects the places of a value that are null, except within components, which describe it
+    /// themselves.
     fn nulls(value: &Value, place: &str, found: &mut Vec<String>) {
         match value {
             Value::Null => found.push(place.to_owned()),

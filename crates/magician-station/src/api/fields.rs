@@ -1,12 +1,12 @@
-//! Fields of commands between JSON and bytes.
+//! Encoding of a command's fields from JSON to bytes.
 
 use magician_protocol::{LayoutInfo, MAX_PARAMS, Writer, encode_text};
 use serde_json::{Map, Value};
 
-/// The bytes of fields, by the same words as on the command line.
+/// Encodes fields with the same parser as the command line, so that both accept the same values.
 ///
 /// # Errors
-/// What is wrong, in a sentence.
+/// What is wrong, as a sentence.
 pub(crate) fn encode(layout: &LayoutInfo, given: &Map<String, Value>) -> Result<Vec<u8>, String> {
     let words: Vec<_> = given
         .iter()
@@ -23,7 +23,7 @@ pub(crate) fn encode(layout: &LayoutInfo, given: &Map<String, Value>) -> Result<
     Ok(bytes.get(..count).unwrap_or_default().to_vec())
 }
 
-/// A value of JSON as the command line has it.
+/// Converts a JSON value to its form on the command line.
 fn word(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
@@ -31,11 +31,12 @@ fn word(value: &Value) -> String {
             let items: Vec<_> = items.iter().map(word).collect();
             items.join(",")
         }
-        // An output of a path: ratio, address, level.
+        // An output of a path: ratio, address and level.
         Value::Object(parts) => {
             let parts: Vec<_> = parts.values().map(word).collect();
             parts.join(":")
         }
+        // Numbers, true, false and null read as on the command line.
         value => value.to_string(),
     }
 }

@@ -1,10 +1,11 @@
-//! Where ids stand in messages: for whoever stands between a client and several stations, and gives them other names.
+//! Places of ids in messages. A hub between a client and several stations uses them to replace the
+//! ids of one station by its own.
 
 use serde_json::Value;
 
 use super::{Kind, Method};
 
-/// What an id is of.
+/// Kind of an id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IdKind {
     /// A session.
@@ -15,11 +16,12 @@ pub enum IdKind {
     Jog,
     /// A job.
     Job,
-    /// A subscription of the socket: a number from 1 to 65535.
+    /// A subscription of a socket: a number from 1 to 65535.
     Subscription,
 }
 
-/// Where an id stands, if it is there: names of members with points between, `[]` behind an array whose items are meant.
+/// Place of an id that may be present: member names separated by points, with `[]` after an array
+/// whose items are meant.
 pub type IdPlace = (&'static str, IdKind);
 
 use IdKind::{Job, Jog, Lease, Session, Subscription};
@@ -32,10 +34,10 @@ const JOB: &[IdPlace] = &[
     ("error.by", Session),
 ];
 
-/// The ids in turns.
+/// Ids in turns.
 pub(super) const TURNS: &[IdPlace] = &[("arms[].jobs[].job", Job)];
 
-/// The ids in the results of methods; the others have none.
+/// Ids in the results of methods. Other results contain none.
 const RESULTS: &[(&str, &[IdPlace])] = &[
     ("session.hello", &[("session", Session)]),
     ("session.list", &[("sessions[].session", Session)]),
@@ -106,7 +108,7 @@ const RESULTS: &[(&str, &[IdPlace])] = &[
     ),
 ];
 
-/// The ids in `data` of an error.
+/// Ids in `data` of an error.
 pub static ERROR_IDS: &[IdPlace] = &[
     ("holder.session", Session),
     ("by", Session),
@@ -115,14 +117,14 @@ pub static ERROR_IDS: &[IdPlace] = &[
 ];
 
 impl Method {
-    /// The ids in its result.
+    /// Returns the ids in the method's result.
     #[must_use]
     pub fn result_ids(&self) -> &'static [IdPlace] {
         let known = RESULTS.iter().find(|(name, _)| *name == self.name);
         known.map_or(&[], |(_, ids)| ids)
     }
 
-    /// The parameter that is an id, and what of.
+    /// Returns the parameter that is an id, and its kind. `None` without such a parameter.
     #[must_use]
     pub fn id_param(&self) -> Option<(&'static str, IdKind)> {
         self.params.iter().find_map(|param| match param.kind {
@@ -131,17 +133,18 @@ impl Method {
         })
     }
 
-    /// Whether it is about an arm that is named by a parameter.
+    /// True if a parameter names an arm.
     #[must_use]
     pub fn takes_arm(&self) -> bool {
         self.params.iter().any(|param| param.name == "arm")
     }
 }
 
-/// Does something with each id that stands at these places; what is null or not there is left alone.
+/// Calls `change` for each id at these places. Skips ids that are null or missing.
 pub fn each_id(value: &mut Value, places: &[IdPlace], change: &mut dyn FnMut(IdKind, &mut Value)) {
     for (place, kind) in places {
         at(value, place, &mut |id| {
+            // Null means that there is no session or job, so there is nothing to rename.
             if !id.is_null() {
                 change(*kind, id);
             }
@@ -210,7 +213,8 @@ mod tests {
             }
             assert!(Method::named(name).is_some(), "{name}");
         }
-        // Whoever adds a method with an id among its parameters and no arm is found by that alone.
+        // A new method with an id among its parameters and without an arm must be added to this
+        // list.
         let by_id = METHODS.iter().filter(|method| method.id_param().is_some());
         let by_id: Vec<_> = by_id.map(|method| method.name).collect();
         let expected = [

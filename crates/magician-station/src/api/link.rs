@@ -1,5 +1,5 @@
-//! Methods that a link has beside the others: frames that the protocol's table does not know. No other client has them, for
-//! nothing is known of such a frame that could be checked.
+//! Methods reserved for links: frames that the protocol's table does not know. Other clients do not
+//! get them, because nothing about such a frame can be checked.
 
 use super::method::{may, method, needed};
 use super::{Kind, Method, Param, Role};
@@ -9,7 +9,7 @@ const ARM: Param = may("arm", Kind::Text(32), "name of the arm");
 const ID: Param = needed("id", Kind::Integer(0, 255), "id of the command");
 const BYTES: Param = needed("params", Kind::Text(510), "parameters of the frame, as hex");
 
-/// All of them.
+/// Methods reserved for links.
 pub(super) static OF_LINKS: &[Method] = &[
     method(
         "link.read",

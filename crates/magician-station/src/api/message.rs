@@ -1,15 +1,15 @@
-//! Messages of JSON-RPC 2.0 as text: one object a message.
+//! Messages of JSON-RPC 2.0, one object per message. Batches are not supported.
 
 use serde_json::{Map, Value, json};
 
 use super::RpcError;
 
-/// The id of a request.
+/// Id of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MessageId {
     /// A text.
     Text(String),
-    /// A whole number.
+    /// A whole number. Fractions are not allowed, because the answer has to repeat the id exactly.
     Number(i64),
 }
 
@@ -22,31 +22,31 @@ impl MessageId {
     }
 }
 
-/// A request, or a notification, which has no id.
+/// Request, or notification if it has no id.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
-    /// Whether and how it is to be answered.
+    /// Id for the answer. `None` for a notification.
     pub id: Option<MessageId>,
     /// The method.
     pub method: String,
-    /// Its parameters.
+    /// Parameters.
     pub params: Map<String, Value>,
 }
 
-/// Why a text is no request, and the id under which that is answered.
+/// Text that is not a request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BadMessage {
-    /// The id, if it has a good one.
+    /// Id for the answer, if the text has a valid one.
     pub id: Option<MessageId>,
     /// What is wrong.
     pub error: RpcError,
 }
 
 impl Message {
-    /// Reads one.
+    /// Parses a message.
     ///
     /// # Errors
-    /// [`BadMessage`] for what is no JSON, no object, or no request.
+    /// [`BadMessage`] if the text is not JSON, not an object, or not a request.
     pub fn parse(text: &str) -> Result<Self, BadMessage> {
         let bad = |id, error| BadMessage { id, error };
         let value: Value = serde_json::from_str(text).map_err(|_| {
@@ -62,6 +62,7 @@ impl Message {
         let id = match object.remove("id") {
             None => None,
             Some(Value::String(text)) => Some(MessageId::Text(text)),
+            // A fraction may change when it is printed, and the client would not find its request.
             Some(Value::Number(number)) if number.is_i64() => {
                 number.as_i64().map(MessageId::Number)
             }
@@ -83,13 +84,14 @@ impl Message {
             Some(_) => return refuse("`params` must be an object"),
         };
         match object.keys().next() {
+            // Unknown members are refused: a misspelt `params` would otherwise call with defaults.
             Some(key) => refuse(&format!("a request has no `{key}`")),
             None => Ok(Self { id, method, params }),
         }
     }
 }
 
-/// The answer to a request; without an id to a message that has none that is good.
+/// Returns the answer to a request. Without an id, the answer to a message whose id cannot be read.
 #[must_use]
 pub fn answer(id: Option<&MessageId>, outcome: &Result<Value, RpcError>) -> String {
     let id = id.map_or(Value::Null, MessageId::to_value);
@@ -100,7 +102,8 @@ pub fn answer(id: Option<&MessageId>, outcome: &Result<Value, RpcError>) -> Stri
     .to_string()
 }
 
-/// The answer that a message gets. One without an id gets none, unless it is no request at all: it has no id that could be told.
+/// Returns the answer to a message. `None` for a notification, except if it is not a valid request:
+/// then its id is unknown, and the client has to be told.
 #[must_use]
 pub fn answer_due(id: Option<&MessageId>, outcome: &Result<Value, RpcError>) -> Option<String> {
     let is_no_request =
@@ -109,7 +112,7 @@ pub fn answer_due(id: Option<&MessageId>, outcome: &Result<Value, RpcError>) -> 
     due.then(|| answer(id, outcome))
 }
 
-/// A notification of the station.
+/// Returns a notification of the station.
 #[must_use]
 pub fn notification(method: &str, params: &Value) -> String {
     json!({"jsonrpc": "2.0", "method": method, "params": params}).to_string()

@@ -1,22 +1,22 @@
-//! A method of the API: what it takes, needs and is for.
+//! Description of a method: parameters, requirements, texts.
 
 use super::link::OF_LINKS;
 use super::{Kind, METHODS, Param};
 use crate::control::WorkKind;
 
-/// What a session may do, each with all of the one before.
+/// Rights of a session. Each role includes the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
-    /// It looks, and may stop.
+    /// May watch and stop.
     Viewer,
-    /// It moves the arm, under a lease.
+    /// May move the arm, with a lease.
     Student,
-    /// It takes leases away, and does what is dangerous.
+    /// May take leases away and send dangerous commands.
     Teacher,
 }
 
 impl Role {
-    /// Its name in interfaces.
+    /// Returns the name used in interfaces.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -26,7 +26,7 @@ impl Role {
         }
     }
 
-    /// The role of a name.
+    /// Returns the role with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let roles = [Self::Viewer, Self::Student, Self::Teacher];
@@ -34,44 +34,45 @@ impl Role {
     }
 }
 
-/// What a method needs of the arm.
+/// Requirement of a method on the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing.
+    /// No requirement.
     Nothing,
-    /// The lease, for this.
+    /// The lease, for this kind of work.
     Lease(WorkKind),
 }
 
-/// A method of the API.
+/// Method of the API.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Who may call it.
+    /// Least role that may call it.
     pub role: Role,
-    /// What it needs of the arm.
+    /// Requirement on the arm.
     pub needs: Needs,
-    /// Whether it is obeyed without an id, in any number: the stops, and what keeps a jog up.
+    /// True if it is processed without an id and without rate limit: stops, and keeping a jog
+    /// alive.
     pub always: bool,
-    /// Whether it takes a session of its own: a socket, not a single request.
+    /// True if it needs a socket with a session, not a single request.
     pub session: bool,
-    /// Its parameters. `arm` may be left out while the station has one.
+    /// Parameters. `arm` may be omitted while the station has only one.
     pub params: &'static [Param],
-    /// What it does.
+    /// Description.
     pub about: &'static str,
-    /// What it answers.
+    /// Description of the result.
     pub result: &'static str,
 }
 
 impl Method {
-    /// The method of a name.
+    /// Returns the method with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         METHODS.iter().find(|method| method.name == name)
     }
 
-    /// The method of a name, of those for links alone.
+    /// Returns the method with this name among those reserved for links.
     pub(crate) fn of_link(name: &str) -> Option<&'static Self> {
         OF_LINKS.iter().find(|method| method.name == name)
     }
@@ -115,7 +116,7 @@ pub(super) const fn method(
 }
 
 impl Method {
-    /// Whether it changes something of a class.
+    /// True if the method changes something of a class.
     pub(crate) fn is_of_class(&self) -> bool {
         let of_class = ["class.", "turn.", "schedule.", "site."];
         let reads = [".get", ".list", ".results", ".roster"];

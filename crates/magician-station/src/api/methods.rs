@@ -1,10 +1,12 @@
-//! The table of methods. The check, the documents and the tests come from it. One table is one file, however long it gets.
+//! Table of methods. The check of requests, the documentation and the tests are derived from it.
+//! The table stays in one file, however long.
 
 use super::method::{may, method, needed};
 use super::types::SHEET_CORNERS;
 use super::{IdKind, Kind, Method, Param, Role};
 use crate::control::WorkKind;
 
+// The limit of names of programs. Other names have the same one.
 const NAME: Kind = Kind::Text(80);
 const ANY: Kind = Kind::Number(f64::MIN, f64::MAX);
 const ARM: Param = may("arm", Kind::Text(32), "name of the arm");
@@ -28,7 +30,7 @@ const OF_TOOL: Param = may(
     "the tool whose tip is meant, or its tip from the flange (mm); none unless given",
 );
 const PERCENT: Kind = Kind::Number(1.0, 100.0);
-/// Most characters of a program: as long as a message.
+/// Program as text. Bounded by the size of a message.
 const PROGRAM: Kind = Kind::Text(1024 * 1024);
 const PROGRAM_NAME: Param = may(
     "program",
@@ -63,7 +65,7 @@ const AXES: &[&str] = &["x", "y", "z", "r", "j1", "j2", "j3", "j4", "l"];
 use Role::{Student, Teacher, Viewer};
 use WorkKind::{JobSetting, Motion, Queued, Setting, StartJob, SteerJob};
 
-/// All methods but those of classes, in the order of the documents.
+/// All methods except those of classes, in documentation order.
 pub(super) const STATION: &[Method] = &[
     method(
         "session.hello",
@@ -317,6 +319,7 @@ pub(super) const STATION: &[Method] = &[
         "as `alarms --json`",
     ),
     method(
+        // The lowest role and no lease: anyone who sees an arm must be able to stop it.
         "arm.stop",
         Viewer,
         &[ARM],
@@ -366,6 +369,7 @@ pub(super) const STATION: &[Method] = &[
             ARM,
             may(
                 "wait_s",
+                // The bound is `LONGEST_WAIT` of control.
                 Kind::Number(0.0, 3600.0),
                 "how long to wait for it, s; 0 unless given: then, and when the time is over, it is refused with -32002",
             ),
@@ -434,6 +438,8 @@ pub(super) const STATION: &[Method] = &[
             ),
             may(
                 "keep_ms",
+                // A choice: below 100 ms a slow network ends jogs, and above 1 s the arm moves too
+                // long after its client is gone.
                 Kind::Integer(100, 1000),
                 "how long it goes on without being kept up, ms; 250 unless given",
             ),
@@ -445,6 +451,7 @@ pub(super) const STATION: &[Method] = &[
     .leased(Motion)
     .of_sessions(),
     method(
+        // Sent several times per second. An answer to each would only load the line.
         "jog.keep",
         Viewer,
         &[needed("jog", Kind::Id(IdKind::Jog), "the jog")],
@@ -617,6 +624,7 @@ pub(super) const STATION: &[Method] = &[
             ARM,
             may(
                 "skip",
+                // 500 jobs per arm are kept (`KEPT` in `station/store.rs`).
                 Kind::Integer(0, 500),
                 "so many of the newest are left out; 0 unless given",
             ),
@@ -647,6 +655,7 @@ pub(super) const STATION: &[Method] = &[
         "null",
     ),
     method(
+        // Needs no lease, because the library belongs to no arm.
         "program.put",
         Student,
         &[NAMED, TEXT, DATA],
@@ -988,6 +997,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
+            // The history covers 600 s (`KEPT` in `station/recordings.rs`).
             needed("seconds", Kind::Number(1.0, 600.0), "how far back, s"),
         ],
         "Writes what is kept of an arm's last minutes into a file: readings, what passed on its line, and what happened.",

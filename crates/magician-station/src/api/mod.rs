@@ -1,4 +1,9 @@
-//! The API as text: messages, errors, and the table of methods.
+//! The API as data: messages, errors, and the tables that describe it.
+//!
+//! Methods, notifications, events, types, errors and the binary frame are each one table. The
+//! station checks requests against the tables; the OpenRPC document, the pages of the book, the
+//! types of other languages and the tests are generated from them. So a description cannot differ
+//! from what the station does.
 
 #[cfg(feature = "class")]
 mod class;
@@ -37,11 +42,11 @@ pub(crate) use types::JOB_STATES;
 pub use types::TYPES;
 pub use wire::{CLOSE_CODES, FEATURES, FRAME_FLAGS, FRAME_PARTS, Feature, FeatureRow, FramePart};
 
-/// All methods, in the order of the documents.
+/// All methods, in documentation order.
 #[cfg(not(feature = "class"))]
 pub static METHODS: &[Method] = methods::STATION;
 
-/// All methods, in the order of the documents.
+/// All methods, in documentation order.
 #[cfg(feature = "class")]
 pub static METHODS: &[Method] = &ALL;
 

@@ -1,5 +1,5 @@
-//! What a station tells by itself: the table of notifications. Nothing else is sent ([`Notice`] has no other), and the page, the
-//! schema, the types and the tests come from these rows.
+//! Table of notifications. The station sends no others, because [`Notice`] has no other.
+//! Documentation, schema, types and tests are derived from it.
 
 use super::IdKind::{Job, Jog, Lease, Session, Subscription};
 use super::shape::{Member, Shape, is};
@@ -7,22 +7,23 @@ use super::{IdPlace, notification};
 use crate::control::JogEnd;
 use serde_json::Value;
 
-/// A notification of a station.
+/// Notification of a station.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Notification {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Where it names the arm that it is about; none where it is about no arm, or a subscription says which.
+    /// Member that names the arm. `None` if the notification is not about an arm, or a subscription
+    /// identifies it.
     pub arm: Option<&'static str>,
-    /// The ids in its parameters.
+    /// Ids in its parameters.
     pub ids: &'static [IdPlace],
-    /// Who gets it.
+    /// Recipients.
     pub to: &'static str,
-    /// When it is sent.
+    /// Condition under which it is sent.
     pub when: &'static str,
-    /// Which channel to use where a fact stands in several; empty where it stands in this one alone.
+    /// Which notification to use, if several carry the same fact. Empty if only this one does.
     pub channel: &'static str,
-    /// Its parameters: an object of these members, but that of `arm.event`, which is an `Event`.
+    /// Members of its parameters. Those of `arm.event` are an `Event` instead.
     pub params: &'static [Member],
 }
 
@@ -30,19 +31,19 @@ macro_rules! notices {
     ($($(#[$about:meta])* $notice:ident = $name:literal {
         to: $to:literal, when: $when:literal, channel: $channel:literal, arm: $arm:expr, ids: $ids:expr, params: $params:expr,
     })*) => {
-        /// Which notification it is.
+        /// Kind of notification.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Notice {
             $($(#[$about])* $notice,)*
         }
 
-        /// All notifications, in the order of the documents.
+        /// All notifications, in documentation order.
         pub static NOTIFICATIONS: &[Notification] = &[$(Notification {
             name: $name, arm: $arm, ids: $ids, to: $to, when: $when, channel: $channel, params: $params,
         },)*];
 
         impl Notice {
-            /// Its name.
+            /// Returns the name.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -55,7 +56,7 @@ macro_rules! notices {
 
 const ARM: Member = is("arm", Shape::Text, "name of the arm");
 const EVERYBODY: &[IdPlace] = &[];
-/// Why jogs end.
+/// Reasons for the end of a jog.
 const JOG_ENDS: &[&str] = &[
     JogEnd::Released.name(),
     JogEnd::NotKept.name(),
@@ -74,7 +75,7 @@ pub(super) const JOG_WHY: Member = is(
 const LEFT: Member = is("left_s", Shape::Number, "how long it is until then").in_unit("s");
 
 notices! {
-    /// Who is there has changed.
+    /// The list of sessions has changed.
     SessionChanged = "session.changed" {
         to: "every session",
         when: "A session came, went, or got or lost a lease. Five times a second at most: the list is the newest one.",
@@ -83,7 +84,7 @@ notices! {
         ids: &[("sessions[].session", Session)],
         params: &[is("sessions", Shape::List(&Shape::Type("Session")), "all sessions")],
     }
-    /// A lease has another holder.
+    /// The holder of a lease has changed.
     LeaseChanged = "lease.changed" {
         to: "every session",
         when: "The lease of an arm was given, given back, taken or lost.",
@@ -92,7 +93,7 @@ notices! {
         ids: &[("holder.session", Session)],
         params: &[ARM, is("holder", Shape::Type("Holder"), "who has it now").null("nobody has it")],
     }
-    /// Somebody asks for a lease.
+    /// A session asks for a lease.
     LeaseAsked = "lease.asked" {
         to: "the holder of the lease",
         when: "Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s. A session that asks again meanwhile is told once, and one answer is for all that it asked.",
@@ -106,7 +107,7 @@ notices! {
             is("message", Shape::Text, "its sentence").null("it says nothing"),
         ],
     }
-    /// A place in the queue for a lease.
+    /// A session's position in the queue for a lease.
     LeaseQueue = "lease.queue" {
         to: "the session that waits",
         when: "It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever the queue has moved; its place may be the same as before.",
@@ -115,7 +116,7 @@ notices! {
         ids: EVERYBODY,
         params: &[ARM, is("place", Shape::Count, "its place, from 1")],
     }
-    /// A job does something else.
+    /// A job has changed.
     JobChanged = "job.changed" {
         to: "every session",
         when: "A job has another state, at once; its progress, ten times a second at most; its place in the queue, five times a second at most: it is the newest one.",
@@ -155,7 +156,7 @@ notices! {
             is("state", Shape::Type("StateChange"), "what is to be merged into the last state"),
         ],
     }
-    /// The station ends.
+    /// The station is ending.
     ServerEnding = "server.ending" {
         to: "every session",
         when: "The station begins to end, and to each session that says hello after that. Who holds an arm stops it within 1 s (`arm.stop`), lifts its pen and gives the lease back.",
@@ -164,7 +165,7 @@ notices! {
         ids: EVERYBODY,
         params: &[LEFT],
     }
-    /// Turns are others.
+    /// Turns have changed.
     TurnChanged = "turn.changed" {
         to: "every session",
         when: "A turn began or ended, somebody joined or left the queue, an arm was frozen or freed, a class was set.",
@@ -173,7 +174,7 @@ notices! {
         ids: super::ids::TURNS,
         params: super::types::TURNS,
     }
-    /// A turn comes to its end.
+    /// A turn is about to end.
     TurnEnding = "turn.ending" {
         to: "every session",
         when: "A turn ends in 60 s, and in 10 s.",
@@ -182,7 +183,7 @@ notices! {
         ids: EVERYBODY,
         params: &[ARM, is("person", Shape::Text, "whose turn it is"), LEFT],
     }
-    /// A turn began.
+    /// A turn has begun.
     TurnGranted = "turn.granted" {
         to: "the session of the person whose turn it is",
         when: "Its turn begins, or goes on after a teacher had the arm: it has the lease from now on.",
@@ -196,7 +197,7 @@ notices! {
             is("left_s", Shape::Number, "what is left of the turn").in_unit("s").null("it has no end"),
         ],
     }
-    /// Something happened at an arm.
+    /// Event of an arm.
     ArmEvent = "arm.event" {
         to: "subscribers of the arm",
         when: "Something happened: see the table of events.",
@@ -212,7 +213,7 @@ notices! {
     }
 }
 
-/// What every event has.
+/// Members of every event.
 pub(super) const EVENT: &[Member] = &[
     ARM,
     is(
@@ -234,7 +235,7 @@ pub(super) const EVENT: &[Member] = &[
 ];
 
 impl Notification {
-    /// The notification of a name.
+    /// Returns the notification with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         NOTIFICATIONS.iter().find(|one| one.name == name)
@@ -242,7 +243,7 @@ impl Notification {
 }
 
 impl Notice {
-    /// The message.
+    /// Returns the message.
     #[must_use]
     pub fn message(self, params: &Value) -> String {
         notification(self.name(), params)
@@ -253,7 +254,7 @@ impl Notice {
 mod tests {
     use super::*;
 
-    /// Ids are declared as ids where they stand at the top; those within objects are in `ids` alone.
+    /// Ids among the top-level members must be declared in `ids` as well.
     #[test]
     fn ids_of_a_row_are_those_of_its_members() {
         for row in NOTIFICATIONS {

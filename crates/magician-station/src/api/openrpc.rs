@@ -1,4 +1,4 @@
-//! The methods as an OpenRPC document.
+//! OpenRPC document, generated from the tables.
 
 use serde_json::{Map, Value, json};
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::frame::FRAME;
 
-/// The document: every method and every notification with what they carry, from the tables, and an example of each.
+/// Returns the document: all methods and notifications with their schemas, and an example of each.
 #[must_use]
 pub fn openrpc() -> Value {
     let methods: Vec<_> = METHODS.iter().map(method).collect();
@@ -72,7 +72,7 @@ fn notification(row: &Notification) -> Value {
     })
 }
 
-/// An example of a notification: the calls that have it sent, and its parameters.
+/// Returns the example of a notification: the calls that cause it, and its parameters.
 fn told(example: &NotificationExample) -> Value {
     let after = example
         .after
@@ -83,7 +83,7 @@ fn told(example: &NotificationExample) -> Value {
     })
 }
 
-/// The frame of bytes.
+/// Returns the layout of the binary frame.
 fn frame() -> Value {
     let parts = FRAME_PARTS.iter().map(|part| {
         json!({
@@ -130,7 +130,7 @@ fn method(method: &Method) -> Value {
     })
 }
 
-/// An example as the document has it: `x-after` names the call whose result has its ids.
+/// Returns the example of a method. `x-after` names the call whose result has its ids.
 fn pairing(example: &Example) -> Value {
     let params = example
         .params
@@ -151,7 +151,7 @@ fn pairing(example: &Example) -> Value {
 mod tests {
     use super::*;
 
-    /// What OpenRPC 1.3 asks of a document beyond its members' names, which the functions above write.
+    /// Requirements of OpenRPC 1.3 that the functions above do not guarantee by themselves.
     #[test]
     fn every_example_is_one_of_its_method() {
         let document = openrpc();
@@ -178,7 +178,8 @@ mod tests {
         }
     }
 
-    /// An object without members, a list without items, a schema without a kind: no type can be made of it.
+    /// Finds objects without members, lists without items and schemas without a type: no types can
+    /// be generated from them.
     fn bare(schema: &Value, place: &str, found: &mut Vec<String>) {
         let Value::Object(members) = schema else {
             return;
@@ -247,7 +248,7 @@ mod tests {
         assert!(found.is_empty(), "{found:#?}");
     }
 
-    /// Every reference leads somewhere.
+    /// Every reference must resolve.
     #[test]
     fn each_reference_leads_to_a_component() {
         fn look(value: &Value, document: &Value) {

@@ -1,17 +1,17 @@
-//! What a parameter may be: one description for the check, the schema and the pages.
+//! Types of parameters: one description for the check, the schema and the documentation.
 
 use serde_json::{Map, Value, json};
 
 use super::{IdKind, RpcError};
 
-/// The values that a parameter may have.
+/// Type and range of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// Text of at most so many characters.
+    /// Text of at most this many characters.
     Text(usize),
     /// An id.
     Id(IdKind),
-    /// One of these.
+    /// One of these texts.
     Choice(&'static [&'static str]),
     /// True or false.
     Switch,
@@ -19,44 +19,44 @@ pub enum Kind {
     Integer(i64, i64),
     /// A finite number within these bounds.
     Number(f64, f64),
-    /// So many finite numbers, least and most.
+    /// Array of finite numbers: least and largest count.
     Numbers(usize, usize),
-    /// At most so many texts of at most 80 characters.
+    /// Array of at most this many texts, each at most 80 characters.
     Texts(usize),
-    /// An object of this type.
+    /// Object of this type.
     Object(&'static str),
-    /// Objects of this type.
+    /// Array of objects of this type.
     Objects(&'static str),
-    /// Nothing.
+    /// The value null.
     Null,
-    /// One of these kinds.
+    /// One of these types.
     Either(&'static [Kind]),
 }
 
-/// A parameter of a method.
+/// Parameter of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// What it may be.
+    /// Type and range.
     pub kind: Kind,
-    /// Whether it has to be given.
+    /// True if the parameter must be given.
     pub required: bool,
-    /// What it means, with its unit.
+    /// Meaning, with its unit.
     pub about: &'static str,
 }
 
-/// Ids of subscriptions are numbers, the others texts of so many characters at most.
+/// Ids are texts of at most 64 characters, except those of subscriptions, which are numbers.
 const ID: Kind = Kind::Text(64);
 const SUBSCRIPTION: Kind = Kind::Integer(1, 65535);
 
-/// The schema of a type that has a name.
+/// Returns the schema of a named type.
 fn reference(name: &str) -> Value {
     json!({"$ref": format!("#/components/schemas/{name}")})
 }
 
 impl Kind {
-    /// What an id is otherwise.
+    /// Returns the type of an id.
     const fn of_id(id: IdKind) -> Self {
         match id {
             IdKind::Subscription => SUBSCRIPTION,
@@ -94,7 +94,7 @@ impl Kind {
         }
     }
 
-    /// In words, as in "`rate` must be ..".
+    /// Returns the type in words, as in "`rate` must be ..".
     #[must_use]
     pub fn describe(self) -> String {
         match self {
@@ -103,6 +103,7 @@ impl Kind {
             Self::Choice(names) => format!("one of {}", names.join(", ")),
             Self::Switch => "true or false".to_owned(),
             Self::Integer(least, most) => format!("a whole number from {least} to {most}"),
+            // `f64::MIN` and `f64::MAX` stand for no bound.
             Self::Number(least, most) if least <= f64::MIN && most >= f64::MAX => {
                 "a number".to_owned()
             }
@@ -121,7 +122,7 @@ impl Kind {
         }
     }
 
-    /// As JSON Schema.
+    /// Returns the JSON Schema.
     #[must_use]
     pub fn schema(self) -> Value {
         match self {
@@ -159,16 +160,18 @@ impl Kind {
     }
 }
 
-/// Parameters that are what their method takes.
+/// Parameters that have passed the check of their method.
 #[derive(Clone, Debug, Default)]
 pub struct Params(Map<String, Value>);
 
 impl Params {
-    /// Checks parameters: names, kinds and ranges; what has to be given is.
+    /// Checks names, types and ranges, and that all required parameters are given.
     ///
     /// # Errors
-    /// The first that is wrong.
+    /// The first parameter that is wrong.
     pub fn check(wanted: &[Param], given: Map<String, Value>) -> Result<Self, RpcError> {
+        // Unknown parameters are refused, because a misspelt one must not be ignored at a moving
+        // arm.
         for (name, value) in &given {
             let Some(param) = wanted.iter().find(|param| param.name == name) else {
                 let names: Vec<_> = wanted.iter().map(|param| param.name).collect();
@@ -195,13 +198,13 @@ impl Params {
         Ok(Self(given))
     }
 
-    /// One of them.
+    /// Returns a parameter.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.0.get(name)
     }
 
-    /// One that is text.
+    /// Returns a parameter that is text.
     #[must_use]
     pub fn text(&self, name: &str) -> Option<&str> {
         self.get(name)?.as_str()
@@ -238,26 +241,29 @@ impl Params {
         self.get(name)?.as_object()
     }
 
-    /// Objects of a list; none where it is not given.
+    /// Returns the objects of a list. Empty if it is not given.
     #[cfg(feature = "class")]
     pub(crate) fn objects(&self, name: &str) -> &[Value] {
         let items = self.get(name).and_then(Value::as_array);
         items.map_or(&[], Vec::as_slice)
     }
 
-    /// All of them.
+    /// Returns all parameters.
     #[must_use]
     pub fn into_map(self) -> Map<String, Value> {
         self.0
     }
 
-    /// As a journal has them: without secrets, programs as their length.
+    /// Returns the parameters for the journal: without secrets, and programs reduced to their
+    /// length.
     pub(crate) fn for_journal(&self) -> Value {
         let shown = |(name, value): (&String, &Value)| {
             let value = match (name.as_str(), value) {
+                // The journal is a file that others may be given to read.
                 ("token" | "resume" | "pin", _) => return None,
-                // Never the code.
+                // The name without the code.
                 ("pupil", pupil) => json!({"name": pupil.get("name")}),
+                // Programs may be large, and are the user's own.
                 ("data" | "text", Value::String(text)) => json!({"bytes": text.len()}),
                 _ => value.clone(),
             };

@@ -1,4 +1,4 @@
-//! The components of the OpenRPC document: what has a name there, as JSON Schema.
+//! Named schemas of the OpenRPC document.
 
 use magician_program::{OptionKind, OptionSpec, PLAN_SCHEMA, SetupOptions};
 use serde_json::{Map, Value, json};
@@ -10,7 +10,7 @@ use super::{EVENTS, TYPES};
 
 const PLACE: &str = "#/components/schemas/";
 
-/// All of them.
+/// Returns all components.
 pub(super) fn components() -> Map<String, Value> {
     let mut all = Map::new();
     for one in TYPES {
@@ -26,7 +26,7 @@ pub(super) fn components() -> Map<String, Value> {
     all
 }
 
-/// A part of a state: what has changed.
+/// Returns the schema of a change of state.
 fn state_change() -> Value {
     let members = Type::named("State").map_or(&[][..], |state| state.members);
     let mut schema = object(members);
@@ -37,7 +37,7 @@ fn state_change() -> Value {
     schema
 }
 
-/// An event of any kind.
+/// Returns the schema of an event of any kind.
 fn event() -> Value {
     let kinds = EVENTS.iter().map(|row| {
         let mut members = EVENT.to_vec();
@@ -50,7 +50,7 @@ fn event() -> Value {
     json!({"anyOf": kinds.collect::<Vec<_>>(), "description": "Something that happened at an arm"})
 }
 
-/// Fields of a command of the protocol.
+/// Returns the schema of a command's fields.
 fn fields() -> Value {
     let number_or_text = json!([{"type": "number"}, {"type": "string"}, {"type": "boolean"}]);
     let output = json!({"type": "object", "additionalProperties": {"type": "number"}});
@@ -64,7 +64,7 @@ fn fields() -> Value {
     })
 }
 
-/// How a program is drawn or engraved: its members are the rows of the table of options.
+/// Returns the schema of drawing options, from the table of options.
 fn setup() -> Value {
     let mut properties = Map::new();
     let preset =
@@ -83,7 +83,7 @@ fn setup() -> Value {
 
 fn option(row: &OptionSpec) -> Value {
     let mut schema = match row.kind {
-        // Words, or a text that is read in another way.
+        // A fixed set of words. Choices that also accept other text are plain strings.
         OptionKind::Choice if row.expects.is_empty() => {
             json!({"type": "string", "enum": row.choices})
         }
@@ -94,9 +94,11 @@ fn option(row: &OptionSpec) -> Value {
         OptionKind::Switch => json!({"type": "boolean"}),
         OptionKind::List => json!({"type": "array", "items": {"type": "string"}}),
         OptionKind::Pens => json!({"type": "array", "items": {"$ref": format!("{PLACE}PenSetup")}}),
+        // Text, and choices that accept other text as well.
         _ => json!({"type": "string"}),
     };
     match row.name {
+        // These two options take more than one type, which the table of options cannot say.
         "power" => schema = json!({"anyOf": [{"type": "number"}, {"type": "string"}]}),
         "tool" => schema = json!({"anyOf": [{"type": "string"}, numbers(3, "number")]}),
         _ => {}
@@ -131,7 +133,7 @@ fn numbers(count: usize, kind: &str) -> Value {
     json!({"type": "array", "items": {"type": kind}, "minItems": count, "maxItems": count})
 }
 
-/// A pen of `pens`.
+/// Returns the schema of an entry of `pens`.
 fn pen() -> Value {
     const PART: Shape = Shape::Either(&[Shape::Text, Shape::Count]);
     const PEN: &[Member] = &[
@@ -158,7 +160,8 @@ fn pen() -> Value {
     object(PEN)
 }
 
-/// Plans as their own schema has them, without the fields of each command, which that file lists.
+/// Adds the schemas of plans, without the fields of each command, which the schema file of plans
+/// lists.
 fn plan(all: &mut Map<String, Value>) {
     let Ok(mut plan) = serde_json::from_str::<Value>(PLAN_SCHEMA) else {
         return;
@@ -183,10 +186,10 @@ fn plan(all: &mut Map<String, Value>) {
     }
 }
 
-/// A schema of plans with the names of this document.
+/// Renames the references in a schema of plans to those of this document.
 fn named(schema: Value) -> Value {
     match schema {
-        // Files have names for numbers that are none; no step of a client has one.
+        // Plan files may write NaN and infinities as text. No step of a client contains one.
         Value::Object(members) if members.get("$ref") == Some(&json!("#/$defs/number")) => {
             json!({"type": "number"})
         }

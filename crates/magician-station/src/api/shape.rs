@@ -1,27 +1,28 @@
-//! What stands in messages beside parameters: one description for the schema, the pages, the types and the tests.
+//! Types of values in results and notifications: one description for the schema, the documentation,
+//! generated types and tests.
 
 use serde_json::{Map, Value, json};
 
 use super::IdKind;
 
-/// A member of an object.
+/// Member of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Member {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// What it may be.
+    /// Type.
     pub shape: Shape,
-    /// The unit of a number; empty without one.
+    /// Unit of a number. Empty without a unit.
     pub unit: &'static str,
-    /// What null means; none where it is never null.
+    /// Meaning of null. `None` if the member is never null.
     pub null: Option<&'static str>,
-    /// Whether it may be missing.
+    /// True if the member may be missing.
     pub optional: bool,
-    /// What it means.
+    /// Meaning.
     pub about: &'static str,
 }
 
-/// What a member may be.
+/// Type of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Text.
@@ -36,26 +37,26 @@ pub enum Shape {
     Choice(&'static [&'static str]),
     /// An id.
     Id(IdKind),
-    /// As many as there are.
+    /// List of any length.
     List(&'static Shape),
-    /// So many.
+    /// List of this length.
     Several(usize, &'static Shape),
-    /// A type of the API, by its name.
+    /// Type of the API with this name.
     Type(&'static str),
     /// An object.
     Object(&'static [Member]),
-    /// One of these.
+    /// One of these types.
     Either(&'static [Shape]),
 }
 
-/// An object that has a name, because it stands in several places or has much in it.
+/// Named type of an object, used in several places or too large to repeat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Type {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
-    /// Its members.
+    /// Members.
     pub members: &'static [Member],
 }
 
@@ -89,7 +90,7 @@ impl Member {
         }
     }
 
-    /// In words: the unit, and what null means.
+    /// Returns meaning, unit and the meaning of null in words.
     #[must_use]
     pub fn describe(&self) -> String {
         let unit = match self.unit {
@@ -103,7 +104,7 @@ impl Member {
         format!("{}{unit}{null}", self.about)
     }
 
-    /// As JSON Schema.
+    /// Returns the JSON Schema.
     #[must_use]
     pub fn schema(&self) -> Value {
         let mut schema = self.shape.schema();
@@ -115,7 +116,7 @@ impl Member {
     }
 }
 
-/// A schema that null has as well.
+/// Extends a schema by null.
 pub(super) fn or_null(mut schema: Value) -> Value {
     match schema.get("type") {
         Some(Value::String(kind)) if schema.get("enum").is_none() => {
@@ -123,12 +124,13 @@ pub(super) fn or_null(mut schema: Value) -> Value {
             schema["type"] = kinds;
             schema
         }
+        // References and enums cannot be extended in place.
         _ => json!({"anyOf": [schema, {"type": "null"}]}),
     }
 }
 
 impl Shape {
-    /// As JSON Schema.
+    /// Returns the JSON Schema.
     #[must_use]
     pub fn schema(self) -> Value {
         match self {
@@ -154,7 +156,7 @@ impl Shape {
         }
     }
 
-    /// In words.
+    /// Returns the type in words.
     #[must_use]
     pub fn describe(self) -> String {
         match self {
@@ -184,7 +186,7 @@ impl Shape {
     }
 }
 
-/// An object of these members as JSON Schema.
+/// Returns the JSON Schema of an object with these members.
 pub(super) fn object(members: &[Member]) -> Value {
     let properties: Map<_, _> = { members.iter() }
         .map(|member| (member.name.to_owned(), member.schema()))
@@ -197,7 +199,7 @@ pub(super) fn object(members: &[Member]) -> Value {
 }
 
 impl Type {
-    /// The type of a name.
+    /// Returns the type with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         super::TYPES.iter().find(|one| one.name == name)

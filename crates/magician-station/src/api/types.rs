@@ -1,5 +1,5 @@
-//! The objects that messages are made of. The schemas, the pages and the types of other languages come from these rows. One
-//! table is one file, however long it gets.
+//! Table of the objects in messages. Schemas, documentation and the types of other languages are
+//! derived from it. The table stays in one file, however long.
 
 use super::IdKind::{Job, Jog, Lease, Session};
 use super::shape::{Member, Shape, Type, is};
@@ -18,7 +18,7 @@ pub(crate) const JOB_STATES: &[&str] = &[
     "failed",
     "interrupted",
 ];
-/// Reasons why a job is paused, or does not begin though it is its turn.
+/// Reasons why a job is paused, or does not start although it is its turn.
 pub(crate) const REASONS: &[&str] = &[
     "person", "part", "program", "stopped", "yes", "restart", "unkept",
 ];
@@ -32,7 +32,7 @@ const TURN_STATES: &[&str] = &["running", "kept", "suspended"];
 
 const TOOL_NAME: Shape = Choice(TOOLS);
 const BIAS: Shape = Several(3, &Number);
-/// Kept by name, and looked up there.
+/// Refers to a type by name.
 const fn of(name: &'static str) -> Shape {
     Shape::Type(name)
 }
@@ -49,7 +49,7 @@ const JOB_ID: Member = is("job", Id(Job), "the job that it is at")
     .null("none: none was started, or the last one is over");
 const FREE: &str = "nobody has it";
 
-/// The state of an arm. A change of it has the members that differ, and `t`.
+/// State of an arm. A change contains the members that differ, and `t`.
 const STATE: &[Member] = &[
     is("t", Number, "when the pose was read, by the station's clock").in_unit("Unix seconds"),
     is("arm", Text, "name of the arm"),
@@ -91,7 +91,7 @@ const STATE: &[Member] = &[
     is("holder", of("Holder"), "who has the lease, and may move it").null(FREE),
 ];
 
-/// What an error is about. Which of them are there depends on its kind.
+/// Details of an error. Which of them are present depends on its kind.
 pub(super) const ERROR_DATA: &[Member] = &[
     is("kind", Text, "a kind of the table of errors").optional(),
     is(
@@ -200,7 +200,7 @@ pub(super) const ERROR_DATA: &[Member] = &[
     is("recording", Text, "the recording that is under way").optional(),
 ];
 
-/// The error of a job has its message among the rest.
+/// Error of a job, which has its message among the details.
 const JOB_ERROR: &[Member] = &{
     let mut all = [ERROR_DATA[0]; ERROR_DATA.len() + 1];
     let mut at = 0;
@@ -300,7 +300,7 @@ pub(super) const TURNS: &[Member] = &[
     ),
 ];
 
-/// A row of a plan.
+/// Row of a plan.
 const ROW: &[Member] = &[
     is("name", Text, "what the row is called"),
     is("motion", of("PlanStep"), "a step as in plan files").null("it stays where it is"),
@@ -316,7 +316,7 @@ const ROW: &[Member] = &[
         .null("not at all"),
 ];
 
-/// Turns as `turn.list` answers them.
+/// Turns in the answer of `turn.list`.
 const TURN_LIST: &[Member] = &[
     TURNS[0],
     TURNS[1],
@@ -336,7 +336,7 @@ const TURN_LIST: &[Member] = &[
     .optional(),
 ];
 
-/// All types that have a name, in the order of the documents.
+/// All named types, in documentation order.
 pub static TYPES: &[Type] = &[
     Type {
         name: "State",

@@ -1,17 +1,17 @@
-//! What a client has to know beside methods and notifications: the frame of bytes, close codes, and features.
+//! Tables of the binary frame, close codes and optional features.
 
-/// A part of the frame of bytes.
+/// Part of the binary frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FramePart {
-    /// Its first byte.
+    /// Offset of its first byte.
     pub offset: usize,
     /// `u8`, `u16`, `u32` or `f64`, little endian.
     pub kind: &'static str,
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its unit; empty without one.
+    /// Unit. Empty without a unit.
     pub unit: &'static str,
-    /// What it is.
+    /// Meaning.
     pub about: &'static str,
 }
 
@@ -31,7 +31,7 @@ const fn part(
     }
 }
 
-/// The frame that a subscription with `frame: "binary"` gets, byte by byte.
+/// Layout of the frame for subscriptions with `frame: "binary"`.
 pub const FRAME_PARTS: [FramePart; 17] = [
     part(0, "u8", "mark", "", "0x4D"),
     part(1, "u8", "version", "", "1"),
@@ -76,7 +76,7 @@ pub const FRAME_PARTS: [FramePart; 17] = [
     part(104, "f64", "flags", "", "the sum of the flags that are on"),
 ];
 
-/// The flags of a frame, each with its bit and what it says. Bits that are not here are reserved.
+/// Flags of a frame: bit, name, meaning. Other bits are reserved.
 pub const FRAME_FLAGS: [(u32, &str, &str); 7] = [
     (1, "link", "the line to the arm is up"),
     (2, "moving", "the arm moves, or may"),
@@ -87,7 +87,7 @@ pub const FRAME_FLAGS: [(u32, &str, &str); 7] = [
     (64, "lease", "somebody has the lease"),
 ];
 
-/// Codes with which a socket is closed.
+/// Codes with which the station closes a socket.
 pub const CLOSE_CODES: &[(u16, &str)] = &[
     (1001, "the station ends"),
     (1003, "a binary message"),
@@ -110,31 +110,31 @@ pub const CLOSE_CODES: &[(u16, &str)] = &[
     ),
 ];
 
-/// Something that not every station can do.
+/// Optional feature of a station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FeatureRow {
-    /// Its name, in `server.info`.
+    /// Name, as in `server.info`.
     pub name: &'static str,
-    /// What a client can do where it stands.
+    /// Methods and parameters that it adds.
     pub about: &'static str,
 }
 
 macro_rules! features {
     ($($feature:ident = $name:literal, $about:literal;)*) => {
-        /// Something that not every station can do.
+        /// Optional feature of a station.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Feature {
             $(#[doc = $about] $feature,)*
         }
 
-        /// All features, in the order of the documents.
+        /// All features, in documentation order.
         pub static FEATURES: &[FeatureRow] = &[$(FeatureRow { name: $name, about: $about },)*];
 
         impl Feature {
-            /// All of them.
+            /// All features.
             pub const ALL: &'static [Self] = &[$(Self::$feature,)*];
 
-            /// Its name, in `server.info`.
+            /// Returns the name, as in `server.info`.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {

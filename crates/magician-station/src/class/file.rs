@@ -1,4 +1,4 @@
-//! The file of a class: who the pupils are, and by which rules they take turns.
+//! File of a class (`class.toml`): pupils, groups, and the rules of turns.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -11,78 +11,78 @@ use super::{ClassError, wrong};
 use crate::control::TurnRules;
 use crate::secret::same_secret;
 
-/// Signs of codes that are made: none that is taken for another.
+/// Characters of generated codes, without those that look alike (0 and O, 1, I and L).
 const SIGNS: &[u8] = b"23456789ABCDEFGHJKMNPQRSTUVWXYZ";
-/// Pupils of a class, at most.
+/// Most pupils of a class.
 const PUPILS: usize = 60;
 
-/// A pupil.
+/// Pupil.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pupil {
-    /// Under which results are kept.
+    /// Name, under which results are kept.
     pub name: String,
-    /// The group, if the class has groups.
+    /// Group. `None` if the pupil has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// What the pupil signs in with: 4 to 6 letters and digits.
+    /// Code for signing in: 4 to 6 letters and digits. Empty until one is generated.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub code: String,
 }
 
-/// What holds for all pupils.
+/// Rules for all pupils.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClassRules {
-    /// Length of a turn, s; 0: without end.
+    /// Length of a turn, s. 0 for no end.
     pub turn_s: u32,
-    /// How long an arm waits for a pupil who is not there, s.
+    /// Time for which an arm is kept for an absent pupil, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grace_s: Option<u32>,
-    /// Whether a job that runs at the end of a turn goes on to its end.
+    /// True if a job that is running at the end of a turn continues to its end.
     pub finish_job: bool,
-    /// Top speed of the tip, percent of the fastest that the arm has.
+    /// Highest speed of the tip, percent of the arm's highest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// A fence, with the members of `arm.fence`.
+    /// Fence, with the members of `arm.fence`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fence: Option<Map<String, Value>>,
-    /// How far the clock on the wall is from UTC, such as `+01:00`, where the schedule does not say it.
+    /// Offset of local time from UTC, such as `+01:00`, used if the schedule has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset: Option<String>,
-    /// The arms that pupils may have; all of them unless given.
+    /// Arms for pupils. Empty for all arms.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub arms: Vec<String>,
-    /// The teacher's PIN, six digits: who gives it at the station's machine is a teacher.
+    /// Teacher's PIN, six digits. Gives the role of a teacher on the station's machine.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub pin: String,
 }
 
-/// A class.
+/// Class.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClassFile {
-    /// The rules.
+    /// Rules.
     pub class: ClassRules,
-    /// The arms of groups.
+    /// Arms of each group.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, Vec<String>>,
-    /// The pupils.
+    /// Pupils.
     pub pupil: Vec<Pupil>,
 }
 
 impl ClassFile {
-    /// Reads one.
+    /// Parses a class file.
     ///
     /// # Errors
-    /// What is wrong with it, with its line where that is known.
+    /// What is wrong with the text, with its line if known.
     pub fn parse(text: &str) -> Result<Self, ClassError> {
         let file: Self = toml::from_str(text).map_err(|error| ClassError(error.to_string()))?;
         let mut names = BTreeSet::new();
         if file.pupil.len() > PUPILS {
             return wrong(format!("a class has {PUPILS} pupils at most"));
         }
-        // JSON has no such numbers: they come as null.
+        // Infinity and NaN of TOML become null in JSON, and null means "no bound".
         if file
             .class
             .fence
@@ -93,6 +93,7 @@ impl ClassFile {
         }
         for pupil in &file.pupil {
             let name = &pupil.name;
+            // Reserved in schedules.
             if name == "teacher" || pupil.group.as_deref() == Some("teacher") {
                 return wrong(
                     "`teacher` is whoever teaches in a schedule: no pupil or group is called so",
@@ -107,6 +108,7 @@ impl ClassFile {
                     magician_protocol::visible(name)
                 ));
             }
+            // Signing in ignores case, so names must differ without it.
             if !names.insert(name.to_lowercase()) {
                 return wrong(format!("two pupils are called {name}: add a letter to one"));
             }
@@ -131,11 +133,11 @@ impl ClassFile {
         Ok(file)
     }
 
-    /// A class of these pupils at these arms, all arms if there are none, with turns of this length, s, and this offset from
-    /// UTC. Other rules, and what is not given, are those of the class `before`.
+    /// Creates a class of these pupils at these arms (all if empty), with this length of turns, s,
+    /// and this offset from UTC. Everything else is taken over from `before`.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse).
+    /// The same as [`parse`](Self::parse).
     pub fn of_names(
         names: &[&str],
         arms: &[&str],
@@ -157,13 +159,14 @@ impl ClassFile {
             groups: BTreeMap::new(),
             pupil: names.iter().map(pupil).collect(),
         };
+        // Through text, so that the same checks apply as for a file.
         Self::parse(&file.to_text())
     }
 
-    /// Checks that its arms, and those of its groups, are there.
+    /// Checks that the arms of the class and of its groups exist.
     ///
     /// # Errors
-    /// One that `place` has not.
+    /// Names an arm that `place` does not have.
     pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
         if let Some(arm) = self.class.arms.iter().find(|arm| !has(arm)) {
             return wrong(format!("[class] has the arm {arm}, which {place} has not"));
@@ -178,9 +181,11 @@ impl ClassFile {
         Ok(())
     }
 
-    /// Gives pupils the codes that they have in the class `before`, and the class its PIN, whatever this file says: an old file
-    /// brings no old code back. With `uses_own` those of this file count, if it has some. The names of the pupils whose code
-    /// in this file does not count.
+    /// Takes over codes and PIN from the class `before`, so that an old file does not bring old
+    /// codes back.
+    ///
+    /// With `uses_own` the codes in this file win. Returns the names of pupils whose code in this
+    /// file does not apply.
     pub fn keep_codes(&mut self, before: &Self, uses_own: bool) -> Vec<String> {
         let is_kept = |own: &str| !uses_own || own.is_empty();
         if is_kept(&self.class.pin) && !before.class.pin.is_empty() {
@@ -194,6 +199,7 @@ impl ClassFile {
             if known.code.is_empty() || !is_kept(&pupil.code) {
                 continue;
             }
+            // Codes are compared without case when signing in.
             let differs = !pupil.code.eq_ignore_ascii_case(&known.code);
             if differs && !pupil.code.is_empty() {
                 kept.push(pupil.name.clone());
@@ -203,16 +209,16 @@ impl ClassFile {
         kept
     }
 
-    /// Whether pupils may have an arm.
+    /// True if pupils may use the arm.
     pub(crate) fn has_arm(&self, arm: &str) -> bool {
         let arms = &self.class.arms;
         arms.is_empty() || arms.iter().any(|known| known == arm)
     }
 
-    /// Takes the codes of these pupils, or of all.
+    /// Removes the codes of these pupils, or of all.
     ///
     /// # Errors
-    /// A name that is no pupil's.
+    /// A name that no pupil has.
     pub fn drop_codes(&mut self, names: Option<&[&str]>) -> Result<(), ClassError> {
         let unknown = { names.into_iter().flatten() }.find(|name| self.named(name).is_none());
         if let Some(name) = unknown {
@@ -225,20 +231,23 @@ impl ClassFile {
         Ok(())
     }
 
-    /// The file.
+    /// Returns the text of the file.
     #[must_use]
     pub fn to_text(&self) -> String {
         toml::to_string(self).unwrap_or_default()
     }
 
-    /// Makes codes for those who have none, each of another one, and the PIN if there is none: numbers that nobody can guess
-    /// come from `random`.
+    /// Generates codes for pupils without one, all different, and the PIN if there is none.
+    /// `random` must return unpredictable numbers.
     pub fn make_codes(&mut self, mut random: impl FnMut() -> u64) {
         if self.class.pin.is_empty() {
+            // Six digits can be typed quickly. They suffice because the PIN is valid on one machine
+            // and tries are limited.
             self.class.pin = format!("{:06}", random() % 1_000_000);
         }
         let mut taken: BTreeSet<_> = self.pupil.iter().map(|pupil| pupil.code.clone()).collect();
         for pupil in self.pupil.iter_mut().filter(|pupil| pupil.code.is_empty()) {
+            // Also leaves the empty code, which is in the set.
             while taken.contains(&pupil.code) {
                 let mut number = random();
                 pupil.code = (0..6)
@@ -253,12 +262,14 @@ impl ClassFile {
         }
     }
 
-    /// The pupil of this name and code, whether letters are large or small. All codes are looked at, in the same time.
+    /// Returns the pupil with this name and code, ignoring case. Takes the same time for all
+    /// inputs, so that it reveals nothing about codes.
     pub(crate) fn signs_in(&self, name: &str, code: &str) -> Option<&Pupil> {
         let code = code.to_uppercase();
         let mut found = None;
         for pupil in &self.pupil {
             let good = same_secret(&pupil.code.to_uppercase(), &code) && !code.is_empty();
+            // `&` instead of `&&`, so that both sides are always computed.
             if good & (pupil.name.to_lowercase() == name.to_lowercase()) {
                 found = Some(pupil);
             }
@@ -270,13 +281,13 @@ impl ClassFile {
         self.pupil.iter().find(|pupil| pupil.name == name)
     }
 
-    /// The pupil of this name, in any case.
+    /// Returns the pupil with this name, ignoring case.
     pub(crate) fn called(&self, name: &str) -> Option<&Pupil> {
         let name = name.to_lowercase();
         { self.pupil.iter() }.find(|pupil| pupil.name.to_lowercase() == name)
     }
 
-    /// Whether a pupil has this name, which is in small letters.
+    /// True if a pupil has this name, given in lower case.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.pupil
             .iter()
@@ -287,12 +298,13 @@ impl ClassFile {
         let seconds = |seconds| Duration::from_secs(u64::from(seconds));
         TurnRules {
             length: (self.class.turn_s > 0).then(|| seconds(self.class.turn_s)),
+            // Enough to reload a page, or to fetch a tablet; a choice.
             grace: seconds(self.class.grace_s.unwrap_or(30)),
             finish_job: self.class.finish_job,
         }
     }
 
-    /// What bounds the arms of pupils.
+    /// Returns the fence for pupils: that of the file, and the speed limit.
     pub(crate) fn fence(&self) -> Result<Option<Fence>, ClassError> {
         let change = self.class.fence.clone().map(Value::Object);
         let fence = change.map(|change| crate::fence::changed(None, &change));
@@ -325,7 +337,7 @@ fn has_null(value: &Value) -> bool {
     }
 }
 
-/// Whether a text has the form of a PIN, six digits, which no token has.
+/// True if the text has the form of a PIN: six digits. No token has it.
 #[must_use]
 pub fn is_pin(text: &str) -> bool {
     text.len() == 6 && text.bytes().all(|byte| byte.is_ascii_digit())

@@ -1,4 +1,4 @@
-//! A class as files have it: its pupils and rules, and the schedule of its arms; and its pages for paper.
+//! Classes: the file of pupils and rules, the schedule, and pages to print.
 
 mod file;
 mod pages;
@@ -10,7 +10,7 @@ pub(crate) use pages::{picture, picture_svg};
 pub use schedule::Schedule;
 pub(crate) use schedule::{local_time, offset as offset_of};
 
-/// Why a file of a class or a schedule cannot be used, in words for people.
+/// Reason why a file of a class or a schedule cannot be used, as a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClassError(pub String);
 
@@ -26,10 +26,12 @@ fn wrong<T>(why: impl Into<String>) -> Result<T, ClassError> {
     Err(ClassError(why.into()))
 }
 
-/// A number that nobody can guess, by the keys that the system draws for hash maps.
+/// Returns an unpredictable number, derived from the random keys that the system gives to hash
+/// maps.
 #[must_use]
 pub fn random() -> u64 {
     use std::hash::{BuildHasher, RandomState};
-    // A thread draws once and counts on from there: a hash of the count by those keys tells nothing of the next.
+    // The keys are drawn once per thread and then incremented, but a keyed hash does not reveal the
+    // next value.
     RandomState::new().hash_one(0_u8)
 }

@@ -1,12 +1,12 @@
-//! What a class has on paper: the codes, to be cut up, and what the pupils have made.
+//! Pages of a class to print: codes to cut out, and results.
 
 use std::fmt::Write;
 
 use serde_json::Value;
 
-/// Free space around a picture, mm.
+/// Margin around a picture, mm.
 const MARGIN: f64 = 2.0;
-/// Points of a picture, at most.
+/// Most points of a picture. Keeps the file of 500 results small.
 const POINTS: usize = 4000;
 
 const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -17,8 +17,9 @@ li{border:1px dashed var(--line);border-radius:4px;padding:.8rem;break-inside:av
 code{font-size:1.8rem;letter-spacing:.15em}img{display:block;width:100%;height:12rem;margin-bottom:.5rem;object-fit:contain;background:#fff}\n\
 @media print{body{margin:0;color:#000;background:#fff}}\n</style>\n";
 
-/// Text as a page has it.
+/// Escapes text for HTML.
 fn escaped(text: &str) -> String {
+    // Control characters first, then the characters that HTML reserves.
     let text = magician_protocol::visible(text).to_string();
     let text = text
         .replace('&', "&amp;")
@@ -31,7 +32,7 @@ fn text_of<'v>(value: &'v Value, name: &str) -> &'v str {
     value[name].as_str().unwrap_or_default()
 }
 
-/// The codes of a class, as `class.get` has them: a page to print and cut up.
+/// Returns a page with the codes of a class, from the answer of `class.get`.
 #[must_use]
 pub fn codes_page(class: &Value) -> String {
     let mut page =
@@ -52,7 +53,7 @@ pub fn codes_page(class: &Value) -> String {
     page
 }
 
-/// The results of a class, as `class.results` has them: one page with everything in it.
+/// Returns a self-contained page with the results of a class, from the answer of `class.results`.
 #[must_use]
 pub fn results_page(results: &Value) -> String {
     let mut page =
@@ -63,6 +64,7 @@ pub fn results_page(results: &Value) -> String {
     }
     let mut names: Vec<_> = items.iter().map(|item| text_of(item, "pupil")).collect();
     names.sort_unstable();
+    // One heading per pupil.
     names.dedup();
     for name in names {
         let _ = writeln!(page, "<h2>{}</h2>\n<ul>", escaped(name));
@@ -86,8 +88,8 @@ pub fn results_page(results: &Value) -> String {
     page
 }
 
-/// The strokes of a result as an SVG document with the size of the drawing in mm, as the reader in
-/// front of the arm sees it: y to the right, and the arm, where x is least, at the top. Empty
+/// Returns the strokes of a result as an SVG document of the drawing's size in mm, as seen by the
+/// reader in front of the arm: y to the right, and the arm, where x is smallest, at the top. Empty
 /// without strokes.
 pub(crate) fn picture_svg(strokes: &Value) -> String {
     let strokes = strokes.as_array().map_or(&[][..], Vec::as_slice);
@@ -108,11 +110,14 @@ pub(crate) fn picture_svg(strokes: &Value) -> String {
             most[axis] = most[axis].max(point[axis]);
         }
     }
+    // At least 1 mm: a single point has no extent.
     let [width, height] = [1, 0].map(|axis| (most[axis] - least[axis]).max(1.0) + 2.0 * MARGIN);
     let mut path = String::new();
     for stroke in &strokes {
         for (at, point) in stroke.iter().enumerate() {
             let sign = if at == 0 { 'M' } else { 'L' };
+            // The arm's y runs to the reader's right, and its x away from the arm, that is down the
+            // page.
             let (x, y) = (point[1] - least[1], point[0] - least[0]);
             let _ = write!(path, "{sign}{:.1} {:.1}", x + MARGIN, y + MARGIN);
         }
@@ -124,7 +129,8 @@ pub(crate) fn picture_svg(strokes: &Value) -> String {
     )
 }
 
-/// A picture in a page. As an image it can do nothing else, whoever made it.
+/// Returns an SVG picture as an `img` element. As an image it cannot run scripts, whatever it
+/// contains.
 fn image(svg: &str) -> String {
     if svg.is_empty() {
         return String::new();
@@ -142,7 +148,7 @@ fn image(svg: &str) -> String {
     format!("<img alt=\"\" src=\"data:image/svg+xml,{data}\">")
 }
 
-/// The strokes of a preview as a result keeps them: `[[[x, y]]]`, thinned.
+/// Returns the strokes of a preview as stored in a result, `[[[x, y]]]`, thinned out.
 pub(crate) fn picture(preview: &Value) -> Value {
     let strokes = preview["strokes"].as_array().map_or(&[][..], Vec::as_slice);
     let points = |stroke: &Value| stroke["points"].as_array().cloned().unwrap_or_default();
@@ -151,9 +157,11 @@ pub(crate) fn picture(preview: &Value) -> Value {
     let every = all.div_ceil(POINTS).max(1);
     let thinned = strokes.into_iter().map(|points| {
         let last = points.len().saturating_sub(1);
+        // The last point stays, so that closed lines stay closed.
         let kept = |(at, point): (usize, Value)| (at % every == 0 || at == last).then_some(point);
         Value::Array(points.into_iter().enumerate().filter_map(kept).collect())
     });
+    // Bounded as well: a drawing of dots has many strokes of one point.
     Value::Array(thinned.take(POINTS).collect())
 }
 

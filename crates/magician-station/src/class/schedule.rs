@@ -1,4 +1,7 @@
-//! The schedule: who may use which arm when.
+//! Schedule file (`schedule.toml`): who may use which arm when.
+//!
+//! A slot is either one span of time or repeats weekly in local time. Local time needs an offset
+//! from UTC in the file, because the station does not know its time zone.
 
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -8,6 +11,7 @@ use serde_json::{Value, json};
 use super::{ClassError, wrong};
 
 const DAY: i64 = 86_400;
+// Day 0 of Unix time was a Thursday.
 const DAYS: [&str; 7] = ["thu", "fri", "sat", "sun", "mon", "tue", "wed"];
 
 #[derive(Clone, Debug, Deserialize)]
@@ -32,13 +36,13 @@ struct Row {
 
 #[derive(Clone, Debug, PartialEq)]
 enum When {
-    /// Unix seconds.
+    /// One span, Unix seconds.
     Once(i64, i64),
-    /// Days by their number since a Thursday, and seconds of the local day.
+    /// Weekdays, numbered from Thursday as 0, and seconds of the local day.
     Weekly(Vec<i64>, i64, i64),
 }
 
-/// A row of the schedule.
+/// Row of the schedule.
 #[derive(Clone, Debug, PartialEq)]
 struct SlotRow {
     arms: Vec<String>,
@@ -46,16 +50,16 @@ struct SlotRow {
     when: When,
 }
 
-/// Who may use which arm when. It holds by the station's own clock.
+/// Schedule: who may use which arm when, by the station's clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schedule {
     text: String,
-    /// Of local time before UTC, s. `None` if the file does not say.
+    /// Offset of local time from UTC, s. `None` if the file has none.
     offset: Option<i64>,
     slots: Vec<SlotRow>,
 }
 
-/// A slot at a certain time: Unix seconds.
+/// Slot at a certain time, in Unix seconds.
 pub(crate) struct Window<'s> {
     pub(crate) from: i64,
     pub(crate) until: i64,
@@ -63,10 +67,10 @@ pub(crate) struct Window<'s> {
 }
 
 impl Schedule {
-    /// Reads one.
+    /// Parses a schedule file.
     ///
     /// # Errors
-    /// What is wrong with it, by the number of its slot.
+    /// What is wrong with the text, with the number of the slot.
     pub fn parse(text: &str) -> Result<Self, ClassError> {
         let file: File = toml::from_str(text).map_err(|error| ClassError(error.to_string()))?;
         let offset = match &file.offset {
@@ -98,21 +102,21 @@ impl Schedule {
         })
     }
 
-    /// The file.
+    /// Returns the text of the file.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The arms that it names.
+    /// Returns the arms that the schedule names.
     pub fn arms(&self) -> impl Iterator<Item = &str> {
         { self.slots.iter() }.flat_map(|slot| slot.arms.iter().map(String::as_str))
     }
 
-    /// Checks that its arms are there.
+    /// Checks that the arms of the schedule exist.
     ///
     /// # Errors
-    /// One that `place` has not.
+    /// Names an arm that `place` does not have.
     pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
         for (at, slot) in (1..).zip(&self.slots) {
             if let Some(arm) = slot.arms.iter().find(|arm| !has(arm)) {
@@ -124,7 +128,8 @@ impl Schedule {
         Ok(())
     }
 
-    /// The slots of an arm that are not over at this time, for eight days; none where it has no slots at all.
+    /// Returns the slots of an arm that are not over, up to eight days ahead. `None` if no slot
+    /// names the arm.
     pub(crate) fn windows(&self, arm: &str, now: i64) -> Option<Vec<Window<'_>>> {
         let of = |slot: &&SlotRow| slot.arms.iter().any(|name| name == arm);
         let slots: Vec<_> = self.slots.iter().filter(of).collect();
@@ -132,6 +137,8 @@ impl Schedule {
             return None;
         }
         let offset = self.offset.unwrap_or_default();
+        // Euclidean division is also right for times before 1970, which an unset clock may give
+        // together with the offset.
         let today = (now + offset).div_euclid(DAY);
         let mut out = Vec::new();
         for slot in slots {
@@ -143,11 +150,12 @@ impl Schedule {
                     who,
                 }),
                 When::Weekly(days, from, until) => {
+                    // From yesterday on, because a slot may continue past midnight.
                     let on =
                         (today - 1..=today + 8).filter(|day| days.contains(&day.rem_euclid(7)));
                     out.extend(on.map(|day| {
                         let midnight = day * DAY - offset;
-                        // One that ends before it begins goes on past midnight.
+                        // Ends before it starts: it continues past midnight.
                         let until = if until <= from { until + DAY } else { *until };
                         Window {
                             from: midnight + from,
@@ -159,16 +167,17 @@ impl Schedule {
             }
         }
         out.retain(|window| window.until > now);
+        // The first window that has not begun is the next one.
         out.sort_by_key(|window| window.from);
         Some(out)
     }
 
-    /// How far local time is before UTC, s. `None` if the file does not say.
+    /// Returns the offset of local time from UTC, s. `None` if the file has none.
     pub(crate) const fn offset(&self) -> Option<i64> {
         self.offset
     }
 
-    /// As the API has it.
+    /// Returns the slots in the form of the API.
     pub(crate) fn shown(&self) -> Vec<Value> {
         let slots = self.slots.iter().map(|slot| {
             let (days, from, until) = match &slot.when {
@@ -195,11 +204,13 @@ fn when(row: &Row, local: bool) -> Result<When, ClassError> {
                 "`from` and `until` must be like \"2026-11-25T08:00:00+01:00\"; every week: add `days` and times like \"08:00\"",
             );
         };
+        // An empty slot would never be open.
         if begin >= end {
             return wrong(format!("`until` {until} is not behind `from` {from}"));
         }
         return Ok(When::Once(begin, end));
     }
+    // Without an offset "08:00" is not an instant.
     if !local {
         return wrong(
             "weekly slots need the station's local time: add offset = \"+01:00\" at the top of the file",
@@ -220,7 +231,7 @@ fn when(row: &Row, local: bool) -> Result<When, ClassError> {
     }
 }
 
-/// `HH:MM` or `HH:MM:SS`: seconds of the day.
+/// Parses `HH:MM` or `HH:MM:SS`. Returns seconds of the day.
 fn time(text: &str) -> Option<i64> {
     let parts: Vec<_> = text.split(':').collect();
     let two = |text: &&str| text.len() == 2 && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -233,12 +244,13 @@ fn time(text: &str) -> Option<i64> {
             .map_or(Some(0), |text| text.parse::<i64>().ok())
     };
     let (hour, minute, second) = (number(0)?, number(1)?, number(2)?);
+    // 24:00 is the end of the day.
     let fine = hour < 24 && minute < 60 && second < 60 || (hour, minute, second) == (24, 0, 0);
     fine.then_some(hour * 3600 + minute * 60 + second)
 }
 
-/// A time of Unix seconds for people, such as `2026-11-25 08:12`, by the clock on the wall that is so many seconds before UTC;
-/// with `UTC` where that is not known.
+/// Formats Unix seconds as local time, such as `2026-11-25 08:12`, with this offset from UTC, s.
+/// Marked `UTC` without an offset.
 pub(crate) fn local_time(time: i64, offset: Option<i64>) -> String {
     let since = Duration::from_secs((time + offset.unwrap_or_default()).max(0) as u64);
     let text = humantime::format_rfc3339_seconds(UNIX_EPOCH + since).to_string();
@@ -247,7 +259,7 @@ pub(crate) fn local_time(time: i64, offset: Option<i64>) -> String {
     format!("{day} {clock}{zone}")
 }
 
-/// `Z`, `+HH:MM` or `-HH:MM`: seconds before UTC.
+/// Parses `Z`, `+HH:MM` or `-HH:MM`. Returns the offset from UTC, s.
 pub(crate) fn offset(text: &str) -> Option<i64> {
     if text.eq_ignore_ascii_case("z") {
         return Some(0);
@@ -263,7 +275,7 @@ pub(crate) fn offset(text: &str) -> Option<i64> {
         .map(|seconds| sign * seconds)
 }
 
-/// A time of RFC 3339, without fractions of a second: Unix seconds.
+/// Parses a time of RFC 3339 without fractions of a second. Returns Unix seconds.
 fn instant(text: &str) -> Option<i64> {
     let (date, rest) = text.split_once(['T', 't', ' '])?;
     let at = rest.find(['Z', 'z', '+', '-'])?;
@@ -288,7 +300,8 @@ fn instant(text: &str) -> Option<i64> {
     if !(1..=length).contains(&day) {
         return None;
     }
-    // Days since 1970, from a calendar whose years begin in March: Howard Hinnant, "chrono-compatible low-level date algorithms".
+    // Days since 1970 in a calendar whose years begin in March: Howard Hinnant, "chrono-compatible
+    // low-level date algorithms".
     let year = if month <= 2 { year - 1 } else { year };
     let (era, of_era) = (year.div_euclid(400), year.rem_euclid(400));
     let of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
@@ -344,7 +357,7 @@ until = "01:00"
     #[test]
     fn weekly_slots_are_of_the_local_day_and_may_end_behind_midnight() {
         let schedule = Schedule::parse(FILE).unwrap();
-        // Wednesday, 23:30 where the station is.
+        // Wednesday, 23:30 local time.
         let now = instant("2026-11-25T23:30:00+01:00").unwrap();
         let right = schedule.windows("right", now).unwrap();
         let first = &right[0];

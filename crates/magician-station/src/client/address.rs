@@ -1,26 +1,26 @@
-//! Where a station is, and which of its arms is meant.
+//! Address of a station, and optionally of one of its arms.
 
 use std::str::FromStr;
 
 use http::Uri;
 
-/// The port of a station where none is named, with encryption or without.
+/// Default port, with or without encryption.
 const PORT: u16 = 8910;
 
-/// `http://HOST:PORT`, or `http://HOST:PORT/ARM`; `https` where connections are encrypted.
+/// Address `http://HOST:PORT` or `http://HOST:PORT/ARM`; `https` for encrypted connections.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StationAddress {
     /// Host and port.
     pub host: String,
-    /// The arm that is named.
+    /// Name of the arm. `None` if the address has none.
     pub arm: Option<String>,
-    /// Whether connections are encrypted.
+    /// True if connections are encrypted.
     pub encrypted: bool,
 }
 
 impl StationAddress {
-    /// The host alone.
+    /// Returns the host without the port.
     pub(super) fn name(&self) -> &str {
         self.host
             .rsplit_once(':')
@@ -45,12 +45,14 @@ impl FromStr for StationAddress {
             _ => return Err(wrong()),
         };
         let authority = url.authority().ok_or_else(wrong)?;
+        // `HOST:` with an empty or invalid port is a typing error, not the default.
         let named = authority.as_str() != authority.host();
         let port = match authority.port_u16() {
             None if named => return Err(wrong()),
             port => port.unwrap_or(PORT),
         };
         let arm = url.path().trim_matches('/');
+        // No credentials, queries or further path: they would be ignored silently.
         let strange = text.contains(['@', '?', '#']) || arm.contains('/');
         if authority.host().is_empty() || strange {
             return Err(wrong());

@@ -1,4 +1,9 @@
-//! Connections to a station that is known by the name in its certificate, not by its address.
+//! Connections to a station that is identified by the name in its certificate instead of its
+//! address.
+//!
+//! On a site addresses come from a bus that anyone can write to, so an address is only a hint.
+//! Nothing is sent, the token least of all, before the station has shown a certificate with its
+//! name.
 
 use std::fmt;
 use std::io;
@@ -19,11 +24,10 @@ use super::task::{OPENING, SILENT, refused, upgrade};
 use super::trust::{Stream, no_station, refused_certificate};
 use super::{ClientError, RawSocket};
 
-/// A socket is opened again after this if the process or the system had no descriptor left.
+/// Pause before a socket is opened again because the process or the system is out of descriptors.
 const DESCRIPTOR_PAUSE: Duration = Duration::from_millis(50);
 
-/// A station by the name in its certificate, and the addresses where it may answer. An address is a
-/// hint: a station that cannot show a certificate of that name gets nothing, no token above all.
+/// Station identified by the name in its certificate, with addresses at which it may answer.
 #[derive(Clone)]
 pub struct StationDial {
     name: String,
@@ -41,8 +45,8 @@ impl fmt::Debug for StationDial {
 }
 
 impl StationDial {
-    /// A station of this name. `config` says whose certificates count, and has that of this program
-    /// where stations ask for one.
+    /// Creates a station with this name. `config` contains the trusted certificates, and this
+    /// program's own certificate if stations ask for one.
     #[must_use]
     pub fn new(name: &str, addresses: Vec<SocketAddr>, config: Arc<ClientConfig>) -> Self {
         Self {
@@ -52,11 +56,13 @@ impl StationDial {
         }
     }
 
-    /// Sends one request of JSON-RPC by POST. The answer is its text, empty for a notification.
+    /// Sends one JSON-RPC request by POST. Returns the text of the answer, empty for a
+    /// notification.
     ///
     /// # Errors
-    /// [`ClientError::Unreachable`], [`ClientError::Untrusted`] and [`ClientError::Busy`]: nothing was
-    /// done, but by a busy station a stop; [`ClientError::Lost`]: it may be done or not.
+    /// With [`ClientError::Unreachable`], [`ClientError::Untrusted`] or [`ClientError::Busy`]
+    /// nothing was done, except that a busy station still carries out a stop. With
+    /// [`ClientError::Lost`] the request may have been carried out.
     pub async fn post(&self, token: Option<&str>, text: String) -> Result<String, ClientError> {
         let stream = self.open().await?;
         let (status, body) = exchange(stream, &self.name, token, text).await?;
@@ -68,15 +74,15 @@ impl StationDial {
         }
     }
 
-    /// True if a station of this name answers, with a certificate that counts.
+    /// True if a station with this name answers with a trusted certificate.
     pub async fn is_there(&self) -> bool {
         self.open().await.is_ok()
     }
 
-    /// Opens a WebSocket, on which nothing was said yet.
+    /// Opens a WebSocket, without saying hello.
     ///
     /// # Errors
-    /// As [`post`](Self::post).
+    /// The same as [`post`](Self::post).
     pub async fn socket(&self) -> Result<RawSocket, ClientError> {
         let opening = async {
             let stream = self.open().await?;
@@ -86,11 +92,12 @@ impl StationDial {
         opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)))
     }
 
-    /// Connects to the first address at which a station of this name answers.
+    /// Connects to the first address at which a station with this name answers.
     async fn open(&self) -> Result<Box<dyn Stream>, ClientError> {
         if self.addresses.is_empty() {
             return Err(no_station(&self.name, "it has not said where it listens"));
         }
+        // All addresses at once: a dead one would otherwise delay a stop by its whole timeout.
         let tries = self.addresses.iter().map(|at| Box::pin(self.open_at(*at)));
         let opened = timeout(OPENING, select_ok(tries)).await;
         let opened = opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)));
@@ -100,7 +107,7 @@ impl StationDial {
     async fn open_at(&self, at: SocketAddr) -> Result<Box<dyn Stream>, ClientError> {
         let stream = with_descriptor(|| TcpStream::connect(at)).await;
         let stream = stream.map_err(|error| no_station(&self.name, error))?;
-        // A stop is one small message.
+        // A stop is one small message and must not wait for Nagle's algorithm.
         let _ = stream.set_nodelay(true);
         let name = ServerName::try_from(self.name.clone())
             .map_err(|_| ClientError::Address(format!("{} is no name of a host", self.name)))?;
@@ -111,8 +118,8 @@ impl StationDial {
     }
 }
 
-/// Opens a socket, and waits as long as there is no descriptor for it: a stop of all arms of a large
-/// site dials each at several addresses at once. The caller bounds the time.
+/// Opens a socket, and retries while the process is out of descriptors. A stop of all arms of a
+/// large site dials each at several addresses at once. The caller limits the time.
 async fn with_descriptor<T, Opening: Future<Output = io::Result<T>>>(
     mut open: impl FnMut() -> Opening,
 ) -> io::Result<T> {
@@ -124,7 +131,7 @@ async fn with_descriptor<T, Opening: Future<Output = io::Result<T>>>(
     }
 }
 
-/// True for EMFILE and ENFILE, and WSAEMFILE of Windows.
+/// True for EMFILE and ENFILE, and WSAEMFILE on Windows.
 fn is_exhausted(error: &io::Error) -> bool {
     let codes: &[i32] = if cfg!(windows) { &[10_024] } else { &[23, 24] };
     { error.raw_os_error() }.is_some_and(|code| codes.contains(&code))

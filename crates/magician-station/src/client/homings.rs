@@ -1,4 +1,4 @@
-//! Homings that a station has seen, for a driver behind it.
+//! Homings seen by a station, for a driver behind a [`StationLine`](super::StationLine).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -8,21 +8,22 @@ use serde_json::json;
 
 use super::{ClientError, StationClient};
 
-/// Record of homings ([`HomingRecord`]) that a station keeps: a driver behind a
-/// [`StationLine`](super::StationLine) sees only what passes on its own line.
+/// [`HomingRecord`] that asks the station. Needed because a driver behind a
+/// [`StationLine`](super::StationLine) sees only the traffic of its own line.
 #[derive(Debug, Default)]
 pub struct StationHomings {
     is_homed: AtomicBool,
 }
 
 impl StationHomings {
-    /// Asks the station.
+    /// Reads the state of an arm from the station.
     ///
     /// # Errors
-    /// As [`StationClient::call`].
+    /// The same as [`StationClient::call`].
     pub async fn ask(&self, client: &StationClient, arm: Option<&str>) -> Result<(), ClientError> {
         let asked = arm.map_or_else(|| json!({}), |arm| json!({ "arm": arm }));
         let state = client.call("arm.state", asked).await?;
+        // Unknown (null) counts as not homed.
         self.set(state["homed"] == true);
         Ok(())
     }

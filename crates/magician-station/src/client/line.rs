@@ -1,4 +1,10 @@
-//! A line to an arm through a station: the driver's frames become requests, and their answers frames again.
+//! Line to an arm through a station.
+//!
+//! A driver writes frames to a stream; a bridge task translates each into a request of the API and
+//! the answer back into a frame. So every program written for the driver works over a station,
+//! under its leases. Jogs become jogs of the station, so that they end if this program hangs. If a
+//! request fails as an arm would (no answer), no frame is returned; any other refusal ends the
+//! line.
 
 use std::io;
 use std::pin::Pin;
@@ -18,13 +24,16 @@ use super::{ClientError, StationClient};
 use crate::api::encode;
 use crate::reading::to_value;
 
-/// Bytes on their way.
+/// Size of the buffers between driver and bridge, bytes.
 const ROOM: usize = 4096;
-/// A jog is kept up so often; it ends when this program does not any more.
+/// Interval of keeping a jog alive: about a quarter of the station's default keep-alive period of
+/// 250 ms.
 const KEEP: Duration = Duration::from_millis(60);
 
-/// A line to an arm of a station, for [`Arm::over`](magician::Arm::over). Reads need nothing; the first command that sets or moves
-/// takes the lease, which is kept until the line ends. A jog is the station's, so that it ends when this program hangs.
+/// Line to an arm of a station, for [`Arm::over`](magician::Arm::over).
+///
+/// Reading needs no lease. The first command that sets or moves acquires it, and it is kept until
+/// the line ends. Jogs run at the station, so they end if this program hangs.
 #[derive(Debug)]
 pub struct StationLine {
     stream: DuplexStream,
@@ -32,7 +41,7 @@ pub struct StationLine {
     lease: LineLease,
 }
 
-/// The lease of a line. It is taken by the first command that sets or moves, or before by
+/// Lease of a line. Acquired by the first command that sets or moves, or earlier by
 /// [`take`](Self::take), and given back at the end of the line.
 #[derive(Clone, Debug)]
 pub struct LineLease {
@@ -42,12 +51,13 @@ pub struct LineLease {
 }
 
 impl LineLease {
-    /// Takes the lease, before anything is sent or written that a refusal would leave behind. Waits
-    /// until it is free for so long at most.
+    /// Acquires the lease before anything is sent that a refusal would leave half done. Waits at
+    /// most `wait` until it is free.
     ///
     /// # Errors
-    /// The refusal of the station: see [`ClientError::free_soon`].
+    /// The refusal of the station. [`ClientError::free_soon`] is true if it will be free soon.
     pub async fn take(&self, wait: Duration) -> Result<(), ClientError> {
+        // Locked across the call, so that two tasks do not acquire it twice.
         let mut held = self.held.lock().await;
         if held.is_none() {
             let mut params = json!({});
@@ -68,12 +78,13 @@ impl LineLease {
     }
 }
 
-/// Why a line broke: the station's refusal, or that it is gone. It outlives the line.
+/// Reason why a line broke: a refusal of the station, or the end of the connection. Outlives the
+/// line.
 #[derive(Clone, Debug, Default)]
 pub struct LineEnd(Arc<Mutex<Option<ClientError>>>);
 
 impl LineEnd {
-    /// What ended the line, once that has happened.
+    /// Returns the reason. `None` while the line is intact.
     #[must_use]
     pub fn why(&self) -> Option<ClientError> {
         self.why_mut().clone()
@@ -85,8 +96,10 @@ impl LineEnd {
 }
 
 impl StationLine {
-    /// A line to this arm, or the only one, and what waits for its end: the lease has been given back then. With `yes` what is
-    /// dangerous or may burn is sent as meant. [`StationClient::end_notice`] belongs into the
+    /// Opens a line to this arm, or to the only one.
+    ///
+    /// The returned task ends after the lease was given back. With `yes` dangerous commands, and
+    /// those that may burn, are sent as confirmed. Pass [`StationClient::end_notice`] to the
     /// options of the driver.
     #[must_use]
     pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {
@@ -117,13 +130,13 @@ impl StationLine {
         (line, task)
     }
 
-    /// Why it breaks, if it does.
+    /// Returns a handle to the reason of the line's end.
     #[must_use]
     pub fn end(&self) -> LineEnd {
         self.broken.clone()
     }
 
-    /// Its lease.
+    /// Returns the lease of the line.
     #[must_use]
     pub fn lease(&self) -> LineLease {
         self.lease.clone()
@@ -132,8 +145,9 @@ impl StationLine {
     fn failure(&self) -> Option<io::Error> {
         let why = self.broken.why()?;
         let kind = match why {
+            // The kind that the driver reports as a refusal instead of a broken line.
             ClientError::Refused { .. } => io::ErrorKind::PermissionDenied,
-            // These say for themselves what has become of the line.
+            // The messages of these errors already say what became of the line.
             ClientError::Lost | ClientError::Ended => io::ErrorKind::ConnectionAborted,
             _ => io::ErrorKind::Other,
         };
@@ -150,6 +164,7 @@ impl AsyncRead for StationLine {
         let before = buffer.filled().len();
         let read = Pin::new(&mut self.stream).poll_read(cx, buffer);
         match (read, self.failure()) {
+            // The reason of the end instead of a bare end of file.
             (Poll::Ready(Ok(())), Some(why)) if buffer.filled().len() == before => {
                 Poll::Ready(Err(why))
             }
@@ -187,22 +202,23 @@ struct Bridge {
     arm: Option<String>,
     yes: bool,
     lease: LineLease,
-    /// The station's jog under way.
+    /// Current jog of the station.
     jog: Option<String>,
-    /// Whether it has stopped the arm, and set nothing since.
+    /// True if the bridge has stopped the arm and set nothing since.
     stopped: bool,
 }
 
 impl Bridge {
     async fn carry(mut self, mut far: DuplexStream, end: &LineEnd) {
         if let Err(error) = self.exchange(&mut far).await {
-            // What a station refuses as it ends is refused because it ends.
+            // An ending station refuses calls with several errors. They all mean that it ends.
             let ends = self.client.end_notice().is_given();
             *end.why_mut() = Some(if ends { ClientError::Ended } else { error });
         }
-        // Only now, so that the driver finds out why with the end of the stream.
+        // Stored before the stream ends, so that the driver finds the reason at once.
         drop(far);
-        // What the driver has set going and not stopped is meant to go on: it is not when a lease just ends.
+        // Given back explicitly: then motion that the driver left running continues, which it would
+        // not after a lost lease.
         let lease = self.lease.held.lock().await.take();
         if let Some(lease) = lease
             && let Err(error) = self.client.release(&lease).await
@@ -215,9 +231,11 @@ impl Bridge {
         let mut deframer = Deframer::new();
         let mut bytes = [0; ROOM];
         let mut keeps = interval(KEEP);
+        // After a pause one keep suffices; a burst would not help.
         keeps.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let count = tokio::select! {
+                // An error means that the driver dropped the line, like the end of the stream.
                 count = far.read(&mut bytes) => count.unwrap_or(0),
                 _ = keeps.tick(), if self.jog.is_some() => {
                     self.client.notify("jog.keep", json!({"jog": self.jog}));
@@ -231,6 +249,7 @@ impl Bridge {
             let mut frames = Vec::new();
             while let Some(event) = deframer.next(&mut input) {
                 if let Event::Frame { frame, .. } = event {
+                    // Copied, because the frame borrows the deframer's buffer.
                     frames.extend(FrameBuf::new(frame.id(), frame.ctrl(), frame.params()));
                 }
             }
@@ -244,9 +263,10 @@ impl Bridge {
         }
     }
 
-    /// Has the station do what a frame asks for; `None` where the arm would not answer.
+    /// Sends a frame to the station as a request. `None` if an arm would not answer it either.
     async fn ask(&mut self, frame: &FrameBuf) -> Result<Option<FrameBuf>, ClientError> {
         let frame = frame.frame();
+        // Unknown frames get no answer, as from an arm.
         let Some(row) = Row::with_id(frame.id()) else {
             return Ok(None);
         };
@@ -272,9 +292,11 @@ impl Bridge {
                 Err(error) => silent_or(error),
             };
         }
+        // The station encodes the command from its fields, so it must be valid here.
         let Ok(command) = Set::decode(id, frame.params()) else {
             return Ok(None);
         };
+        // Commands that start, stop or clear the queue act at once even if they are sent as queued.
         if ctrl.queued() && !row.steers_queue() {
             let mut params = json!({"command": row.set_name, "fields": fields});
             self.mean(&mut params);
@@ -290,7 +312,7 @@ impl Bridge {
         }
     }
 
-    /// What acts at once.
+    /// Carries out a command with immediate effect.
     async fn act(
         &mut self,
         row: &Row,
@@ -299,7 +321,7 @@ impl Bridge {
     ) -> Result<(), ClientError> {
         let is_held = self.lease.is_held().await;
         match command {
-            // A stop is everybody's, and overtakes what waits at the station.
+            // Any session may stop, and a stop overtakes everything that waits at the station.
             Set::QueuedCmdForceStopExec(_) => {
                 self.jog = None;
                 self.stopped = true;
@@ -309,12 +331,15 @@ impl Bridge {
                 if let Some(jog) = self.jog.take() {
                     return self.call("jog.stop", json!({"jog": jog})).await.map(drop);
                 }
+                // Stopping a jog that this line did not start needs the lease; without one there is
+                // nothing to stop.
                 if !is_held {
                     return Ok(());
                 }
             }
             Set::JogCmd(_) => {
                 self.lease().await?;
+                // Anything else goes to the station as it is.
                 if let Ok(direction) = JogDirection::try_from(command) {
                     let params = json!({"axis": direction.to_string()});
                     let started = self.call("jog.start", params).await?;
@@ -322,7 +347,7 @@ impl Bridge {
                     return Ok(());
                 }
             }
-            // Behind a stop without the lease: the station has done it.
+            // After a stop without the lease: the station has already cleared the queue.
             Set::QueuedCmdClear(_) if !is_held && self.stopped => return Ok(()),
             Set::EMotor(motor) if !is_held && self.stopped && !motor.is_enabled.is_on() => {
                 return Ok(());
@@ -331,7 +356,8 @@ impl Bridge {
                 if self.stopped {
                     return Ok(());
                 }
-                // A stop may follow, which everybody may send: it puts the laser out as well.
+                // Another session has the arm. A stop may follow, which also switches the laser off
+                // and needs no lease.
                 match self.lease().await {
                     Err(error) if is_anothers(&error) => return Ok(()),
                     leased => leased?,
@@ -353,11 +379,13 @@ impl Bridge {
 
     async fn lease(&mut self) -> Result<(), ClientError> {
         self.lease.take(Duration::ZERO).await?;
+        // The command that needs the lease sets something after the stop.
         self.stopped = false;
         Ok(())
     }
 
     async fn call(&self, method: &str, mut params: Value) -> Result<Value, ClientError> {
+        // `jog.stop` identifies the arm by the jog.
         let takes = !["jog.stop"].contains(&method);
         if let (Some(arm), true) = (&self.arm, takes) {
             params["arm"] = json!(arm);
@@ -366,15 +394,16 @@ impl Bridge {
     }
 }
 
-/// Whether another session has the arm.
+/// True if another session has the arm.
 fn is_anothers(error: &ClientError) -> bool {
     matches!(error.kind(), Some("lease" | "forbidden" | "busy"))
 }
 
-/// What an arm of one's own would not have answered is not answered here; anything else ends the line.
+/// Returns no reply for errors for which an arm would not reply either. All others end the line.
 fn silent_or(error: ClientError) -> Result<Option<FrameBuf>, ClientError> {
     match error.kind() {
         Some("timeout" | "unexpected" | "unsupported") => Ok(None),
+        // Refusals by the station. An arm has no such answer.
         _ => Err(error),
     }
 }

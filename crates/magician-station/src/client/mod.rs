@@ -1,4 +1,9 @@
-//! A client of a station: requests and notifications over a WebSocket that comes back, and a line to an arm through it.
+//! Client of a station: requests, notifications and frames over a WebSocket that reconnects, and a
+//! line to an arm through it.
+//!
+//! A background task owns the socket. When the connection breaks it reconnects with increasing
+//! delays and resumes the session, which keeps its lease if it is back in time. A request whose
+//! answer was lost is never sent again, because it may have moved the arm.
 
 mod address;
 mod dial;
@@ -25,42 +30,44 @@ use self::task::{Order, Task};
 pub use self::trust::{Stream, Trust};
 use crate::frame::StateFrame;
 
-/// A WebSocket of a station, for those who say hello themselves.
+/// WebSocket of a station without a hello, for callers that send it themselves.
 pub type RawSocket = tokio_tungstenite::WebSocketStream<Box<dyn Stream>>;
 
-/// Notifications that are kept for a slow reader.
+/// Capacity of the channels of notifications and frames. A slower reader loses the oldest.
 const KEPT: usize = 256;
 
-/// Why a request has no result.
+/// Reason why a request has no result.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ClientError {
-    /// The address is no station's.
+    /// The address is not that of a station.
     Address(String),
-    /// There is no station at the address, or it does not let this client in.
+    /// No station answers at the address, or it does not admit this client.
     Unreachable(String),
-    /// The station serves nobody more now. A stop by [`StationClient::call_once`] is carried out all the same.
+    /// All places of the station are in use. It still carries out a stop by
+    /// [`StationClient::call_once`].
     Busy(String),
-    /// Its certificate is not trusted.
+    /// The station's certificate is not trusted.
     Untrusted(String),
-    /// The connection broke before the answer came: whether it was done is not known. It is not sent again.
+    /// The connection broke before the answer. Whether the request was carried out is unknown; it
+    /// is not sent again.
     Lost,
-    /// The station has ended, as it had announced (`server.ending`): it has stopped what moved.
+    /// The station has ended after announcing it (`server.ending`), and has stopped all motion.
     Ended,
-    /// The station refuses it.
+    /// The station refused the request.
     Refused {
-        /// The code.
+        /// Error code.
         code: i64,
-        /// Why, in a sentence.
+        /// Reason, as a sentence.
         message: String,
-        /// What it is about.
+        /// Details.
         data: Value,
     },
 }
 
 impl ClientError {
-    /// Name of the holder of a lease that was refused and will be free soon, and the time until then,
-    /// if the holder's connection has ended and it does not come back.
+    /// Returns the name of the lease's holder and the time until the lease is free, if the holder's
+    /// connection has ended. `None` for other errors.
     #[must_use]
     pub fn free_soon(&self) -> Option<(&str, Duration)> {
         let Self::Refused { data, .. } = self else {
@@ -70,7 +77,8 @@ impl ClientError {
         Some((data["holder"]["name"].as_str().unwrap_or_default(), free))
     }
 
-    /// The kind of a refusal: `lease`, `forbidden`, `unreachable`, ..
+    /// Returns the kind of a refusal: `lease`, `forbidden`, `unreachable`, .. `None` for other
+    /// errors.
     #[must_use]
     pub fn kind(&self) -> Option<&str> {
         match self {
@@ -96,31 +104,31 @@ impl fmt::Display for ClientError {
 
 impl std::error::Error for ClientError {}
 
-/// A notification of a station.
+/// Notification of a station.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Notice {
-    /// Its method: `arm.state`, `lease.changed`, ..
+    /// Method: `arm.state`, `lease.changed`, ..
     pub method: String,
-    /// What it tells.
+    /// Parameters.
     pub params: Value,
 }
 
-/// Whether a client is connected.
+/// State of a client's connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Connection {
-    /// It is.
+    /// Connected.
     Up,
-    /// It broke, and is tried again: after 0.2 s, then less and less often, every 5 s at last.
+    /// Broken. Reconnecting after 0.2 s, then with doubled delays up to 5 s.
     Lost,
-    /// The station has ended it for good: its token was revoked, or its session has another connection.
+    /// Ended by the station for good: the token was revoked, or the session has another connection.
     Closed,
 }
 
-/// A session at a station. Clones are of the same session; with the last one it ends.
+/// Session at a station. Clones share the session; it ends with the last one.
 ///
-/// A connection that breaks is made again, and the session with its lease is resumed if the station still has it. Requests
-/// whose answer was lost are not sent again.
+/// A broken connection is made again, and the session resumed with its lease if the station still
+/// has it. Requests whose answer was lost are not sent again.
 ///
 /// ```no_run
 /// use magician_station::client::StationClient;
@@ -141,18 +149,19 @@ pub struct StationClient {
     frames: broadcast::Sender<StateFrame>,
     connection: watch::Receiver<Connection>,
     end_notice: EndNotice,
-    /// What the first hello was answered with.
+    /// Answer to the first hello.
     hello: Arc<Value>,
-    /// How many have each lease of the session.
+    /// Number of users of each lease in this session.
     leases: Arc<Mutex<BTreeMap<String, usize>>>,
 }
 
 impl StationClient {
-    /// Connects to `http://HOST:PORT` or `https://HOST:PORT`, under a name that others see, with a token where one is needed.
+    /// Connects to `http://HOST:PORT` or `https://HOST:PORT` under a name shown to others, with a
+    /// token if one is needed.
     ///
     /// # Errors
-    /// [`ClientError::Address`], [`ClientError::Unreachable`], [`ClientError::Untrusted`] for a certificate that is not of the
-    /// system's, and [`ClientError::Refused`] for a token that is not good.
+    /// [`ClientError::Address`], [`ClientError::Unreachable`], [`ClientError::Untrusted`] if the
+    /// system does not trust the certificate, [`ClientError::Refused`] if the token is invalid.
     pub async fn connect(
         address: &str,
         name: &str,
@@ -161,10 +170,10 @@ impl StationClient {
         Self::connect_trusting(address, name, token, &Trust::System).await
     }
 
-    /// As [`connect`](Self::connect), with a say in whose certificates are trusted.
+    /// Connects as [`connect`](Self::connect) does, with a choice of trusted certificates.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// The same as [`connect`](Self::connect).
     pub async fn connect_trusting(
         address: &str,
         name: &str,
@@ -187,8 +196,9 @@ impl StationClient {
             (notices.clone(), frames.clone()),
             (connected, end_notice.clone()),
         );
+        // Greeted before the task starts, so that a refusal is the caller's error.
         let (task, socket, hello) = task.greet().await?;
-        // It ends with the last clone, and closes the connection then.
+        // Ends with the last clone, which closes the connection.
         tokio::spawn(task.run(socket));
         Ok(Self {
             orders,
@@ -201,12 +211,12 @@ impl StationClient {
         })
     }
 
-    /// Calls a method by one request of its own, without a session: a stop is carried out even while the station has as many
-    /// sessions as it takes. What needs the lease has it for the call, if it is free.
+    /// Calls a method in a single request without a session. A stop is carried out even if all
+    /// sessions are in use. A method that needs the lease acquires it for the call, if it is free.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect), [`ClientError::Busy`] if it is no stop and the station has as many requests as it takes,
-    /// and [`ClientError::Lost`] if the connection breaks before the answer.
+    /// The same as [`connect`](Self::connect); [`ClientError::Busy`] if the station is full and the
+    /// method is not a stop; [`ClientError::Lost`] if the connection breaks before the answer.
     pub async fn call_once(
         address: &str,
         token: Option<&str>,
@@ -218,16 +228,17 @@ impl StationClient {
         request::call(&address, token, trust, method, &params).await
     }
 
-    /// What the station said at first: `session`, `role`, `arms`, `version`.
+    /// Returns the answer to the first hello: `session`, `role`, `arms`, `version`.
     #[must_use]
     pub fn hello(&self) -> &Value {
         &self.hello
     }
 
-    /// Calls a method, and waits for its answer.
+    /// Calls a method and waits for its answer.
     ///
     /// # Errors
-    /// [`ClientError::Refused`], and [`ClientError::Lost`] when the connection breaks meanwhile, or is not there.
+    /// [`ClientError::Refused`], or [`ClientError::Lost`] if the connection breaks or does not
+    /// exist.
     pub async fn call(&self, method: &str, params: Value) -> Result<Value, ClientError> {
         let (reply, answer) = oneshot::channel();
         let order = Order {
@@ -239,11 +250,13 @@ impl StationClient {
         answer.await.unwrap_or(Err(ClientError::Lost))
     }
 
-    /// Gets a lease by `lease.acquire`, `lease.ask` or `lease.take`; the answer is theirs. All that have it in this session
-    /// share it, a [`StationLine`] among them: the last [`release`](Self::release) gives it back.
+    /// Acquires a lease by `lease.acquire`, `lease.ask` or `lease.take`, and returns its answer.
+    ///
+    /// All users in this session share the lease, including a [`StationLine`]: the last
+    /// [`release`](Self::release) gives it back.
     ///
     /// # Errors
-    /// As [`call`](Self::call).
+    /// The same as [`call`](Self::call).
     pub async fn lease(&self, method: &str, params: Value) -> Result<Value, ClientError> {
         let granted = self.call(method, params).await?;
         if let Some(lease) = granted["lease"].as_str() {
@@ -253,13 +266,14 @@ impl StationClient {
         Ok(granted)
     }
 
-    /// Gives a lease back, as far as this one of its holders goes.
+    /// Releases a lease for one of its users.
     ///
     /// # Errors
-    /// As [`call`](Self::call).
+    /// The same as [`call`](Self::call).
     pub async fn release(&self, lease: &str) -> Result<(), ClientError> {
         let last = {
             let mut leases = self.leases.lock().unwrap_or_else(PoisonError::into_inner);
+            // A lease that was not counted is released at once.
             let left = leases.remove(lease).unwrap_or_default().saturating_sub(1);
             if left > 0 {
                 leases.insert(lease.to_owned(), left);
@@ -272,50 +286,57 @@ impl StationClient {
         Ok(())
     }
 
-    /// Whether an arm, or the only one, is a virtual arm of the station's own, as the station says.
+    /// Returns true if the station says that an arm, or the only one, is a virtual arm of its
+    /// process.
     ///
     /// # Errors
-    /// As [`call`](Self::call).
+    /// The same as [`call`](Self::call).
     pub async fn is_virtual(&self, arm: Option<&str>) -> Result<bool, ClientError> {
         let list = self.call("arm.list", json!({})).await?;
         let mut arms = list["arms"].as_array().into_iter().flatten();
+        // Without a name the first one, which is the only one: with several the station asks for a
+        // name.
         let named = arms.find(|entry| arm.is_none_or(|arm| entry["name"] == arm));
         Ok(named.is_some_and(|entry| entry["virtual"] == true))
     }
 
-    /// Sends a notification: `jog.keep`, or a stop that waits for nothing. Without a connection it is dropped.
+    /// Sends a notification, such as `jog.keep` or a stop without waiting. Dropped without a
+    /// connection.
     pub fn notify(&self, method: &str, params: Value) {
         let order = Order {
             method: method.to_owned(),
             params,
             reply: None,
         };
-        // Its task ends with it.
+        // Fails only if the task has ended, which it does with this session.
         let _ = self.orders.send(order);
     }
 
-    /// The notifications from now on. A reader may fall 256 behind; then it misses the oldest.
+    /// Subscribes to notifications from now on. A reader that falls behind by more than 256 loses
+    /// the oldest.
     #[must_use]
     pub fn notices(&self) -> broadcast::Receiver<Notice> {
         self.notices.subscribe()
     }
 
-    /// The frames of its subscriptions with `frame: "binary"` from now on. A reader may fall 256 behind; then it misses the oldest.
+    /// Subscribes to binary frames of this session's subscriptions from now on. A reader that falls
+    /// behind by more than 256 loses the oldest.
     #[must_use]
     pub fn frames(&self) -> broadcast::Receiver<StateFrame> {
         self.frames.subscribe()
     }
 
-    /// Notice that the station is about to end, or has ended, for
-    /// [`Options::end_notice`](magician::Options::end_notice) of a driver behind a [`StationLine`]:
-    /// its jobs then stop in the few seconds that the station waits. It is taken back when the
-    /// station is there again.
+    /// Returns the notice that the station is about to end or has ended, for
+    /// [`Options::end_notice`](magician::Options::end_notice) of a driver behind a [`StationLine`].
+    ///
+    /// Its jobs then stop within the few seconds that the station waits. Withdrawn when the station
+    /// is back.
     #[must_use]
     pub fn end_notice(&self) -> EndNotice {
         self.end_notice.clone()
     }
 
-    /// Whether it is connected, and news of that.
+    /// Returns the state of the connection, as a watch.
     #[must_use]
     pub fn connection(&self) -> watch::Receiver<Connection> {
         self.connection.clone()

@@ -1,4 +1,4 @@
-//! One request by POST, without a session.
+//! Single request by POST, without a session.
 
 use http::header::{AUTHORIZATION, CONTENT_TYPE, HOST};
 use http::{Request, StatusCode};
@@ -26,6 +26,7 @@ pub(super) async fn call(
     let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
     let host = &address.host;
     let (status, body) = exchange(stream, host, token, message.to_string()).await?;
+    // Errors of JSON-RPC come with 200; other statuses are those of HTTP.
     if status != StatusCode::OK {
         return Err(refused(host, status, Some(&body)));
     }
@@ -33,7 +34,7 @@ pub(super) async fn call(
     outcome(&answer)
 }
 
-/// Posts a request on a connection that is open, and reads the whole answer.
+/// Posts a request on an open connection and reads the whole answer.
 pub(super) async fn exchange(
     stream: Box<dyn Stream>,
     host: &str,
@@ -56,7 +57,7 @@ pub(super) async fn exchange(
         let body = response.into_body().collect().await.map_err(lost)?;
         Ok((status, body.to_bytes()))
     };
-    // The connection ends with the answer.
+    // The connection is driven here and dropped with the answer.
     tokio::select! {
         answer = answer => answer,
         Err(error) = connection => Err(lost(error)),

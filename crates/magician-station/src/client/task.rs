@@ -1,4 +1,4 @@
-//! The task that has a client's connection, and makes it again.
+//! Background task of a client: owns the connection and restores it.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -24,19 +24,19 @@ use crate::station::CloseCode;
 
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
 
-/// A connection has to be there within this time.
+/// Time for opening a connection, including the hello.
 pub(super) const OPENING: Duration = Duration::from_secs(5);
-/// Cause told where a station says nothing within this time.
+/// Reason in an error if the station does not answer within that time.
 pub(super) const SILENT: &str = "it does not answer";
-/// The first try comes after so long, each other one after twice that, at most.
+/// First delay before reconnecting, and largest one. The delay doubles with each failure.
 const FIRST: Duration = Duration::from_millis(200);
 const LONGEST: Duration = Duration::from_secs(5);
-/// A hello beyond the last session is refused with this code.
+/// Error code of a hello when all sessions are in use.
 const TOO_MANY: i64 = RpcError::TOO_MANY as i64;
-/// The code of a close by a station that ends (RFC 6455, 7.4.1).
+/// Close code of a station that ends (RFC 6455, 7.4.1).
 const GOING_AWAY: u16 = 1001;
 
-/// A message to be sent.
+/// Message to send. Without `reply` it is a notification.
 #[derive(Debug)]
 pub(super) struct Order {
     pub(super) method: String,
@@ -46,28 +46,28 @@ pub(super) struct Order {
 
 pub(super) struct Task {
     address: StationAddress,
-    /// What encrypts connections, where that is wanted.
+    /// TLS connector, for encrypted connections.
     connector: Option<TlsConnector>,
     client: Value,
     token: Option<String>,
-    /// The secret to come back with.
+    /// Secret for resuming the session.
     resume: Option<String>,
     inbox: mpsc::UnboundedReceiver<Order>,
     notices: broadcast::Sender<Notice>,
     frames: broadcast::Sender<StateFrame>,
     connected: watch::Sender<Connection>,
-    /// Given from the station's word that it ends until it is there again.
+    /// Set from the station's announcement of its end until it is back.
     end_notice: EndNotice,
     waiting: BTreeMap<u64, Reply>,
     next: u64,
 }
 
-/// How a connection ended.
+/// End of a connection.
 enum End {
     Broken,
-    /// By the station, for good.
+    /// Closed by the station, for good.
     Closed,
-    /// Nobody is left who could ask.
+    /// All clones of the client are gone.
     Left,
 }
 
@@ -96,7 +96,7 @@ impl Task {
         }
     }
 
-    /// Opens a connection and says hello: the answer comes along.
+    /// Opens a connection and says hello. Returns the answer.
     pub(super) async fn greet(mut self) -> Result<(Self, RawSocket, Value), ClientError> {
         let (socket, hello) = self.open().await?;
         Ok((self, socket, hello))
@@ -112,6 +112,7 @@ impl Task {
                 None => "ws",
             };
             let mut socket = upgrade(stream, scheme, host).await?;
+            // The token is sent in the hello and not in the address, which may be logged.
             let mut params = json!({"client": self.client});
             for (name, value) in [("token", &self.token), ("resume", &self.resume)] {
                 if let Some(value) = value {
@@ -124,6 +125,7 @@ impl Task {
                 match socket.next().await {
                     Some(Ok(Message::Text(text))) => {
                         let answer: Value = serde_json::from_str(&text).unwrap_or_default();
+                        // Notifications may arrive before the answer.
                         if answer.get("id") == Some(&json!(0)) {
                             let hello = outcome(&answer).map_err(|error| match error {
                                 ClientError::Refused { code, message, .. } if code == TOO_MANY => {
@@ -140,23 +142,25 @@ impl Task {
                         return Err(busy(host, &end.reason));
                     }
                     Some(Ok(_)) => {}
+                    // Closed or broken before the answer.
                     _ => return Err(no_station(host, "it hung up")),
                 }
             }
         };
         let opened = timeout(OPENING, opening).await;
         let (socket, hello) = opened.unwrap_or_else(|_| Err(no_station(host, SILENT)))?;
+        // Each hello gives a new secret.
         self.resume = hello["resume"].as_str().map(str::to_owned);
         Ok((socket, hello))
     }
 
-    /// Carries messages until nobody is left, or the station says that it is over.
+    /// Carries messages until the client is dropped or the station closes the session for good.
     pub(super) async fn run(mut self, mut socket: RawSocket) {
         loop {
             let end = self.carry(&mut socket).await;
             drop(socket);
             for (_, reply) in std::mem::take(&mut self.waiting) {
-                // Nobody waits for some.
+                // Some callers no longer wait.
                 let _ = reply.send(Err(self.lost()));
             }
             match end {
@@ -167,6 +171,7 @@ impl Task {
                 }
                 End::Left => return,
             }
+            // Broken: reconnect and resume.
             self.connected.send_replace(Connection::Lost);
             let Some(again) = self.open_again().await else {
                 return;
@@ -185,7 +190,8 @@ impl Task {
                 tokio::select! {
                     () = &mut until => break,
                     order = self.inbox.recv() => match order {
-                        // What is asked for now is not kept for later: it may move an arm.
+                        // Refused and not queued: by the time of the reconnect the command may be
+                        // dangerous.
                         Some(order) => self.refuse(order),
                         None => return None,
                     },
@@ -196,6 +202,7 @@ impl Task {
                     self.end_notice.set(false);
                     return Some(socket);
                 }
+                // A refusal does not go away by trying again.
                 Err(ClientError::Refused { .. } | ClientError::Untrusted(_)) => {
                     self.connected.send_replace(Connection::Closed);
                     return None;
@@ -210,6 +217,7 @@ impl Task {
             tokio::select! {
                 order = self.inbox.recv() => {
                     let Some(order) = order else {
+                        // Bounded, so that a stuck connection does not keep the task alive.
                         let _ = timeout(FIRST, socket.close(None)).await;
                         return End::Left;
                     };
@@ -227,10 +235,12 @@ impl Task {
                     Some(Ok(Message::Binary(bytes))) => self.see(&bytes),
                     Some(Ok(Message::Close(frame))) => {
                         let code = frame.map_or(0, |frame| u16::from(frame.code));
-                        // Too slow or too much is begun anew; what is refused is not.
+                        // A station that ends comes back later. Codes for a client that was too
+                        // slow or sent too much allow reconnecting; codes of a refusal do not.
                         if code == GOING_AWAY {
                             self.end_notice.set(true);
                         }
+                        // Bad hello, no token, token revoked, session taken over.
                         let over = [4400, 4401, 4403, 4409].contains(&code);
                         return if over { End::Closed } else { End::Broken };
                     }
@@ -241,7 +251,7 @@ impl Task {
         }
     }
 
-    /// Why a request has no answer.
+    /// Returns the error for requests without an answer.
     fn lost(&self) -> ClientError {
         if self.end_notice.is_given() {
             ClientError::Ended
@@ -258,7 +268,7 @@ impl Task {
 
     fn see(&self, bytes: &[u8]) {
         if let Ok(frame) = StateFrame::read(bytes) {
-            // Looking is optional.
+            // Fails if there are no readers.
             let _ = self.frames.send(frame);
         }
     }
@@ -275,7 +285,7 @@ impl Task {
                 method: method.to_owned(),
                 params: message["params"].clone(),
             };
-            // Listening is optional.
+            // Fails if there are no readers.
             let _ = self.notices.send(notice);
         } else if let Some(reply) = message["id"]
             .as_u64()
@@ -294,7 +304,7 @@ fn message(id: Option<u64>, method: &str, params: &Value) -> Message {
     Message::text(message.to_string())
 }
 
-/// Makes a WebSocket of a connection.
+/// Upgrades a connection to a WebSocket.
 pub(super) async fn upgrade(
     stream: Box<dyn Stream>,
     scheme: &str,
@@ -312,7 +322,7 @@ pub(super) async fn upgrade(
     Ok(socket)
 }
 
-/// Error of a status that is no success, with what the station says of it.
+/// Returns the error for an HTTP status that is not a success, with the station's explanation.
 pub(super) fn refused(at: &str, status: StatusCode, body: Option<&[u8]>) -> ClientError {
     let body = body.map(String::from_utf8_lossy).unwrap_or_default();
     let why = match body.trim() {
@@ -321,6 +331,7 @@ pub(super) fn refused(at: &str, status: StatusCode, body: Option<&[u8]>) -> Clie
     };
     match status {
         StatusCode::SERVICE_UNAVAILABLE => busy(at, &why),
+        // No station serves this address, or it does not know the path.
         _ => no_station(at, why),
     }
 }
@@ -329,7 +340,7 @@ fn busy(at: &str, why: &str) -> ClientError {
     ClientError::Busy(format!("the station at {at} serves nobody more now: {why}"))
 }
 
-/// Result of an answer.
+/// Returns the result of an answer.
 pub(super) fn outcome(answer: &Value) -> Result<Value, ClientError> {
     match answer.get("error") {
         None => Ok(answer["result"].clone()),

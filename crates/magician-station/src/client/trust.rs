@@ -1,4 +1,4 @@
-//! Connections of a client to a station, and whose certificates it trusts.
+//! Encrypted and plain connections to a station, and the trusted certificates.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -15,25 +15,25 @@ use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 
 use super::{ClientError, StationAddress};
 
-/// A connection, encrypted or not.
+/// Connection, encrypted or not.
 pub trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 
-/// Whose certificates are trusted.
+/// Certificates to trust.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Trust {
-    /// Those that the system trusts, of the file that it keeps them in: `SSL_CERT_FILE`, else where the systems have it.
-    /// Windows has none.
+    /// The certificates that the system trusts, read from its file: `SSL_CERT_FILE`, or the usual
+    /// place. Not available on Windows.
     #[default]
     System,
-    /// Those of a file of certificates as PEM: a station's own, or that of who signed it.
+    /// The certificates in a PEM file: the station's own, or that of its issuer.
     File(PathBuf),
 }
 
 impl Trust {
-    /// Reads them. Some of a system's may be of a kind that is not known here; one at least must be.
+    /// Reads the certificates. Some may be of an unknown kind; at least one must be usable.
     fn roots(&self) -> Result<RootCertStore, ClientError> {
         let path = match self {
             Self::File(path) => Some(path.clone()),
@@ -49,9 +49,10 @@ impl Trust {
         let certificates = CertificateDer::pem_file_iter(&path).map_err(|e| unreadable(&e))?;
         let mut roots = RootCertStore::empty();
         for certificate in certificates {
-            // What cannot be used is not trusted.
+            // A certificate that cannot be used is skipped: system files contain some of old kinds.
             let _ = roots.add(certificate.map_err(|e| unreadable(&e))?);
         }
+        // An empty store would refuse every certificate with a misleading error.
         if roots.is_empty() {
             let why = format!("{} holds no certificate as PEM", path.display());
             return Err(untrusted(why));
@@ -59,7 +60,7 @@ impl Trust {
         Ok(roots)
     }
 
-    /// What makes connections to be encrypted.
+    /// Creates the TLS connector.
     pub(super) fn connector(&self) -> Result<TlsConnector, ClientError> {
         let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
             .with_protocol_versions(&[&TLS13])
@@ -70,14 +71,14 @@ impl Trust {
     }
 }
 
-/// Opens a connection to a station; with a connector it is encrypted.
+/// Opens a connection to a station, encrypted if there is a connector.
 pub(super) async fn open(
     address: &StationAddress,
     connector: Option<&TlsConnector>,
 ) -> Result<Box<dyn Stream>, ClientError> {
     let stream = TcpStream::connect(address.host.as_str()).await;
     let stream = stream.map_err(|error| no_station(&address.host, error))?;
-    // A stop is one small message.
+    // A stop is one small message and must not wait for Nagle's algorithm.
     let _ = stream.set_nodelay(true);
     match connector {
         None => Ok(Box::new(stream)),
@@ -85,17 +86,18 @@ pub(super) async fn open(
     }
 }
 
-/// Error of an address where no station lets this client in.
+/// Returns the error for an address at which no station admits this client.
 pub(super) fn no_station(at: &str, why: impl fmt::Display) -> ClientError {
     ClientError::Unreachable(format!("no station at {at}: {why}"))
 }
 
-/// Encrypts a connection to a host, which has to show a certificate of its name.
+/// Performs the TLS handshake. The host must show a certificate with its name.
 async fn encrypt(
     connector: &TlsConnector,
     host: &str,
     stream: TcpStream,
 ) -> Result<Box<dyn Stream>, ClientError> {
+    // Brackets of an IPv6 address belong to the URL, not to the name.
     let name = host.trim_start_matches('[').trim_end_matches(']');
     let name = ServerName::try_from(name.to_owned())
         .map_err(|_| ClientError::Address(format!("{host} is no name of a host")))?;
@@ -105,7 +107,7 @@ async fn encrypt(
     }
 }
 
-/// Why no encrypted connection came about.
+/// Returns the error for a failed handshake.
 pub(super) fn refused_certificate(host: &str, error: &std::io::Error) -> ClientError {
     use rustls::Error;
     let source = error.get_ref();
@@ -116,6 +118,7 @@ pub(super) fn refused_certificate(host: &str, error: &std::io::Error) -> ClientE
         Some(Error::InvalidMessage(_)) => ClientError::Unreachable(format!(
             "the station at {host} does not encrypt: use http instead of https"
         )),
+        // The connection broke, or something other than a station answered.
         _ => ClientError::Unreachable(format!("no station at {host}: {error}")),
     }
 }

@@ -1,9 +1,13 @@
-//! The queue of a station: all who want an arm and do not have it, in the order in which they came.
+//! The queue of a station: everything that wants an arm and does not have it, in order of arrival.
 //!
-//! A claim is a request for the lease of an arm, which waits for it or asks its holder; a person who takes turns, at any of
-//! some arms; or a job. They stand in one list. Policies say the rest: who may have an arm at all and when a job may begin
-//! (`policy`), how long a turn is and what ends it (`turns`), and how a lease passes (`lease`). At an arm that is free the
-//! requests that wait come first, then the first that asked its holder, then turns, then jobs.
+//! Three kinds of claims share one list: a request for the lease of a particular arm, which waits
+//! for it or asks its holder; the place of a person who takes turns at any of several arms; and a
+//! job. The list stores order and nothing else. The rules are elsewhere: who may have an arm and
+//! when a job may start (`policy`), how long a turn lasts and what ends it (`turns`), how a lease
+//! passes (`lease`).
+//!
+//! A free arm goes first to requests that wait, then to the first that asked its holder, then to
+//! turns, then to jobs.
 
 #[cfg(feature = "class")]
 use std::collections::BTreeSet;
@@ -16,7 +20,7 @@ use super::{ArmId, RequestId, SessionId};
 #[cfg(feature = "class")]
 use super::{JobId, PersonId};
 
-/// Somebody or something that wants an arm.
+/// Entry of the queue.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Claim {
     Lease(LeaseRequest),
@@ -26,33 +30,33 @@ enum Claim {
     Job(JobClaim),
 }
 
-/// A request for the lease of an arm.
+/// Request for the lease of an arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct LeaseRequest {
     pub(super) arm: ArmId,
     pub(super) session: SessionId,
     pub(super) request: RequestId,
-    /// True if it asks the holder, false if it waits until the lease is free.
+    /// True if the session asks the holder, false if it waits until the lease is free.
     pub(super) asks: bool,
-    /// When it has waited for long enough, or the holder has had its time to answer.
+    /// Instant at which the wait is over, or at which the holder's time to answer is over.
     pub(super) until: HostInstant,
 }
 
-/// A person's place in the queue.
+/// Place of a person in the queue.
 #[cfg(feature = "class")]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
     /// The person.
     pub person: PersonId,
-    /// Any of these arms will do.
+    /// Acceptable arms; the person gets the first of them that is free.
     pub arms: BTreeSet<ArmId>,
-    /// Rest of a turn that was begun. `None` for one that was not.
+    /// Rest of an interrupted turn (inner `None`: unlimited). `None` if no turn has begun.
     pub(super) left: Option<Option<Duration>>,
-    /// True if the person's turn came and the person did not: others go first until the person is there.
+    /// True if the turn came while the person was away. Others go first until the person is back.
     pub missed: bool,
 }
 
-/// A job that waits for its arm.
+/// Job that waits for its arm.
 #[cfg(feature = "class")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JobClaim {
@@ -60,7 +64,7 @@ pub struct JobClaim {
     pub job: JobId,
     /// The arm.
     pub arm: ArmId,
-    /// The owner. `None` for a teacher.
+    /// Owner. `None` for a teacher.
     pub person: Option<PersonId>,
 }
 
@@ -86,7 +90,7 @@ impl Claim {
 }
 
 impl Claims {
-    /// Takes out the first claim of which this holds.
+    /// Removes and returns the first claim that matches.
     fn take_claim(&mut self, which: impl Fn(&Claim) -> bool) -> Option<Claim> {
         let at = self.0.iter().position(which)?;
         Some(self.0.remove(at))
@@ -99,8 +103,9 @@ impl Claims {
         self.0.push(Claim::Lease(request));
     }
 
-    /// The requests for the lease of an arm: those that wait in their order, then those that ask.
+    /// Returns the requests for an arm: the waiting ones in order, then the asking ones.
     pub(super) fn requests(&self, arm: ArmId) -> impl Iterator<Item = &LeaseRequest> {
+        // One list holds both kinds; their order within a kind is that of arrival.
         let of = move |asks| {
             let requests = self.0.iter().filter_map(Claim::request);
             requests.filter(move |request| request.arm == arm && request.asks == asks)
@@ -108,25 +113,25 @@ impl Claims {
         of(false).chain(of(true))
     }
 
-    /// Those that wait for the lease of an arm, in their order.
+    /// Returns the requests that wait for the lease of an arm, in order.
     pub(super) fn waits(&self, arm: ArmId) -> impl Iterator<Item = &LeaseRequest> {
         self.requests(arm).filter(|request| !request.asks)
     }
 
-    /// Those that ask the holder of an arm.
+    /// Returns the requests that ask the holder of an arm.
     pub(super) fn asks_mut(&mut self, arm: ArmId) -> impl Iterator<Item = &mut LeaseRequest> {
         let requests = self.0.iter_mut().filter_map(Claim::request_mut);
         requests.filter(move |request| request.arm == arm && request.asks)
     }
 
-    /// Takes out the requests of which this holds.
+    /// Removes and returns all requests that match.
     pub(super) fn take(&mut self, which: impl Fn(&LeaseRequest) -> bool) -> Vec<LeaseRequest> {
         let of = |claim: &mut Claim| claim.request().is_some_and(&which);
         let taken = self.0.extract_if(.., of);
         taken.filter_map(|claim| claim.request().copied()).collect()
     }
 
-    /// Takes out the first of them.
+    /// Removes and returns the first request that matches.
     pub(super) fn take_first(
         &mut self,
         which: impl Fn(&LeaseRequest) -> bool,
@@ -135,17 +140,18 @@ impl Claims {
         claim.request().copied()
     }
 
-    /// When the first of them is due.
+    /// Returns the earliest deadline of a request.
     pub(super) fn next(&self) -> Option<HostInstant> {
         let requests = self.0.iter().filter_map(Claim::request);
         requests.map(|request| request.until).min()
     }
 
-    /// Changes the instants, and gives up the order of claims that have nothing to do with each other.
+    /// Shifts all instants and sorts unrelated claims, for the canonical form.
     pub(super) fn canonical(&mut self, change: impl Fn(HostInstant) -> HostInstant) {
         for request in self.0.iter_mut().filter_map(Claim::request_mut) {
             request.until = change(request.until);
         }
+        // The sort is stable: the order within a key matters and stays.
         self.0.sort_by_key(|claim| match claim {
             Claim::Lease(request) => (u8::from(request.asks), request.arm),
             #[cfg(feature = "class")]
@@ -156,10 +162,10 @@ impl Claims {
     }
 }
 
-/// Persons who take turns.
+/// Places of persons who take turns.
 #[cfg(feature = "class")]
 impl Claims {
-    /// Who waits for a turn, in order.
+    /// Returns the places that wait for a turn, in order.
     pub(super) fn places(&self) -> impl Iterator<Item = &Place> {
         self.0.iter().filter_map(|claim| match claim {
             Claim::Turn(place) => Some(place),
@@ -167,7 +173,7 @@ impl Claims {
         })
     }
 
-    /// The place of a person who missed a turn.
+    /// Returns the place of a person who missed a turn.
     pub(super) fn missed_mut(&mut self, person: PersonId) -> Option<&mut Place> {
         let mut places = self.0.iter_mut().filter_map(|claim| match claim {
             Claim::Turn(place) => Some(place),
@@ -176,7 +182,7 @@ impl Claims {
         places.find(|place| place.person == person && place.missed)
     }
 
-    /// Notes that a person's turn came and the person did not.
+    /// Marks that a person missed the turn.
     pub(super) fn miss(&mut self, person: PersonId) {
         for claim in &mut self.0 {
             if let Claim::Turn(place) = claim
@@ -191,19 +197,19 @@ impl Claims {
         self.0.push(Claim::Turn(place));
     }
 
-    /// Puts a place before all others.
+    /// Inserts a place before all others.
     pub(super) fn put_place_first(&mut self, place: Place) {
         self.0.insert(0, Claim::Turn(place));
     }
 
-    /// Takes out the places of which this holds; whether there was one.
+    /// Removes all places that match. Returns true if there were any.
     pub(super) fn drop_places(&mut self, which: impl Fn(&Place) -> bool) -> bool {
         let before = self.0.len();
         { &mut self.0 }.retain(|claim| !matches!(claim, Claim::Turn(place) if which(place)));
         before != self.0.len()
     }
 
-    /// Takes out the place of a person, who has one at most.
+    /// Removes and returns the place of a person. A person has at most one.
     pub(super) fn take_place(&mut self, person: PersonId) -> Option<Place> {
         let of = |claim: &Claim| matches!(claim, Claim::Turn(place) if place.person == person);
         match self.take_claim(of)? {
@@ -213,10 +219,10 @@ impl Claims {
     }
 }
 
-/// Jobs.
+/// Jobs that wait.
 #[cfg(feature = "class")]
 impl Claims {
-    /// The jobs that wait for an arm, in order.
+    /// Returns the jobs that wait for an arm, in order.
     pub(super) fn jobs(&self, arm: ArmId) -> impl Iterator<Item = &JobClaim> {
         self.all_jobs().filter(move |claim| claim.arm == arm)
     }
@@ -232,10 +238,12 @@ impl Claims {
         })
     }
 
-    /// Puts a job at a place among those that wait for its arm, from 0; behind them where there are not so many.
+    /// Inserts a job at this position, from 0, among the jobs of its arm. Appends it if there are
+    /// fewer.
     pub(super) fn insert_job(&mut self, claim: JobClaim, place: usize) {
         let of = |other: &Claim| matches!(other, Claim::Job(job) if job.arm == claim.arm);
         let mut others = (0..self.0.len()).filter(|at| of(&self.0[*at]));
+        // Claims of other arms lie in between, so a position counts only the jobs of this arm.
         let at = others.nth(place).unwrap_or(self.0.len());
         self.0.insert(at, Claim::Job(claim));
     }

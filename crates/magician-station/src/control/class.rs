@@ -1,7 +1,9 @@
-//! A class at the arms: persons and their turns, who may hold an arm when, and what the teacher has frozen.
+//! Classes: persons and their turns, the schedule, and freezing of arms.
 //!
-//! A person is whoever signed in, at however many sockets; a session of nobody in particular that was never
-//! [identified](Control::identify) is a teacher's, and no turn, slot or freeze binds it.
+//! A person is anyone who signed in, with any number of pages. Control knows a session as one of
+//! three: *identified* as a person; identified as nobody in particular (a page without a name); or
+//! never [identified](Control::identify), which makes it a teacher's. Turns, slots and freezes do
+//! not bind a teacher.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -11,28 +13,29 @@ use magician_protocol::HostInstant;
 use super::claims::{JobClaim, Place};
 use super::{ArmId, Control, Effect, JobId, LeaseEnd, PersonId, Refusal, SessionId, WorkEnd};
 
-/// The end of a turn is told so long before.
+/// Warnings before the end of a turn: times at which [`Effect::TurnEnding`] is emitted. A minute to
+/// finish, ten seconds to let go; a choice.
 pub const TOLD: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(10)];
 
-/// How turns go.
+/// Rules of turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TurnRules {
-    /// How long a turn is; none has no end.
+    /// Length of a turn. `None` for no end.
     pub length: Option<Duration>,
-    /// How long the arm waits for a person who is not there.
+    /// Time that the arm is kept for a person who is away.
     pub grace: Duration,
-    /// Whether a job that runs at the end of a turn goes on to its end.
+    /// True if a job that is running at the end of a turn continues to its end.
     pub finish_job: bool,
 }
 
-/// A stretch of time in which persons may hold an arm.
+/// Time slot of the schedule, in which certain persons may hold an arm.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Slot {
-    /// When it begins; none when it has begun.
+    /// Start. `None` once the slot has started.
     pub from: Option<HostInstant>,
-    /// When it ends.
+    /// End.
     pub until: HostInstant,
-    /// Who.
+    /// Persons who may hold the arm.
     pub who: BTreeSet<PersonId>,
 }
 
@@ -42,58 +45,58 @@ impl Slot {
     }
 }
 
-/// Why a person gets no place in the queue.
+/// Reason why a person gets no place in the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NoQueue {
-    /// There are no turns.
+    /// No turns are set.
     NoTurns,
-    /// The schedule lets the person have none of the arms.
+    /// The schedule gives the person none of the arms.
     Schedule,
 }
 
-/// What a turn does.
+/// State of a turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TurnState {
-    /// Its person has the lease.
+    /// The person has the lease.
     Running {
-        /// When it ends; none: when its person leaves it.
+        /// End of the turn. `None`: the person ends it.
         ends: Option<HostInstant>,
     },
-    /// Its person is not there: the arm waits.
+    /// The person is away: the arm is kept.
     Kept {
-        /// Until when.
+        /// Instant until which it is kept.
         until: HostInstant,
-        /// What is left of it.
+        /// Rest of the turn. `None` for no end.
         left: Option<Duration>,
     },
     /// A teacher has the arm.
     Suspended {
-        /// What is left of it.
+        /// Rest of the turn. `None` for no end.
         left: Option<Duration>,
     },
 }
 
-/// The turn at an arm.
+/// Turn at an arm.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Turn {
-    /// Whose.
+    /// The person whose turn it is.
     pub person: PersonId,
-    /// What it does.
+    /// State.
     pub state: TurnState,
-    /// The arms that the person would have taken.
+    /// Arms that the person accepted when joining. Needed if the turn goes back to the queue.
     pub(super) arms: BTreeSet<ArmId>,
-    /// How many of [`TOLD`] were told.
+    /// Number of warnings of [`TOLD`] already given.
     pub(super) told: usize,
 }
 
-/// An arm as far as the class goes.
+/// State of an arm within the class.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct ArmClass {
     pub(super) turn: Option<Turn>,
     pub(super) frozen: Option<HostInstant>,
-    /// None: at any time.
+    /// Slots of the schedule. `None` leaves the arm open at any time.
     pub(super) slots: Option<Vec<Slot>>,
-    /// Persons who may not have it at all, because their group has other arms.
+    /// Persons who may never hold the arm, because their group uses other arms.
     pub(super) barred: BTreeSet<PersonId>,
 }
 
@@ -116,12 +119,13 @@ impl Class {
         self.persons.remove(&session);
     }
 
-    /// Changes all instants.
+    /// Applies a change to every instant.
     pub(super) fn each_instant(&mut self, mut change: impl FnMut(&mut HostInstant)) {
         for arm in &mut self.arms {
             match arm.turn.as_mut().map(|turn| &mut turn.state) {
                 Some(TurnState::Running { ends: Some(ends) }) => change(ends),
                 Some(TurnState::Kept { until, .. }) => change(until),
+                // The other states have no instant: turns without end, and suspended ones.
                 _ => {}
             }
             arm.frozen.iter_mut().for_each(&mut change);
@@ -132,11 +136,11 @@ impl Class {
         }
     }
 
-    /// When something is due.
+    /// Returns the earliest deadline of the class.
     pub(super) fn next(&self) -> Option<HostInstant> {
         let arms = self.arms.iter().flat_map(|arm| {
             let turn = arm.turn.as_ref().and_then(|turn| match turn.state {
-                // While the arm is frozen the turn's clock stands.
+                // While the arm is frozen the clock of the turn stands still.
                 TurnState::Running { ends: Some(ends) } if arm.frozen.is_none() => {
                     Some(TOLD.get(turn.told).map_or(ends, |before| ends - *before))
                 }
@@ -153,25 +157,28 @@ impl Class {
 }
 
 impl Control {
-    /// Says who a session is: a person, or somebody who is none. Sessions of teachers are not identified.
+    /// Identifies a session as a person, or as nobody in particular (`None`). Sessions of teachers
+    /// are not identified.
     pub fn identify(&mut self, now: HostInstant, session: SessionId, person: Option<PersonId>) {
         self.class.persons.insert(session, person);
+        // The person may have a kept turn, which goes on now.
         self.person_is_here(now, session);
     }
 
-    /// How turns go from now on; without rules there are none, and no queue.
+    /// Sets the rules of turns. `None` removes turns and queue.
     pub fn set_turns(&mut self, now: HostInstant, rules: Option<TurnRules>) {
         self.class.rules = rules;
         if rules.is_none() {
             self.claims.drop_places(|_| true);
+            // Leases are left alone: without turns anyone may hold an arm.
             self.class.arms.iter_mut().for_each(|arm| arm.turn = None);
         }
-        // Who holds an arm without a turn has one from now on.
+        // A person who holds an arm without a turn gets one now.
         for arm in self.arm_ids() {
             if let Some(holder) = self.holder(arm) {
                 let turn = self.person(holder).and_then(|person| self.turn_of(person));
                 if turn.is_some_and(|at| at != arm) {
-                    // A person has one turn.
+                    // A person has at most one turn.
                     self.end_lease(now, arm, LeaseEnd::Over);
                     continue;
                 }
@@ -185,36 +192,36 @@ impl Control {
         self.advance(now);
     }
 
-    /// When persons may hold an arm; none: at any time.
+    /// Sets the slots of the schedule for an arm. `None` opens it at any time.
     pub fn set_slots(&mut self, now: HostInstant, arm: ArmId, slots: Option<Vec<Slot>>) {
         self.class_mut(arm).slots = slots;
         self.slots_passed(now, arm);
         self.advance(now);
     }
 
-    /// Says which persons may not have an arm, whatever the schedule says. Their leases, turns and
-    /// waits there end.
+    /// Sets the persons who may never have an arm, regardless of the schedule. Their leases, turns
+    /// and waits there end.
     pub fn bar(&mut self, now: HostInstant, arm: ArmId, persons: BTreeSet<PersonId>) {
         self.class_mut(arm).barred = persons;
         self.slots_passed(now, arm);
     }
 
-    /// True if a person may not have an arm, whatever the schedule says.
+    /// True if a person is barred from an arm.
     #[must_use]
     pub fn is_barred(&self, arm: ArmId, person: PersonId) -> bool {
         self.class(arm).barred.contains(&person)
     }
 
-    /// A person who is not one of the class any more: turn and place are gone.
+    /// Removes turn and place of a person who has left the class.
     pub fn forget_person(&mut self, now: HostInstant, person: PersonId) {
         self.leave_turn(now, person);
     }
 
-    /// A person wants a turn at any of these arms that the schedule lets the person have, now or later. Who has a turn at one
-    /// of them, or waits for the same ones, keeps it.
+    /// Adds a person to the queue for a turn at any of these arms that the schedule grants, now or
+    /// later. No effect if the person has a turn, or waits for the same arms.
     ///
     /// # Errors
-    /// There are no turns, or the person may have none of the arms.
+    /// [`NoQueue`] if there are no turns, or if the person may have none of the arms.
     pub fn join_turn(
         &mut self,
         now: HostInstant,
@@ -227,12 +234,15 @@ impl Control {
         if self.turn_of(person).is_some() {
             return Ok(());
         }
+        // A slot that opens later counts: the person may wait for it.
         arms.retain(|arm| self.opens(now, *arm, person).is_some());
         if arms.is_empty() {
             return Err(NoQueue::Schedule);
         }
         let same = |place: &Place| place.person == person && place.arms == arms;
         if !self.claims.places().any(same) {
+            // Joining for other arms gives up the old place, so that a person stands in the queue
+            // only once.
             self.claims.drop_places(|place| place.person == person);
             self.claims.push_place(Place {
                 person,
@@ -246,7 +256,7 @@ impl Control {
         Ok(())
     }
 
-    /// A person gives turn and place up.
+    /// Ends the turn of a person and removes the place in the queue.
     pub fn leave_turn(&mut self, now: HostInstant, person: PersonId) {
         if self.claims.drop_places(|place| place.person == person) {
             self.turns_changed();
@@ -257,7 +267,7 @@ impl Control {
         self.advance(now);
     }
 
-    /// Ends the turn at an arm before its time. Its person has no place.
+    /// Ends the turn at an arm early. The person gets no new place.
     pub fn finish_turn(&mut self, now: HostInstant, arm: ArmId) {
         if self.class(arm).turn.is_some() {
             self.end_turn(now, arm);
@@ -265,10 +275,12 @@ impl Control {
         }
     }
 
-    /// Passes the turn at an arm to the next who waits for it. The person who had it gets the last place of the queue.
+    /// Passes the turn at an arm to the next person who is present. The person who had it goes to
+    /// the end of the queue.
     ///
     /// # Errors
-    /// [`Refusal::Unknown`] if the arm has no turn, or if nobody who is there and may have the arm waits for it.
+    /// [`Refusal::Unknown`] if the arm has no turn, or no present person who may have the arm is
+    /// waiting.
     pub fn pass_turn(&mut self, now: HostInstant, arm: ArmId) -> Result<(), Refusal> {
         let turn = self.class(arm).turn.clone().ok_or(Refusal::Unknown)?;
         let waits = self
@@ -281,13 +293,14 @@ impl Control {
             return Err(Refusal::Unknown);
         };
         for person in &persons[..next] {
-            // Their turn has come without them.
+            // Skipped: their turn came while they were away.
             self.claims.miss(*person);
         }
         self.claims.push_place(Place {
             person: turn.person,
             arms: turn.arms,
             left: None,
+            // An absent person must not block the queue.
             missed: self.session_of_person(turn.person).is_none(),
         });
         self.end_turn(now, arm);
@@ -295,7 +308,7 @@ impl Control {
         Ok(())
     }
 
-    /// Takes out the places of persons whom the schedule lets have none of the arms that they wait for.
+    /// Removes places of persons to whom the schedule grants none of the arms that they wait for.
     pub fn drop_closed_places(&mut self, now: HostInstant) {
         let closed: Vec<_> = { self.claims.places() }
             .filter(|place| {
@@ -312,20 +325,22 @@ impl Control {
         }
     }
 
-    /// Stops an arm, and refuses all that moves it by anybody but a teacher. A job that burns ends at once; another one pauses,
-    /// for which [`stop_frozen`](Self::stop_frozen) bounds the time.
+    /// Freezes an arm: stops it and refuses all motion except by teachers. A job that burns ends at
+    /// once. Another job pauses; [`stop_frozen`](Self::stop_frozen) ends it if that takes too long.
     pub fn freeze(&mut self, now: HostInstant, arm: ArmId, by: Option<SessionId>) {
         if self.class(arm).frozen.is_none() {
             self.class_mut(arm).frozen = Some(now);
             self.turns_changed();
         }
+        // Requests of teachers end as well: a freeze stops everything at the arm.
         let requests = self.stop(now, arm);
         let job = self.arm(arm).job;
         let running = job.filter(|job| job.phase.is_under_way());
         self.effects.push_back(Effect::EndWork {
             arm,
             requests,
-            // A job comes to its pause or end by itself, with the laser off.
+            // A running job pauses or ends by itself, with the laser off: a stop would cut its
+            // line.
             stop: running.is_none(),
             why: WorkEnd::Stop(by),
         });
@@ -335,7 +350,7 @@ impl Control {
         }
     }
 
-    /// Stops a frozen arm whose job has not come to its pause.
+    /// Ends the job of a frozen arm if it has not paused yet.
     pub fn stop_frozen(&mut self, arm: ArmId) {
         let job = self.arm(arm).job.filter(|_| self.is_frozen(arm));
         if let Some(job) = job.filter(|job| job.phase.is_under_way()) {
@@ -344,7 +359,7 @@ impl Control {
         }
     }
 
-    /// Lets an arm be moved again. The turn has what it had left.
+    /// Unfreezes an arm. The turn continues with the time it had left.
     pub fn free(&mut self, now: HostInstant, arm: ArmId) {
         let class = self.class_mut(arm);
         let Some(since) = class.frozen.take() else {
@@ -355,54 +370,56 @@ impl Control {
             ..
         }) = &mut class.turn
         {
+            // The clock of the turn stood still while the arm was frozen.
             *ends += now - since;
         }
         self.turns_changed();
         self.advance(now);
     }
 
-    /// Whether an arm is frozen.
+    /// True if the arm is frozen.
     #[must_use]
     pub fn is_frozen(&self, arm: ArmId) -> bool {
         self.class(arm).frozen.is_some()
     }
 
-    /// The turn at an arm, and what is left of it.
+    /// Returns the turn at an arm and the time left. `None` without a turn; the time is `None` for
+    /// a turn without end.
     #[must_use]
     pub fn turn(&self, now: HostInstant, arm: ArmId) -> Option<(&Turn, Option<Duration>)> {
         let turn = self.class(arm).turn.as_ref()?;
         Some((turn, self.left(now, arm, turn)))
     }
 
-    /// Who waits for a turn, in order.
+    /// Returns the places that wait for a turn, in order.
     pub fn places(&self) -> impl Iterator<Item = &Place> {
         self.claims.places()
     }
 
-    /// The jobs that wait for an arm, in order.
+    /// Returns the jobs that wait for an arm, in order.
     pub fn jobs(&self, arm: ArmId) -> impl Iterator<Item = &JobClaim> {
         self.claims.jobs(arm)
     }
 
-    /// A job that waits. None where it does not.
+    /// Returns a waiting job. `None` if the job does not wait.
     #[must_use]
     pub fn waiting_job(&self, job: JobId) -> Option<JobClaim> {
         self.claims.job(job).copied()
     }
 
-    /// Puts a job at a place among those that wait for its arm, from 0; behind them where there are not so many. One that
-    /// waits already leaves its place.
+    /// Inserts a job at this position, from 0, among the jobs that wait for its arm. Appends it if
+    /// there are fewer. A job that waits already moves.
     pub fn queue_job(&mut self, claim: JobClaim, place: usize) {
         self.claims.take_job(claim.job);
         self.claims.insert_job(claim, place);
     }
 
-    /// Takes out a job that waits.
+    /// Removes and returns a waiting job. `None` if it does not wait.
     pub fn take_job(&mut self, job: JobId) -> Option<JobClaim> {
         self.claims.take_job(job)
     }
 
-    /// The first job that waits for an arm and may begin now, of those of which this holds.
+    /// Returns the first job for which `is_ready` holds and that may start at the arm now.
     #[must_use]
     pub fn next_job(
         &self,
@@ -415,25 +432,25 @@ impl Control {
         jobs.find(may).copied()
     }
 
-    /// The rules of turns, if there are turns.
+    /// Returns the rules of turns. `None` without turns.
     #[must_use]
     pub fn turn_rules(&self) -> Option<TurnRules> {
         self.class.rules
     }
 
-    /// Whose a session is: none for a teacher, and for somebody who is no person in particular.
+    /// Returns the person of a session. `None` for a teacher and for nobody in particular.
     #[must_use]
     pub fn person(&self, session: SessionId) -> Option<PersonId> {
         self.class.persons.get(&session).copied().flatten()
     }
 
-    /// Whether a session is bound by turns, slots and freezes.
+    /// True if turns, slots and freezes bind the session.
     #[must_use]
     pub fn is_bound(&self, session: SessionId) -> bool {
         self.class.persons.contains_key(&session)
     }
 
-    /// An endless job does not go on to its end when a turn is over.
+    /// Marks a job as endless: it does not continue after the end of a turn.
     pub fn job_is_endless(&mut self, arm: ArmId, job: JobId) {
         if let Some(under_way) = &mut self.arm_mut(arm).job
             && under_way.id == job
@@ -452,8 +469,9 @@ impl Control {
 }
 
 impl TurnRules {
-    /// What is not told of a turn that is not longer than that.
+    /// Number of warnings that a turn of this length skips, because it is no longer than they are.
     pub(super) fn told(&self) -> usize {
+        // A turn of one minute would start with the warning of its end.
         let short = |before: &&Duration| self.length.is_some_and(|length| length <= **before);
         TOLD.iter().filter(short).count()
     }

@@ -1,57 +1,60 @@
-//! Wrong codes of a class: how many a name and an address may try. Without I/O, clock or text.
+//! Rate limits for wrong codes of a class, per name and per address. No I/O, no clock, no text.
 //!
-//! Two bounds, because they are against two things. That of a name is against guessing: above it no code is looked at, not
-//! even the right one. That of an address is against a flood: above it a wrong code costs the address nothing more and tells
-//! it nothing, and a right one is let in, because pupils share addresses.
+//! The two limits answer two threats. The limit of a name stops guessing: while it is exceeded no
+//! code is checked, not even the right one. The limit of an address stops a flood: while it is
+//! exceeded a wrong code is refused without counting further, but the right code still works,
+//! because the pupils of a class share an address.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-/// Wrong codes of a name within [`WINDOW`]: enough for typing errors, too few for guessing 4 signs.
+/// Wrong codes per name within [`WINDOW`]. Enough for typing errors, too few to guess 4 characters.
 pub const NAME_TRIES: usize = 5;
-/// Wrong codes of an address within [`WINDOW`]: a class behind one access point that mistypes.
+/// Wrong codes per address within [`WINDOW`]. Enough for a class behind one access point that
+/// mistypes.
 pub const ADDRESS_TRIES: usize = 30;
-/// For so long a wrong code counts.
+/// Time for which a wrong code counts.
 pub const WINDOW: Duration = Duration::from_secs(60);
-/// Names of nobody, and addresses, that are remembered at a time. The oldest are forgotten, which loses nothing but the
-/// count of a name that has no right code, or of one of very many addresses.
+/// Most unknown names, and most addresses, that are remembered. When there are more the oldest
+/// entry is dropped. That loses only the count of a name without a right code, or of one address
+/// among very many.
 const REMEMBERED: usize = 256;
 
-/// Which bound was met.
+/// Limit that was exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(clippy::exhaustive_enums, reason = "a try has a name and an address")]
 pub enum CodeBound {
-    /// That of the name: nothing was looked at.
+    /// Limit of the name: the code was not checked.
     Name,
-    /// That of the address: the code was wrong.
+    /// Limit of the address: the code was wrong.
     Address,
 }
 
-/// Too many wrong codes.
+/// Refusal because of too many wrong codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(clippy::exhaustive_structs, reason = "a bound, its number, its time")]
 pub struct TooManyCodes {
-    /// The bound that was met.
+    /// Limit that was exceeded.
     pub bound: CodeBound,
-    /// Its number within [`WINDOW`].
+    /// Value of the limit: tries within [`WINDOW`].
     pub limit: usize,
-    /// Time until the next try counts as one.
+    /// Time until the next try is accepted.
     pub wait: Duration,
 }
 
-/// Outcome of a try.
+/// Result of a try.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(clippy::exhaustive_enums, reason = "there is no third outcome")]
 pub enum CodeTry {
-    /// Name and code belong together.
+    /// The code belongs to the name.
     Right,
-    /// They do not.
+    /// The code does not belong to the name.
     Wrong,
 }
 
-/// Wrong codes within [`WINDOW`], by name and by address.
+/// Counts of wrong codes within [`WINDOW`], by name and by address.
 ///
 /// ```
 /// use magician_protocol::HostInstant;
@@ -67,19 +70,21 @@ pub enum CodeTry {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct WrongCodes {
-    /// Of pupils' names; never forgotten before their time, and as many as a class has at most.
+    /// Counts of pupils' names. Not dropped early: a class bounds their number.
     pupils: Tries,
-    /// Of names that no pupil has. They are counted alike, so that the answers do not tell which names there are.
+    /// Counts of names that no pupil has. Counted in the same way, so that an answer does not
+    /// reveal which names exist.
     nobodies: Tries,
     addresses: Tries,
 }
 
 impl WrongCodes {
-    /// Takes a try of a name from an address. `is_pupil` says whether a pupil has the name, `is_right` looks at the code, and
-    /// is asked only if the name is below its bound.
+    /// Checks a try. `is_pupil` says that a pupil has the name. `is_right` compares the code, and
+    /// is called only if the name is below its limit.
     ///
     /// # Errors
-    /// [`TooManyCodes`] of the name, whatever the code; of the address for a wrong code.
+    /// [`TooManyCodes`] if the name is above its limit, or if the code is wrong and the address is
+    /// above its limit.
     pub fn attempt(
         &mut self,
         now: HostInstant,
@@ -103,10 +108,13 @@ impl WrongCodes {
                 wait,
             });
         }
+        // After the limit of the name, before that of the address: the right code passes behind a
+        // shared address, but not under guessing.
         if is_right() {
             return Ok(CodeTry::Right);
         }
-        // A guess counts for its name also where its address is above its bound: it was one.
+        // Counts for the name even if the address is above its limit, or many addresses could guess
+        // one name.
         of_name.count(now, name);
         if let Some(wait) = self.addresses.wait(now, address, ADDRESS_TRIES) {
             return Err(TooManyCodes {
@@ -116,6 +124,7 @@ impl WrongCodes {
             });
         }
         self.addresses.count(now, address);
+        // Only attackers make many unknown names, so memory is bounded here.
         while self.nobodies.0.len() > REMEMBERED {
             self.nobodies.forget_oldest();
         }
@@ -125,19 +134,19 @@ impl WrongCodes {
         Ok(CodeTry::Wrong)
     }
 
-    /// Names and addresses that are remembered.
+    /// Returns the number of remembered names and addresses.
     #[must_use]
     pub fn remembered(&self) -> usize {
         self.pupils.0.len() + self.nobodies.0.len() + self.addresses.0.len()
     }
 }
 
-/// Instants of wrong codes by key, the oldest first.
+/// Instants of wrong codes by key, oldest first.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 struct Tries(BTreeMap<String, VecDeque<HostInstant>>);
 
 impl Tries {
-    /// Forgets what does not count any more.
+    /// Drops tries older than [`WINDOW`].
     fn forget(&mut self, now: HostInstant) {
         self.0.retain(|_, tries| {
             tries.retain(|at| now - *at < WINDOW);
@@ -145,9 +154,10 @@ impl Tries {
         });
     }
 
-    /// Time until this key is below its bound. `None` if it is.
+    /// Returns the time until the key is below its limit. `None` if it is below now.
     fn wait(&self, now: HostInstant, key: &str, limit: usize) -> Option<Duration> {
         let tries = self.0.get(key)?;
+        // The try whose expiry brings the count below the limit.
         let blocks = tries.len().checked_sub(limit)?;
         tries.get(blocks).map(|at| WINDOW - (now - *at))
     }
@@ -156,7 +166,7 @@ impl Tries {
         self.0.entry(key.to_owned()).or_default().push_back(now);
     }
 
-    /// Forgets the key whose last try is the oldest.
+    /// Drops the key whose last try is the oldest.
     fn forget_oldest(&mut self) {
         let oldest = { self.0.iter() }.min_by_key(|(_, tries)| tries.back().copied());
         if let Some(key) = oldest.map(|(key, _)| key.clone()) {

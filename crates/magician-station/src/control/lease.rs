@@ -1,4 +1,8 @@
-//! The lease of an arm: its holder, and how it passes to those who wait and ask for it.
+//! The lease of an arm: acquiring, waiting, asking, taking, and its end.
+//!
+//! At most one session holds the lease of an arm. A lease passes in one step, so that no third
+//! session can acquire it in between. However a lease ends, what the holder had in progress is
+//! ended first: only a lease that was given back lets queued motion continue.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -10,14 +14,15 @@ use super::{
     ArmId, Control, Effect, JogEnd, LeaseEnd, LeaseId, Refusal, RequestId, SessionId, WorkEnd,
 };
 
-/// A lease ends when its holder has not said anything for so long.
+/// Lease timeout: the holder sent nothing for this long. Short enough that others need not wait
+/// long for a dead client, long enough to survive a pause of a wireless network; a choice.
 pub const TTL: Duration = Duration::from_secs(5);
-/// A session whose socket has ended may come back for so long.
+/// Time that a session without a socket may take to come back. Covers reloading a page.
 pub const GRACE: Duration = Duration::from_secs(5);
-/// A holder who does not answer a question for so long has granted it.
+/// Time that a holder has to answer a request for the lease. Silence grants it.
 pub const ASK: Duration = Duration::from_secs(20);
 
-/// Who has a lease.
+/// Holder of a lease.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Held {
     pub(super) session: SessionId,
@@ -25,7 +30,7 @@ pub(super) struct Held {
 }
 
 impl Control {
-    /// A session wants the lease, and waits for it so long at most.
+    /// Requests the lease of an arm for a session. Waits at most `wait` if it is not free.
     pub fn acquire(
         &mut self,
         now: HostInstant,
@@ -34,6 +39,7 @@ impl Control {
         request: RequestId,
         wait: Duration,
     ) {
+        // The holder may renew even while the station ends: it still has to end its run.
         if self.closed && self.holder(arm) != Some(session) {
             return self.deny(arm, vec![request]);
         }
@@ -42,7 +48,10 @@ impl Control {
             return;
         }
         match self.arm(arm).lease {
+            // No session is passed over: the only sessions that wait at a free arm are those that
+            // are not allowed to hold it.
             None => self.grant(now, arm, session, Some(request)),
+            // Acquiring twice is harmless and returns the same lease.
             Some(held) if held.session == session => {
                 let lease = held.id;
                 self.effects.push_back(Effect::Granted {
@@ -61,6 +70,7 @@ impl Control {
                     session,
                     request,
                     asks: false,
+                    // A client without a timeout must not stay in the queue for ever.
                     until: now + wait.min(super::LONGEST_WAIT),
                 });
                 let place = self.claims.waits(arm).count();
@@ -73,10 +83,10 @@ impl Control {
         }
     }
 
-    /// The arm whose lease this is, if it is the session's and has not ended.
+    /// Returns the arm of a lease, if the session still holds it.
     ///
     /// # Errors
-    /// [`Refusal::Lease`] when it is another session's or has ended.
+    /// [`Refusal::Lease`] if the lease has ended or belongs to another session.
     pub fn renew(&self, session: SessionId, lease: LeaseId) -> Result<ArmId, Refusal> {
         let arm = self.arm_ids().find(|arm| {
             let holder = self.arm(*arm).lease;
@@ -85,7 +95,7 @@ impl Control {
         arm.ok_or(Refusal::Lease(None))
     }
 
-    /// The holder gives it back. Nothing happens when it has ended, or is another session's.
+    /// Gives a lease back. No effect if it has ended or belongs to another session.
     pub fn release(&mut self, now: HostInstant, session: SessionId, lease: LeaseId) {
         if let Ok(arm) = self.renew(session, lease) {
             self.end_lease(now, arm, LeaseEnd::Released);
@@ -100,9 +110,10 @@ impl Control {
         }
     }
 
-    /// A session asks the holder for the lease. Without one it is granted.
+    /// Asks the holder for the lease. Grants it if the arm has no holder.
     pub fn ask(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         let holder = self.arm(arm).lease.map(|held| held.session);
+        // Without another holder there is no session to ask.
         let Some(holder) = holder.filter(|holder| *holder != session) else {
             return self.acquire(now, session, arm, request, Duration::ZERO);
         };
@@ -121,7 +132,8 @@ impl Control {
             asks: true,
             until: now + ASK,
         });
-        // One question for each who asks, however often: the holder answers a session, not a request.
+        // The holder is asked once per session, not once per request: it answers a session, not
+        // a request.
         if !asks_already {
             self.effects.push_back(Effect::Asked {
                 arm,
@@ -132,10 +144,11 @@ impl Control {
         }
     }
 
-    /// The holder answers the session that asks.
+    /// Answers a session that asked for the lease.
     ///
     /// # Errors
-    /// [`Refusal::Lease`] from a session without the lease, [`Refusal::Unknown`] when that session does not ask.
+    /// [`Refusal::Lease`] if `session` is not the holder; [`Refusal::Unknown`] if `asker` has not
+    /// asked.
     pub fn answer(
         &mut self,
         now: HostInstant,
@@ -155,22 +168,23 @@ impl Control {
         } else {
             self.deny(arm, vec![ask.request]);
         }
-        // What it has asked besides is answered with it.
+        // Further requests of the same session get the same answer.
         self.deny_requests(arm, of);
         Ok(())
     }
 
-    /// A session takes the lease away. The caller has made sure that it may.
+    /// Takes the lease from its holder. The caller must have checked that the session may do so.
     pub fn take(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         match self.holder(arm) {
             Some(holder) if holder != session && !self.closed => {
                 self.pass(now, arm, session, Some(request))
             }
+            // The arm is free or the session holds it already, so there is no lease to take away.
             _ => self.acquire(now, session, arm, request, Duration::ZERO),
         }
     }
 
-    /// The lease passes to a session that asks, if it may still have it.
+    /// Passes the lease to a session that asked for it, if it may still hold it.
     pub(super) fn grant_ask(
         &mut self,
         now: HostInstant,
@@ -185,7 +199,7 @@ impl Control {
         self.pass(now, arm, to, Some(request));
     }
 
-    /// The lease passes in one step: at no instant it is free for a third session.
+    /// Passes the lease in one step: at no instant can a third session acquire it.
     pub(super) fn pass(
         &mut self,
         now: HostInstant,
@@ -194,22 +208,25 @@ impl Control {
         request: Option<RequestId>,
     ) {
         if self.holder(arm) != Some(to) {
+            // Work of the former holder ends before the new one is granted the lease.
             self.finish_lease(now, arm, LeaseEnd::Passed, Some(to));
         }
         self.grant(now, arm, to, request);
     }
 
-    /// The lease ends, and the next one who waits gets it.
+    /// Ends a lease and grants it to the next request.
     pub(super) fn end_lease(&mut self, now: HostInstant, arm: ArmId, end: LeaseEnd) {
         #[cfg(feature = "class")]
         {
             if let Some(holder) = self.holder(arm) {
+                // Before the next grant, which may start another turn.
                 self.turn_lease_ended(now, arm, holder, end);
             }
             self.deny_unadmitted(now, arm);
         }
-        // Those who wait come first, then those who asked a holder that is gone.
+        // Waiting requests come first, then the requests that asked the former holder.
         let next = self.claims.requests(arm).next().copied();
+        // Requests that asked are answered now, because the holder that they asked is gone.
         let ended = |other: &LeaseRequest| other.arm == arm && (other.asks || Some(*other) == next);
         let asked = self.claims.take(ended);
         self.finish_lease(now, arm, end, next.map(|next| next.session));
@@ -221,6 +238,8 @@ impl Control {
         self.deny(arm, others.map(|asked| asked.request).collect());
         #[cfg(feature = "class")]
         {
+            // Not after silence: the silent page still has its socket, and would get the lease
+            // back.
             if end == LeaseEnd::Gone {
                 self.hand_to_other_page(now, arm);
             }
@@ -228,7 +247,7 @@ impl Control {
         }
     }
 
-    /// Ends what the holder has under way.
+    /// Ends what the holder has in progress.
     fn finish_lease(
         &mut self,
         now: HostInstant,
@@ -237,17 +256,19 @@ impl Control {
         next: Option<SessionId>,
     ) {
         let holder = self.arm_mut(arm).lease.take();
+        // A jog needs a holder in any case, so it ends even when the lease is given back.
         self.end_jog_of(arm, JogEnd::Lease, |_| true);
         if std::mem::take(&mut self.arm_mut(arm).guided) {
             self.effects.push_back(Effect::EndGuide { arm });
         }
         let mut stops = false;
         if end == LeaseEnd::Released {
-            // What was begun goes on to its end.
+            // Given back on purpose: what is queued continues to its end.
             self.arm_mut(arm).queued = false;
         } else if let Some(holder) = holder {
             let (requests, stop) = self.end_work_of(now, arm, holder.session);
             let why = WorkEnd::Lease(next);
+            // The stop switches motors off as well.
             stops = stop;
             if stop || !requests.is_empty() {
                 self.effects.push_back(Effect::EndWork {
@@ -259,7 +280,7 @@ impl Control {
             }
         }
         if holder.is_some() && !stops {
-            // A motor has no end to go on to.
+            // A motor output has no end of its own, so it stops even when the lease is given back.
             self.effects.push_back(Effect::EndMotors { arm });
         }
         #[cfg(feature = "class")]
@@ -269,7 +290,7 @@ impl Control {
         self.end_job(arm);
     }
 
-    /// Gives the free lease to a session, which has asked for it or whose turn it is.
+    /// Grants the free lease to a session. `request` is `None` if it gets the lease by its turn.
     pub(super) fn grant(
         &mut self,
         now: HostInstant,
@@ -278,12 +299,12 @@ impl Control {
         request: Option<RequestId>,
     ) {
         if self.closed {
-            // A turn of a class may come up as the station ends.
+            // A turn may come up while the station ends.
             self.deny(arm, request.into_iter().collect());
             return self.effects.push_back(Effect::Holder { arm, holder: None });
         }
         let id = LeaseId(self.next_id());
-        // It begins with a word, however long its session has waited.
+        // Acquiring counts as a message, however long the session waited silently.
         self.heard(now, session);
         self.arm_mut(arm).lease = Some(Held { session, id });
         let lease = id;
@@ -304,7 +325,7 @@ impl Control {
         }
         let holder = Some(session);
         self.effects.push_back(Effect::Holder { arm, holder });
-        // What it waits and asks for besides is answered with it.
+        // All other requests of the session for this arm are answered with the same lease.
         let also = |other: &LeaseRequest| other.arm == arm && other.session == session;
         for LeaseRequest { request, .. } in self.claims.take(also) {
             self.effects.push_back(Effect::Granted {
@@ -315,11 +336,13 @@ impl Control {
         }
         #[cfg(feature = "class")]
         self.turn_granted(now, arm, session);
+        // Questions concern the lease, not its holder.
         self.ask_again(now, arm);
         self.tell_places(arm);
     }
 
-    /// Those who asked the holder before ask the new one, who has as long to answer.
+    /// Repeats the questions of waiting sessions to the new holder, who gets the full time to
+    /// answer.
     fn ask_again(&mut self, now: HostInstant, arm: ArmId) {
         let Some(holder) = self.holder(arm) else {
             return;
@@ -345,14 +368,14 @@ impl Control {
         }
     }
 
-    /// Answers a session that it does not get the lease that it waits and asks for, and tells the others their places.
+    /// Denies all requests of a session for an arm, and sends the others their new places.
     pub(super) fn deny_session(&mut self, arm: ArmId, session: SessionId) {
         let of = |request: &LeaseRequest| request.arm == arm && request.session == session;
         self.deny_requests(arm, of);
         self.tell_places(arm);
     }
 
-    /// Answers the requests of which this holds that they do not get the lease of an arm; whether there were any.
+    /// Denies all requests that match. Returns true if there were any.
     pub(super) fn deny_requests(
         &mut self,
         arm: ArmId,

@@ -1,8 +1,13 @@
-//! Arbitration of the arms: the lease, the dead man of a jog, and the precedence of requests. Without I/O, clock or text.
+//! Arbitration of the arms: leases, and the precedence of jogs, jobs and stops. No I/O, no clock, no
+//! text.
 //!
-//! All decisions of a station about who moves an arm are made here; what follows from them comes out as [`Effect`]s, in
-//! their order. Time is what the caller says. The whole state is values, so that every interleaving of what sessions do
-//! can be tried (`tests/lease`).
+//! All decisions of a station about motion are made here: leases, the keep-alive of a jog, jobs,
+//! turns of a class, and the order between them. Methods take the current instant and change the
+//! state; consequences come out of [`Control::poll_effect`] in their order, and the station carries
+//! them out.
+//!
+//! The state consists of values only. So a test can clone it, try every interleaving of what a few
+//! sessions may do, and compare with an independent model (`tests/lease`).
 
 mod canonical;
 mod claims;
@@ -49,40 +54,40 @@ macro_rules! id {
 }
 
 id! {
-    /// A session: a program or a person with a page.
+    /// Session: a program, or a page.
     SessionId
 }
 id! {
-    /// An arm of the station, by its place in the list.
+    /// Arm of the station, by its index.
     ArmId
 }
 id! {
-    /// A lease that was given; the next one of the same arm has another id.
+    /// Lease. Each lease of an arm has another id.
     LeaseId
 }
 id! {
-    /// A request that is answered later.
+    /// Request that is answered later.
     RequestId
 }
 id! {
-    /// A jog.
+    /// Jog.
     JogId
 }
 id! {
-    /// A job.
+    /// Job.
     JobId
 }
 #[cfg(feature = "class")]
 id! {
-    /// A person of a class, at however many sockets.
+    /// Person of a class, with any number of pages.
     PersonId
 }
 
-/// Consequence of a decision. The caller carries them out in their order.
+/// Consequence of a decision. The caller must carry effects out in their order.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Effect {
-    /// The request for a lease is granted.
+    /// A request for the lease is granted.
     Granted {
         /// The request.
         request: RequestId,
@@ -91,27 +96,27 @@ pub enum Effect {
         /// The lease.
         lease: LeaseId,
     },
-    /// The request for a lease is not granted.
+    /// A request for the lease is denied.
     Denied {
         /// The request.
         request: RequestId,
-        /// The session that has the lease.
+        /// Current holder. `None` if the arm has no holder.
         holder: Option<SessionId>,
     },
-    /// A session that waits for a lease has another place.
+    /// A waiting session has moved in the queue.
     Place {
         /// The session.
         session: SessionId,
         /// The arm.
         arm: ArmId,
-        /// The place, from 1.
+        /// Position, from 1.
         place: usize,
     },
-    /// An arm has another holder, or none.
+    /// The holder of an arm has changed.
     Holder {
         /// The arm.
         arm: ArmId,
-        /// The new holder. `None` if the lease is free.
+        /// New holder. `None` if the lease is free.
         holder: Option<SessionId>,
     },
     /// A session asks the holder for the lease.
@@ -120,65 +125,65 @@ pub enum Effect {
         arm: ArmId,
         /// The holder.
         holder: SessionId,
-        /// The session that asks.
+        /// Session that asks.
         session: SessionId,
-        /// The request that is answered when the holder has answered.
+        /// Request that is answered when the holder has answered.
         request: RequestId,
     },
-    /// The jog has to be stopped, and its session told why.
+    /// Stop a jog and notify its session.
     EndJog {
         /// The arm.
         arm: ArmId,
         /// The jog.
         jog: JogId,
-        /// Why it ends.
+        /// Reason.
         why: JogEnd,
     },
-    /// The arm is to tell no more where a hand leaves it.
+    /// Stop reporting releases of the unlock key.
     EndGuide {
         /// The arm.
         arm: ArmId,
     },
-    /// The motors that run by what the holder did have to be switched off: they have no end of their own. Where the arm is
-    /// stopped by [`EndWork`](Self::EndWork), that stop does it.
+    /// Switch off motor outputs that the holder started, because they have no end of their own. Not
+    /// emitted together with a stop of [`EndWork`](Self::EndWork), which does the same.
     EndMotors {
         /// The arm.
         arm: ArmId,
     },
-    /// Requests under way have to be answered as ended, and the arm stopped if `stop`.
+    /// Answer requests in progress as ended, and stop the arm if `stop`.
     EndWork {
         /// The arm.
         arm: ArmId,
-        /// The requests.
+        /// Requests to answer.
         requests: Vec<RequestId>,
-        /// True if the arm has to be stopped, so that nothing of them, and of what is in its queue, is done. False for
-        /// requests that steer a job, which ends in its own way.
+        /// True to stop the arm, so that neither these requests nor its queue continue. False if
+        /// the requests only steered a job, which ends in its own way.
         stop: bool,
-        /// Why.
+        /// Reason.
         why: WorkEnd,
     },
-    /// The job has to pause or to stop, because the lease under which it runs has ended.
+    /// Pause or stop a job, because the lease under which it runs has ended.
     EndJob {
         /// The arm.
         arm: ArmId,
         /// The job.
         job: JobId,
-        /// True if it has to pause, so that it can be resumed; false if it has to stop.
+        /// True to pause, so that it can be resumed; false to stop.
         pause: bool,
     },
-    /// A session is over: it did not come back.
+    /// A session is over: it did not come back in time.
     SessionOver(SessionId),
-    /// Turns, queue or what is frozen are not as they were.
+    /// Turns, queue or frozen arms have changed.
     #[cfg(feature = "class")]
     Turns,
-    /// A turn ends soon.
+    /// A turn is about to end.
     #[cfg(feature = "class")]
     TurnEnding {
         /// The arm.
         arm: ArmId,
-        /// Whose.
+        /// The person whose turn it is.
         person: PersonId,
-        /// In so much time.
+        /// Time left.
         left: Duration,
     },
     /// A session got the lease because it is its person's turn.
@@ -193,28 +198,28 @@ pub enum Effect {
     },
 }
 
-/// Why a jog ended.
+/// Reason for the end of a jog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum JogEnd {
-    /// Stop by its session, or end of that session's socket.
+    /// Stopped by its session, or the session's socket closed.
     Released,
-    /// Missing keep within its deadline.
+    /// No `jog.keep` within the keep-alive period.
     NotKept,
-    /// A stop of the arm came.
+    /// The arm was stopped.
     Stopped,
     /// The lease ended.
     Lease,
     /// The line to the arm broke.
     Link,
-    /// The same session began another one.
+    /// The same session started another jog.
     Replaced,
-    /// The arm came to a limit, or to its fence.
+    /// The arm reached a limit or its fence.
     Limit,
 }
 
 impl JogEnd {
-    /// Name in interfaces.
+    /// Returns the name used in interfaces.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -229,41 +234,41 @@ impl JogEnd {
     }
 }
 
-/// Why requests under way are over before their end.
+/// Reason why requests in progress ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WorkEnd {
-    /// The lease ended; the holder from now on.
+    /// The lease ended. Contains the new holder.
     Lease(Option<SessionId>),
-    /// A stop came from this session, or from outside of all of them.
+    /// The arm was stopped, by this session or from outside all sessions.
     Stop(Option<SessionId>),
 }
 
-/// Why nothing is done.
+/// Reason why nothing is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Refusal {
-    /// Another session has the lease, or none has: it has to be acquired.
+    /// The session does not hold the lease. Contains the holder, if any.
     Lease(Option<SessionId>),
-    /// Something else has the arm.
+    /// A job or a jog occupies the arm.
     Busy(Busy),
     /// A teacher has frozen the arm.
     #[cfg(feature = "class")]
     Frozen,
     /// Unknown lease, jog or question.
     Unknown,
-    /// The station ends: nothing begins any more.
+    /// The station is ending: nothing starts any more.
     Closed,
 }
 
-/// A session as far as control goes.
+/// State of a session within control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Presence {
-    /// The last word of it.
+    /// Instant of its last message.
     heard: HostInstant,
-    /// When its socket ended, if it has none.
+    /// Instant at which its socket closed. `None` while it has one.
     left: Option<HostInstant>,
 }
 
-/// An arm as far as control goes.
+/// State of an arm within control.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 struct ArmControl {
     lease: Option<Held>,
@@ -271,12 +276,12 @@ struct ArmControl {
     work: Vec<Work>,
     /// True if commands of the holder may wait in the arm's queue.
     queued: bool,
-    /// True while the arm tells its holder where a hand leaves it.
+    /// True while the arm reports releases of its unlock key to the holder.
     guided: bool,
     job: Option<Job>,
 }
 
-/// The arms of a station and who moves them.
+/// State of all arms of a station and who moves them.
 ///
 /// ```
 /// use std::time::Duration;
@@ -301,14 +306,14 @@ pub struct Control {
     claims: Claims,
     #[cfg(feature = "class")]
     class: Class,
-    /// True once the station ends: no lease is given any more, and no jog or job begins.
+    /// True once the station ends: no lease is granted, no jog or job starts.
     closed: bool,
-    /// Leases and jogs that were given an id.
+    /// Last id assigned to a lease or a jog.
     ids: u64,
 }
 
 impl Control {
-    /// Creates control of `arms` arms, without sessions.
+    /// Creates the state for `arms` arms, without sessions.
     #[must_use]
     pub fn new(arms: usize) -> Self {
         Self {
@@ -323,12 +328,12 @@ impl Control {
         }
     }
 
-    /// What has to be done next.
+    /// Returns the next effect. `None` if there is none.
     pub fn poll_effect(&mut self) -> Option<Effect> {
         self.effects.pop_front()
     }
 
-    /// A session begins.
+    /// Adds a session.
     pub fn join(&mut self, now: HostInstant, session: SessionId) {
         let presence = Presence {
             heard: now,
@@ -337,7 +342,7 @@ impl Control {
         self.sessions.insert(session, presence);
     }
 
-    /// A word of a session: a message, or the answer to a ping.
+    /// Records a sign of life of a session: a message, or a reply to a ping.
     pub fn keep_alive(&mut self, now: HostInstant, session: SessionId) {
         self.heard(now, session);
         #[cfg(feature = "class")]
@@ -350,14 +355,17 @@ impl Control {
         }
     }
 
-    /// The socket of a session has ended. A jog and a job that burns end at once; the lease waits for the session to come back.
+    /// Handles the end of a session's socket. A jog, and a job that burns, end at once; the lease
+    /// is kept until the session comes back or [`GRACE`] is over.
     pub fn leave(&mut self, now: HostInstant, session: SessionId) {
         let Some(presence) = self.sessions.get_mut(&session) else {
             return;
         };
+        // The first end counts: a session is left only once until it rejoins.
         presence.left.get_or_insert(now);
         for arm in self.arm_ids() {
             self.end_jog_of(arm, JogEnd::Released, |jog| jog.session == session);
+            // No socket is left to receive the answer.
             self.deny_session(arm, session);
             if self.holder(arm) == Some(session) {
                 self.let_go_of_burning(arm);
@@ -365,7 +373,7 @@ impl Control {
         }
     }
 
-    /// A session that had no socket has one again. False where it is over.
+    /// Gives a session without a socket a new one. Returns false if the session is over.
     pub fn rejoin(&mut self, now: HostInstant, session: SessionId) -> bool {
         match self.sessions.get_mut(&session) {
             Some(presence) => {
@@ -381,20 +389,21 @@ impl Control {
         }
     }
 
-    /// A session ends for good, and at once: its token was revoked, or its server says so.
+    /// Ends a session at once and for good: its token was revoked, or its server demands it.
     pub fn expel(&mut self, now: HostInstant, session: SessionId) {
+        // Jogs and burning jobs end as if the socket had closed.
         self.leave(now, session);
         self.over(now, session);
     }
 
-    /// Takes back that a session was [identified](Self::identify): turns, slots and freezes bind it no more.
+    /// Undoes [`identify`](Self::identify): turns, slots and freezes no longer bind the session.
     #[cfg(feature = "class")]
     pub fn unbind(&mut self, session: SessionId) {
         self.class.forget(session);
     }
 
-    /// The station begins to end: jogs end, and no lease is given any more. Who holds one keeps it,
-    /// to end what it runs, until [`evict`](Self::evict).
+    /// Starts the end of the station. Jogs end and no lease is granted any more. A holder keeps its
+    /// lease, to end what it runs, until [`evict`](Self::evict).
     pub fn close(&mut self) {
         self.closed = true;
         for arm in self.arm_ids() {
@@ -403,46 +412,47 @@ impl Control {
         }
     }
 
-    /// Ends the lease of an arm, as if its holder had gone silent: what it has under way is
-    /// stopped.
+    /// Ends the lease of an arm as if its holder were silent: what it has in progress is stopped.
     pub fn evict(&mut self, now: HostInstant, arm: ArmId) {
         if self.holder(arm).is_some() {
             self.end_lease(now, arm, LeaseEnd::Silent);
         }
     }
 
-    /// The session that has the lease of an arm.
+    /// Returns the holder of an arm. `None` if the lease is free.
     #[must_use]
     pub fn holder(&self, arm: ArmId) -> Option<SessionId> {
         self.arm(arm).lease.map(|held| held.session)
     }
 
-    /// The sessions that wait for it, in their order, and those that ask its holder: whether they ask.
+    /// Returns the sessions that want an arm: first those that wait, in order, then those that ask
+    /// the holder. The flag is true if the session asks.
     pub fn waiting(&self, arm: ArmId) -> impl Iterator<Item = (SessionId, bool)> + '_ {
         let requests = self.claims.requests(arm);
         requests.map(|request| (request.session, request.asks))
     }
 
-    /// The jog under way, and its session.
+    /// Returns the jog in progress and its session. `None` without a jog.
     #[must_use]
     pub fn jog(&self, arm: ArmId) -> Option<(JogId, SessionId)> {
         self.arm(arm).jog.map(|jog| (jog.id, jog.session))
     }
 
-    /// The arms whose lease a session has.
+    /// Returns the arms whose lease a session holds.
     pub fn held_by(&self, session: SessionId) -> impl Iterator<Item = ArmId> + '_ {
         self.arm_ids()
             .filter(move |arm| self.holder(*arm) == Some(session))
     }
 
-    /// Instant at which a session without a socket is over, and its leases are free, unless it comes
-    /// back. `None` for one that has a socket.
+    /// Returns the instant at which a session without a socket is over unless it comes back. `None`
+    /// if it has a socket.
     #[must_use]
     pub fn back_until(&self, session: SessionId) -> Option<HostInstant> {
         Some(self.sessions.get(&session)?.left? + GRACE)
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    /// Returns the instant at which [`handle_timeout`](Self::handle_timeout) is due. `None` if
+    /// nothing is pending.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let arms = self.arms.iter().flat_map(|arm| {
@@ -458,8 +468,9 @@ impl Control {
         due
     }
 
-    /// Ends what is over by now.
+    /// Ends everything whose time is over.
     pub fn handle_timeout(&mut self, now: HostInstant) {
+        // Jogs first, so that their stop is the first effect to leave.
         for arm in self.arm_ids() {
             self.end_jog_of(arm, JogEnd::NotKept, |jog| jog.ends <= now);
         }
@@ -475,10 +486,11 @@ impl Control {
                 self.end_lease(now, arm, LeaseEnd::Silent);
             }
             let due = |request: &LeaseRequest| request.arm == arm && request.until <= now;
+            // A wait that is over is denied; a question that is over is granted (below).
             if self.deny_requests(arm, |request| due(request) && !request.asks) {
                 self.tell_places(arm);
             }
-            // A question that was not answered in time is granted.
+            // Silence of the holder for ASK grants the request.
             while let Some(ask) = self
                 .claims
                 .take_first(|request| due(request) && request.asks)
@@ -490,8 +502,9 @@ impl Control {
         self.class_timeout(now);
     }
 
-    /// A session did not come back.
+    /// Ends a session that did not come back.
     fn over(&mut self, now: HostInstant, session: SessionId) {
+        // May be called twice for a session, by its expulsion and by the clock.
         if self.sessions.remove(&session).is_none() {
             return;
         }
@@ -505,19 +518,20 @@ impl Control {
         self.effects.push_back(Effect::SessionOver(session));
     }
 
-    /// When the lease of an arm ends unless its holder says something.
+    /// Returns the instant at which a lease ends if its holder stays silent.
     fn lease_ends(&self, arm: &ArmControl) -> Option<HostInstant> {
         let held = arm.lease?;
         let presence = self.sessions.get(&held.session)?;
         match presence.left {
+            // Without a socket the grace period decides alone, whatever is in progress.
             Some(left) => Some(left + GRACE),
-            // A request under way is a word all the time.
+            // A request in progress counts as a permanent sign of life.
             None if self.works(held.session) => None,
             None => Some(presence.heard + TTL),
         }
     }
 
-    /// Whether a request of a session is under way, at whatever arm.
+    /// True if a request of the session is in progress at any arm.
     fn works(&self, session: SessionId) -> bool {
         let mut work = self.arms.iter().flat_map(|arm| &arm.work);
         work.any(|work| work.session == session)
@@ -541,21 +555,21 @@ impl Control {
     }
 }
 
-/// How a lease ends.
+/// Way in which a lease ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LeaseEnd {
-    /// Its holder gave it back: what it queued goes on.
+    /// The holder gave it back: what it queued continues.
     Released,
-    /// It passed to another session.
+    /// The lease passed to another session.
     Passed,
-    /// Its holder did not say anything for too long.
+    /// The holder sent nothing for [`TTL`].
     Silent,
-    /// Its holder did not come back.
+    /// The holder's socket closed and the session did not come back.
     Gone,
-    /// The turn or the slot of its holder is over.
+    /// The turn or the slot of the holder is over.
     #[cfg(feature = "class")]
     Over,
 }
 
-/// How long a session may wait for a lease.
+/// Longest time for which a session may wait for a lease. Bounds the queue; clients can wait again.
 pub const LONGEST_WAIT: Duration = Duration::from_secs(3600);

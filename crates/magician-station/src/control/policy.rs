@@ -1,13 +1,15 @@
-//! Policies of the queue: who may have an arm, who is next at one that is free, and what the end of a turn leaves.
+//! Policies of the queue: who may have an arm, who is next at a free one, and what keeps a claim
+//! waiting.
 //!
-//! | claim | who may have the arm | its place | ends |
+//! | claim | may have the arm | position | ends |
 //! |---|---|---|---|
-//! | a request that waits | whoever is in a slot of the schedule, is not barred from the arm, and has the turn where there are turns | by arrival | by `until` |
-//! | a request that asks | the same | behind those that wait, if the holder is gone | granted by `until` |
-//! | a person's turn | whoever is in a slot, at one arm at a time | by arrival; who missed a turn comes first when back | by leaving |
-//! | a job | at an idle arm that nobody else has or has the turn at, in a slot of its owner | by arrival, or as it was moved | by stopping it |
+//! | request that waits | if in a slot of the schedule, not barred from the arm, and on turn where turns are set | by arrival | at `until` |
+//! | request that asks | the same | after those that wait, if the holder is gone | granted at `until` |
+//! | turn of a person | if in a slot; at one arm at a time | by arrival; first when back after a missed turn | when the person leaves |
+//! | job | at an idle arm that no other person holds or has the turn at, in a slot of its owner | by arrival, or as moved | when stopped |
 //!
-//! A teacher, who is no person of the class, is bound by none of it but the lease. Nothing here changes the state.
+//! A teacher is not a person of the class and is bound by the lease alone. The functions here only
+//! read the state.
 
 use std::time::Duration;
 
@@ -17,36 +19,37 @@ use super::claims::{JobClaim, Place};
 use super::class::{Turn, TurnState};
 use super::{ArmId, Control, LeaseEnd, PersonId, SessionId};
 
-/// What a request changes of a job that waits.
+/// Change of a waiting job by a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum QueuedChange {
-    /// Takes it out.
+    /// Remove it.
     Stop,
-    /// Gives it another place.
+    /// Move it within the queue.
     Reorder,
-    /// Lets it go on after a stop, whose reason its owner knows.
+    /// Let it continue after a stop. Only its owner knows why it was stopped.
     Resume,
 }
 
-/// What keeps a job or a person waiting for an arm, beside those in front.
+/// Reason why a job or a person waits for an arm, besides claims further in front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Hindrance {
     /// A teacher has frozen the arm.
     Frozen,
-    /// The schedule: no slot of the person is open.
+    /// No slot of the person is open.
     Schedule,
-    /// The arm waits for somebody else's turn to end.
+    /// Another person has the turn at the arm.
     Turn,
-    /// Something moves the arm, or somebody else has its lease.
+    /// Something moves the arm, or another session holds its lease.
     Busy,
-    /// The person is not there.
+    /// The person is away.
     Away,
 }
 
 impl Control {
-    /// Whether a session may have the lease of an arm now, were nobody else to have it.
+    /// True if a session may hold the lease of an arm now, assuming that it is free.
     #[must_use]
     pub fn may_hold(&self, now: HostInstant, session: SessionId, arm: ArmId) -> bool {
+        // Not identified: a teacher, whom nothing here binds.
         let Some(person) = self.class.persons.get(&session) else {
             return true;
         };
@@ -56,6 +59,7 @@ impl Control {
         if self.class.rules.is_none() {
             return true;
         }
+        // Nobody in particular cannot take turns.
         let Some(person) = *person else {
             return false;
         };
@@ -63,6 +67,8 @@ impl Control {
             Some(turn) => turn.person == person,
             None => {
                 let mut places = self.claims.places();
+                // A free arm belongs to the person at the head of the queue, not to the fastest
+                // click.
                 let behind =
                     places.any(|place| place.person != person && self.is_next(now, arm, place));
                 !behind && self.turn_of(person).is_none() && !self.job_runs(arm)
@@ -70,13 +76,14 @@ impl Control {
         }
     }
 
-    /// Whether a job that waits may begin now.
+    /// True if a waiting job may start now.
     #[must_use]
     pub fn may_begin(&self, now: HostInstant, claim: &JobClaim) -> bool {
         self.job_hindrance(now, claim).is_none()
     }
 
-    /// What keeps a job from beginning now, beside the jobs in front of it.
+    /// Returns the reason why a job cannot start now, besides the jobs in front of it. `None` if it
+    /// can.
     #[must_use]
     pub fn job_hindrance(&self, now: HostInstant, claim: &JobClaim) -> Option<Hindrance> {
         let JobClaim { arm, person, .. } = *claim;
@@ -92,15 +99,18 @@ impl Control {
         }
         let state = self.arm(arm);
         let idle = state.job.is_none() && state.jog.is_none() && state.work.is_empty();
+        // The owner's own lease is no obstacle, on whichever page.
         let own = self.holder(arm).is_none_or(|holder| {
             self.person(holder) == person && self.is_bound(holder) == person.is_some()
         });
+        // Queued commands of a holder would run into the job.
         let begins = idle && !state.queued && own;
         (!begins).then_some(Hindrance::Busy)
     }
 
-    /// What keeps a place in the queue from becoming a turn, beside the turns and places in front of it, and when the schedule
-    /// lets it, if that is what keeps it and the time is known.
+    /// Returns the reason why a place cannot become a turn, besides turns and places in front of
+    /// it. `None` if it can. If the schedule is the reason, also the instant at which it opens, if
+    /// known.
     #[must_use]
     pub fn place_hindrance(
         &self,
@@ -122,8 +132,8 @@ impl Control {
             .then_some((Hindrance::Frozen, None))
     }
 
-    /// When a person may have an arm by the schedule: now, or from the begin of a slot on. `None`: in no slot that is known,
-    /// or [barred](Self::bar) from it.
+    /// Returns the instant from which the schedule grants a person the arm: `now` or the start of a
+    /// slot. `None` if no known slot does, or the person is [barred](Self::bar).
     #[must_use]
     pub fn opens(&self, now: HostInstant, arm: ArmId, person: PersonId) -> Option<HostInstant> {
         if self.is_barred(arm, person) {
@@ -133,13 +143,14 @@ impl Control {
             return Some(now);
         };
         let own = slots.iter();
+        // Slots that are over may still be listed until the next timeout.
         let own = own.filter(|slot| slot.who.contains(&person) && now < slot.until);
         own.map(|slot| slot.from.map_or(now, |from| from.max(now)))
             .min()
     }
 
-    /// Whether a session may change a job that waits so: a teacher, its owner, and the holder of the arm's lease, who has it
-    /// in the way.
+    /// True if a session may make this change to a waiting job. A teacher and the owner may make
+    /// any; the holder of the arm's lease may remove or move it, because the job is in its way.
     #[must_use]
     pub fn may_change(&self, session: SessionId, claim: &JobClaim, change: QueuedChange) -> bool {
         if !self.is_bound(session) {
@@ -148,13 +159,13 @@ impl Control {
         let person = self.person(session);
         let owns = claim.person.is_some() && person == claim.person;
         let holds = self.holder(claim.arm).is_some_and(|holder| {
-            // Two pages of a person are one person.
+            // Two pages of a person count as one.
             holder == session || person.is_some() && self.person(holder) == person
         });
         owns || holds && change != QueuedChange::Resume
     }
 
-    /// Whether the job of an arm goes on although the lease ends so.
+    /// True if the arm's job continues although the lease ends in this way.
     pub(super) fn finishes_job(&self, arm: ArmId, end: LeaseEnd) -> bool {
         let rules = self.class.rules;
         let job = self.arm(arm).job;
@@ -182,12 +193,12 @@ impl Control {
         })
     }
 
-    /// Whether a place in the queue may become the turn at an arm.
+    /// True if a place may become the turn at an arm.
     pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &Place) -> bool {
         !place.missed && place.arms.contains(&arm) && self.is_in_slot(now, arm, Some(place.person))
     }
 
-    /// The clock of a turn stands while its arm is frozen.
+    /// Returns the time on the clock of a turn, which stands still while the arm is frozen.
     pub(super) fn clock(&self, now: HostInstant, arm: ArmId) -> HostInstant {
         self.class(arm).frozen.unwrap_or(now)
     }

@@ -1,4 +1,9 @@
-//! How turns come and go: by the clock, with leases and slots, and with persons who come and go.
+//! Turns: how they start, pause, pass and end.
+//!
+//! A turn is bound to a person, not to a session. When the person's page disappears the turn is
+//! kept for a grace period; when a teacher takes the arm the turn is suspended; in both cases its
+//! clock keeps the rest. `advance` starts every turn that can start and is called after each
+//! change.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +14,8 @@ use super::class::*;
 use super::{ArmId, Control, Effect, JobPhase, LeaseEnd, PersonId, RequestId, SessionId};
 
 impl Control {
-    /// Lets a request for the lease go on; one that may not be is answered.
+    /// Decides whether a request for the lease may proceed. A request that may not is answered
+    /// here; returns false then.
     pub(super) fn admits(
         &mut self,
         now: HostInstant,
@@ -21,19 +27,20 @@ impl Control {
             self.deny(arm, vec![request]);
             return false;
         }
-        // Another page of the same person takes over.
+        // Another page of the same person takes over without asking.
         let holder = self.holder(arm).filter(|holder| *holder != session);
         if let Some(holder) = holder
             && self.person(session).is_some()
             && self.person(holder) == self.person(session)
         {
+            // The lease passes in one step, so the turn is not interrupted.
             self.pass(now, arm, session, Some(request));
             return false;
         }
         true
     }
 
-    /// A session got the lease.
+    /// Updates the turn of an arm after a session got the lease.
     pub(super) fn turn_granted(&mut self, now: HostInstant, arm: ArmId, session: SessionId) {
         let Some(rules) = self.class.rules else {
             return;
@@ -45,7 +52,9 @@ impl Control {
             .map_or(rules.length, |turn| self.left(now, arm, turn));
         let state = if self.is_bound(session) {
             match before.as_ref().map(|turn| turn.state) {
+                // A new page of the same person does not restart the clock.
                 Some(running @ TurnState::Running { .. }) => running,
+                // The clock starts with the rest that was left, or with a full turn.
                 _ => TurnState::Running {
                     ends: left.map(|left| clock + left),
                 },
@@ -54,6 +63,7 @@ impl Control {
             TurnState::Suspended { left }
         };
         let turn = match (before, self.person(session)) {
+            // A turn that exists keeps its person, even if a teacher takes the arm.
             (Some(turn), _) => Turn { state, ..turn },
             (None, Some(person)) => {
                 self.claims.drop_places(|place| place.person == person);
@@ -64,13 +74,14 @@ impl Control {
                     told: rules.told(),
                 }
             }
+            // A teacher at an arm without a turn has no turn.
             (None, None) => return,
         };
         self.class_mut(arm).turn = Some(turn);
         self.turns_changed();
     }
 
-    /// The lease of a session has ended otherwise than by passing on.
+    /// Updates the turn of an arm after a lease ended in another way than by passing.
     pub(super) fn turn_lease_ended(
         &mut self,
         now: HostInstant,
@@ -92,13 +103,14 @@ impl Control {
                 };
                 Some(Turn { state, ..turn })
             }
+            // Given back on purpose, or over: nothing is kept.
             LeaseEnd::Released | LeaseEnd::Passed | LeaseEnd::Over => None,
         };
         self.class_mut(arm).turn = turn;
         self.turns_changed();
     }
 
-    /// A person has said something, or has come back.
+    /// Handles a sign of life of a person: missed places and kept turns become valid again.
     pub(super) fn person_is_here(&mut self, now: HostInstant, session: SessionId) {
         let Some(person) = self.person(session).filter(|_| !self.closed) else {
             return;
@@ -115,7 +127,7 @@ impl Control {
             .is_some_and(|turn| matches!(turn.state, TurnState::Kept { .. }));
         match self.holder(arm) {
             None if waits => self.grant(now, arm, session, None),
-            // The page before it is gone.
+            // The page that held the lease has lost its socket.
             Some(holder)
                 if holder != session
                     && self.person(holder) == Some(person)
@@ -127,7 +139,7 @@ impl Control {
         }
     }
 
-    /// The page of a turn is gone: another one of its person goes on.
+    /// Gives a kept turn to another page of its person, after the page that had it is gone.
     pub(super) fn hand_to_other_page(&mut self, now: HostInstant, arm: ArmId) {
         let turn = { self.class(arm).turn.as_ref() }
             .filter(|turn| matches!(turn.state, TurnState::Kept { .. }));
@@ -140,7 +152,7 @@ impl Control {
         }
     }
 
-    /// Begins the turns that can begin.
+    /// Starts all turns that can start.
     pub(super) fn advance(&mut self, now: HostInstant) {
         let Some(rules) = self.class.rules.filter(|_| !self.closed) else {
             return;
@@ -150,6 +162,7 @@ impl Control {
                 continue;
             }
             let turn = match self.class(arm).turn.clone() {
+                // Kept for its person: only the person or the end of the grace period continues it.
                 Some(turn) if matches!(turn.state, TurnState::Kept { .. }) => continue,
                 Some(turn) => turn,
                 None => {
@@ -171,6 +184,7 @@ impl Control {
             };
             let here = self.session_of_person(turn.person);
             let left = self.left(now, arm, &turn);
+            // Even for a person who is present: the grant below replaces it.
             let until = now + rules.grace;
             self.class_mut(arm).turn = Some(Turn {
                 state: TurnState::Kept { until, left },
@@ -183,7 +197,7 @@ impl Control {
         }
     }
 
-    /// What of the class is due.
+    /// Handles everything of the class that is due.
     pub(super) fn class_timeout(&mut self, now: HostInstant) {
         for arm in self.arm_ids() {
             self.slots_passed(now, arm);
@@ -208,7 +222,7 @@ impl Control {
                 }
                 TurnState::Kept { until, left } if until <= now => {
                     self.class_mut(arm).turn = None;
-                    // It comes first as soon as its person is there.
+                    // The place goes to the front: the person is first again when back.
                     let place = Place {
                         person: turn.person,
                         arms: turn.arms,
@@ -224,7 +238,7 @@ impl Control {
         self.advance(now);
     }
 
-    /// Ends leases, waits and turns of those whose slot is over.
+    /// Ends leases, waits and turns of persons whose slot is over.
     pub(super) fn slots_passed(&mut self, now: HostInstant, arm: ArmId) {
         let class = self.class_mut(arm);
         if class.slots.is_none() && class.barred.is_empty() {
@@ -252,7 +266,7 @@ impl Control {
         self.deny_unadmitted(now, arm);
     }
 
-    /// Answers those who wait for a lease that they may not have.
+    /// Denies waiting requests of sessions that may not hold the arm.
     pub(super) fn deny_unadmitted(&mut self, now: HostInstant, arm: ArmId) {
         let waiting: BTreeSet<_> = self.waiting(arm).map(|(session, _)| session).collect();
         for session in waiting {
@@ -262,7 +276,7 @@ impl Control {
         }
     }
 
-    /// The turn at an arm is over.
+    /// Ends the turn at an arm.
     pub(super) fn end_turn(&mut self, now: HostInstant, arm: ArmId) {
         let holder = self.holder(arm).filter(|holder| self.is_bound(*holder));
         self.class_mut(arm).turn = None;
@@ -272,9 +286,11 @@ impl Control {
         }
     }
 
-    /// Ends the job of an arm that nobody holds, as the end of a turn does: it pauses, or goes on with
-    /// [`finish_job`](TurnRules::finish_job). A job of the queue that began without a lease has none
-    /// that could end. With `stops` it stops in place of pausing. False if no such job is under way.
+    /// Ends the job of an arm without a holder in the way the end of a turn does: it pauses, or
+    /// continues with [`finish_job`](TurnRules::finish_job).
+    ///
+    /// Needed because a job of the queue runs without a lease whose end would end it. With `stops`
+    /// it stops instead of pausing. Returns false if no such job is running.
     pub fn end_unheld_job(&mut self, arm: ArmId, stops: bool) -> bool {
         let job = { self.arm(arm).job }
             .filter(|job| job.phase.is_under_way() && self.holder(arm).is_none());
@@ -288,15 +304,16 @@ impl Control {
         true
     }
 
-    /// The arm at which a person has a turn.
+    /// Returns the arm at which a person has the turn.
     pub(super) fn turn_of(&self, person: PersonId) -> Option<ArmId> {
         let of = |class: &ArmClass| class.turn.as_ref().map(|turn| turn.person);
         self.arm_ids()
             .find(|arm| of(self.class(*arm)) == Some(person))
     }
 
-    /// The newest session of a person that has a socket.
+    /// Returns the newest session of a person that has a socket.
     pub(super) fn session_of_person(&self, person: PersonId) -> Option<SessionId> {
+        // Ids grow, so the last session is the newest page.
         let mut sessions = self.class.persons.iter().rev();
         let of = |(session, of): &(&SessionId, &Option<PersonId>)| {
             **of == Some(person) && self.has_socket(**session)
@@ -314,6 +331,7 @@ impl Control {
     }
 
     pub(super) fn turns_changed(&mut self) {
+        // One effect for several changes in a row.
         if self.effects.back() != Some(&Effect::Turns) {
             self.effects.push_back(Effect::Turns);
         }

@@ -1,4 +1,4 @@
-//! What has an arm: requests under way, a jog, a job; and what gives way to what.
+//! Users of an arm: requests in progress, a jog, a job; and which of them excludes which.
 
 use std::time::Duration;
 
@@ -6,36 +6,37 @@ use magician_protocol::HostInstant;
 
 use super::{ArmId, Control, Effect, JobId, JogEnd, JogId, Refusal, RequestId, SessionId};
 
-/// An arm that has not answered to a jog within this does not begin it any more. The driver answers before, with an error at
-/// the latest: it may have to see the arm come to rest first, which takes up to 5 s, and its call ends after 5 s.
+/// Time after which a jog that the arm has not answered is given up. The driver answers earlier, if
+/// only with an error: it may wait up to 5 s for the arm to come to rest, and its call times out
+/// after another 5 s.
 const BEGINS: Duration = Duration::from_secs(10);
 
-/// What a request does with the arm.
+/// Effect of a request on the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum WorkKind {
-    /// It sets something, and nothing of it is left behind.
+    /// Sets something and leaves nothing behind.
     Setting,
-    /// It sets something that a job lets through: its speed.
+    /// Sets something that is allowed during a job: its speed.
     JobSetting,
-    /// It moves the arm, and is over when the arm is there.
+    /// Moves the arm, and is over when the arm has arrived.
     Motion,
-    /// It leaves a command in the arm's queue.
+    /// Leaves a command in the arm's queue.
     Queued,
-    /// It starts a job.
+    /// Starts a job.
     StartJob,
-    /// It pauses or resumes one.
+    /// Pauses or resumes a job.
     SteerJob,
 }
 
 impl WorkKind {
-    /// Whether it steers a job, and moves and sets nothing itself.
+    /// True if the request concerns a job and neither moves nor sets anything itself.
     const fn is_of_jobs(self) -> bool {
         matches!(self, Self::JobSetting | Self::StartJob | Self::SteerJob)
     }
 }
 
-/// What has the arm.
+/// Current user of an arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Busy {
     /// A job.
@@ -44,12 +45,12 @@ pub enum Busy {
     Jog(JogId),
 }
 
-/// What a job does, as far as others have to wait for it.
+/// Phase of a job, as far as others have to wait for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JobPhase {
-    /// It checks, runs, pauses, or comes to its end.
+    /// The job checks, runs, pauses or ends.
     Active,
-    /// The arm is free to be moved until the job is resumed.
+    /// The arm may be moved until the job is resumed.
     Paused,
 }
 
@@ -59,20 +60,20 @@ impl JobPhase {
     }
 }
 
-/// What becomes of a job when the lease ends under which it runs.
+/// Policy for a job when the lease under which it runs ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum OnLost {
-    /// It pauses, and any later holder may resume it.
+    /// The job pauses. Any later holder may resume it.
     #[default]
     Pause,
-    /// It stops.
+    /// The job stops.
     Stop,
-    /// It goes on.
+    /// The job continues.
     Continue,
 }
 
 impl OnLost {
-    /// Name in messages and files.
+    /// Returns the name used in messages and files.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Pause => "pause",
@@ -81,17 +82,19 @@ impl OnLost {
         }
     }
 
-    /// The policy of a name; the usual one without one.
+    /// Returns the policy with this name. [`Pause`](Self::Pause) without a name or for an unknown
+    /// one.
     pub(crate) fn named(name: Option<&str>) -> Self {
         match name {
             Some("stop") => Self::Stop,
             Some("continue") => Self::Continue,
+            // The safe choice, also for a name of a later version.
             _ => Self::Pause,
         }
     }
 }
 
-/// A request under way.
+/// Request in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Work {
     pub(super) session: SessionId,
@@ -99,36 +102,36 @@ pub(super) struct Work {
     kind: WorkKind,
 }
 
-/// A jog under way.
+/// Jog in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Jog {
     pub(super) id: JogId,
     pub(super) session: SessionId,
-    /// It ends when it was not kept up for so long.
+    /// Keep-alive period: the jog ends if it is not kept for this long.
     pub(super) keep: Duration,
-    /// When it ends unless it is kept up before.
+    /// Instant at which the jog ends unless it is kept.
     pub(super) ends: HostInstant,
 }
 
-/// The job of an arm that is not over.
+/// Current job of an arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Job {
     pub(super) id: JobId,
     pub(super) on_lost: OnLost,
     pub(super) phase: JobPhase,
-    /// Whether it burns: it does not outlast the socket of its holder.
+    /// True if the job burns: then it does not outlast the socket of its holder.
     pub(super) burns: bool,
-    /// Whether it has no end of its own.
+    /// True if the job has no end of its own.
     pub(super) endless: bool,
-    /// Whether it was paused or stopped because that has ended.
+    /// True if the job was already paused or stopped because the holder's socket closed.
     let_go: bool,
 }
 
 impl Control {
-    /// A request that needs the lease begins. [`finish`](Self::finish) says that it is over.
+    /// Starts a request that needs the lease. [`finish`](Self::finish) ends it.
     ///
     /// # Errors
-    /// [`Refusal::Lease`], then [`Refusal::Busy`]; nothing begins then.
+    /// [`Refusal`] if the request must not start; nothing has changed then.
     pub fn begin(
         &mut self,
         now: HostInstant,
@@ -149,10 +152,10 @@ impl Control {
         Ok(())
     }
 
-    /// Whether a request could begin.
+    /// Checks whether a request could start.
     ///
     /// # Errors
-    /// As [`begin`](Self::begin).
+    /// The same as [`begin`](Self::begin).
     pub fn may(&self, session: SessionId, arm: ArmId, kind: WorkKind) -> Result<(), Refusal> {
         #[cfg(feature = "class")]
         if self.refuses_frozen(session, arm) {
@@ -166,38 +169,42 @@ impl Control {
         if self.closed && kind == WorkKind::StartJob {
             return Err(Refusal::Closed);
         }
+        // A jog excludes everything else, except a stop, which does not pass through here.
         if let Some(jog) = state.jog {
             return Err(Refusal::Busy(Busy::Jog(jog.id)));
         }
         match (state.job, kind) {
+            // A paused job blocks another one too: both would have to share the arm.
             (Some(job), WorkKind::StartJob) => Err(Refusal::Busy(Busy::Job(job.id))),
+            // Steering is what a running job allows.
             (_, WorkKind::SteerJob | WorkKind::JobSetting) => Ok(()),
             (Some(job), _) if job.phase.is_under_way() => Err(Refusal::Busy(Busy::Job(job.id))),
+            // No job, or a paused one, during which the arm may be moved.
             _ => Ok(()),
         }
     }
 
-    /// A request is over. False where it was ended before, so that its outcome is nobody's any more.
+    /// Ends a request. Returns false if it was ended before; then its outcome is to be dropped.
     pub fn finish(&mut self, now: HostInstant, arm: ArmId, request: RequestId) -> bool {
         let work = &mut self.arm_mut(arm).work;
         let Some(at) = work.iter().position(|work| work.request == request) else {
             return false;
         };
         let session = work.remove(at).session;
-        // It was a word up to now.
+        // The request counted as a sign of life until now.
         self.heard(now, session);
         true
     }
 
-    /// The holder has the arm tell where a hand leaves it, or no more. It ends with the lease.
+    /// Switches reporting of the unlock key on or off. It ends with the lease.
     pub fn guide(&mut self, arm: ArmId, on: bool) {
         self.arm_mut(arm).guided = on;
     }
 
-    /// A jog begins, in the place of one of the same session.
+    /// Starts a jog. A jog of the same session is replaced.
     ///
     /// # Errors
-    /// As [`begin`](Self::begin); another session's jog is none of the holder's and cannot be.
+    /// The same as [`begin`](Self::begin), and [`Refusal::Closed`] while the station ends.
     pub fn start_jog(
         &mut self,
         now: HostInstant,
@@ -213,19 +220,20 @@ impl Control {
             return Err(Refusal::Closed);
         }
         self.heard(now, session);
+        // The stop of the old jog is emitted before the start of the new one.
         self.end_jog_of(arm, JogEnd::Replaced, |_| true);
         let id = JogId(self.next_id());
         self.arm_mut(arm).jog = Some(Jog {
             id,
             session,
             keep,
-            // Nobody can keep up what the arm has not answered to: its id is not told before.
+            // The client learns the id with the answer, so it cannot keep the jog before.
             ends: now + keep.max(BEGINS),
         });
         Ok(id)
     }
 
-    /// The arm has answered to a jog: from now on it has to be kept up.
+    /// Starts the keep-alive period of a jog, because the arm has answered.
     pub fn jog_begun(&mut self, now: HostInstant, jog: JogId) {
         let under_way = self.arms.iter_mut().filter_map(|arm| arm.jog.as_mut());
         for jogging in under_way.filter(|jogging| jogging.id == jog) {
@@ -233,9 +241,11 @@ impl Control {
         }
     }
 
-    /// A jog is kept up by its session. False where it is over, or another session's.
+    /// Keeps a jog of a session alive. Returns false if the jog is over or belongs to another
+    /// session.
     pub fn keep_jog(&mut self, now: HostInstant, session: SessionId, jog: JogId) -> bool {
-        // The clock decides before the message does: a browser that wakes finds its jog over.
+        // The clock decides before the message does: a browser that was suspended finds its jog
+        // over.
         self.handle_timeout(now);
         self.heard(now, session);
         for arm in &mut self.arms {
@@ -249,7 +259,7 @@ impl Control {
         false
     }
 
-    /// A jog is stopped, by any session. False where it is over.
+    /// Stops a jog; any session may. Returns false if it is over.
     pub fn stop_jog(&mut self, jog: JogId) -> bool {
         let arm = self
             .arm_ids()
@@ -263,20 +273,20 @@ impl Control {
         }
     }
 
-    /// A jog has ended by itself.
+    /// Records that a jog has ended by itself.
     pub fn jog_ended(&mut self, arm: ArmId, jog: JogId, why: JogEnd) {
         self.end_jog_of(arm, why, |under_way| under_way.id == jog);
     }
 
-    /// A stop of the arm came: the requests under way, which are over by it. The lease stays. The job, and the stop
-    /// itself, are the caller's.
+    /// Stops an arm and returns the requests that this ends. The lease stays. The caller has to stop
+    /// the job and the arm itself.
     pub fn stop(&mut self, now: HostInstant, arm: ArmId) -> Vec<RequestId> {
         self.end_jog_of(arm, JogEnd::Stopped, |_| true);
         self.arm_mut(arm).queued = false;
         self.end_work(now, arm, |_| true)
     }
 
-    /// Ends requests under way.
+    /// Ends requests in progress.
     fn end_work(
         &mut self,
         now: HostInstant,
@@ -286,14 +296,14 @@ impl Control {
         let work = &mut self.arm_mut(arm).work;
         let ended: Vec<_> = work.extract_if(.., |work| wanted(work)).collect();
         for work in &ended {
-            // It was a word up to now, as one that comes to its end.
+            // A request counts as a sign of life until its end, also if it ends early.
             self.heard(now, work.session);
         }
         ended.iter().map(|work| work.request).collect()
     }
 
-    /// Ends what a holder has under way whose lease has ended: the requests, and whether the arm has to be stopped, which
-    /// ends those of others, too.
+    /// Ends what a former holder has in progress. Returns its requests, and true if the arm has to
+    /// be stopped; a stop ends the requests of all sessions.
     pub(super) fn end_work_of(
         &mut self,
         now: HostInstant,
@@ -301,6 +311,7 @@ impl Control {
         holder: SessionId,
     ) -> (Vec<RequestId>, bool) {
         let state = self.arm_mut(arm);
+        // Requests that only steer a job do not make the arm move.
         let mut own = state.work.iter().filter(|work| work.session == holder);
         let moves = own.any(|work| !work.kind.is_of_jobs());
         let stop = std::mem::take(&mut state.queued) || moves;
@@ -308,7 +319,7 @@ impl Control {
         (ended, stop)
     }
 
-    /// The arm's job is in this phase now; none: it is over.
+    /// Records the phase of the arm's job. `None` if the job is over.
     pub fn job_is(
         &mut self,
         now: HostInstant,
@@ -319,7 +330,8 @@ impl Control {
     ) {
         let state = self.arm_mut(arm);
         if phase.is_some_and(JobPhase::is_under_way) {
-            // What was queued before is the job's to wait for: the end of the lease is not to stop the arm under it.
+            // The job waits for what was queued before, so the end of the lease must not stop the
+            // arm under it.
             state.queued = false;
         }
         let before = state.job.filter(|before| before.id == job);
@@ -327,6 +339,7 @@ impl Control {
             id: job,
             on_lost,
             phase,
+            // Facts about the job survive a change of its phase.
             burns: before.is_some_and(|before| before.burns),
             endless: before.is_some_and(|before| before.endless),
             let_go: phase.is_under_way() && before.is_some_and(|before| before.let_go),
@@ -337,14 +350,14 @@ impl Control {
         let _ = now;
     }
 
-    /// Whether this is the job of an arm.
+    /// True if this is the current job of the arm.
     #[must_use]
     pub fn has_job(&self, arm: ArmId, job: JobId) -> bool {
         self.arm(arm).job.is_some_and(|known| known.id == job)
     }
 
-    /// The arm's job burns: it is paused or stopped at once where the socket of its holder ends, and not only when the lease does.
-    /// Nobody may look after the laser then.
+    /// Marks the arm's job as burning. Such a job pauses or stops as soon as the holder's socket
+    /// closes, not only when the lease ends, because the laser may then be unattended.
     pub fn job_burns(&mut self, arm: ArmId, job: JobId) {
         if let Some(under_way) = { &mut self.arm_mut(arm).job }.as_mut()
             && under_way.id == job
@@ -354,7 +367,7 @@ impl Control {
         }
     }
 
-    /// Ends a job that burns, if the holder has no socket.
+    /// Ends a job that burns if the holder has no socket.
     pub(super) fn let_go_of_burning(&mut self, arm: ArmId) {
         let is_alone = self.holder(arm).is_some_and(|holder| {
             let presence = self.sessions.get(&holder);
@@ -368,7 +381,7 @@ impl Control {
         }
     }
 
-    /// Ends a job that is under way as its starter said.
+    /// Ends a running job by the policy of its starter.
     pub(super) fn end_job(&mut self, arm: ArmId) {
         let job = self.arm(arm).job;
         let job = job.filter(|job| job.phase.is_under_way() && !job.let_go);

@@ -1,4 +1,8 @@
-//! What an arm does.
+//! Actions: moves, homing, tools, settings.
+//!
+//! Each action is an async function over [`Arm`]. It resolves when the arm has done it, and
+//! dropping it stops the motion it started. That is how a stop ends an action: the engine drops the
+//! future.
 
 use magician::build::{self, Axis};
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
@@ -14,13 +18,13 @@ use crate::order::{ArmAct, Outcome, Taken};
 use crate::reading as form;
 use crate::surface::ArmSurface;
 
-/// An arm that stands there.
+/// Answer for an arm that stands at this pose.
 pub(super) fn stood(pose: &Pose) -> Value {
     json!({"stood": true, "pose": form::pose(pose)})
 }
 
-/// Does it, and reads the state that it leaves where that is the answer. Dropping the future stops what has begun.
-/// `draws` is the tool that draws later.
+/// Carries out an action. If its answer is a state, reads the state that it leaves. Dropping the
+/// future stops what has begun. `draws` is the tool for later drawings.
 pub(super) async fn to_the_end(
     arm: Arm,
     what: ArmAct,
@@ -28,8 +32,9 @@ pub(super) async fn to_the_end(
     surface: ArmSurface,
     draws: Tool,
 ) -> Done {
-    // The rail is not read each time.
+    // `SetDeviceWithL` adds or removes the rail, which is not in every reading.
     let stale = matches!(what, ArmAct::Set(Set::SetDeviceWithL(_)));
+    // After these the arm is expected to stand, so the reading waits for it.
     let rests = matches!(
         what,
         ArmAct::Move { .. } | ArmAct::Home | ArmAct::Step { .. }
@@ -44,6 +49,7 @@ pub(super) async fn to_the_end(
     if let Ok(Outcome::State) = done.outcome {
         let read = async {
             if on_rail {
+                // The motion may have moved the rail.
                 known = Known::read(&arm).await?;
             }
             if rests {
@@ -61,8 +67,10 @@ pub(super) async fn to_the_end(
     done
 }
 
-/// Waits until the arm stands whose last command has finished: something else may have moved it, a jog that braked.
+/// Waits until the arm is at rest after its last command. Something else may still move it, for
+/// example a jog that brakes.
 async fn come_to_rest(arm: &Arm) -> magician::Result<()> {
+    // Refreshes the driver's picture, on which `moving` is based.
     arm.queue().current_index().await?;
     if arm.moving() {
         arm.wait_still().await
@@ -71,7 +79,7 @@ async fn come_to_rest(arm: &Arm) -> magician::Result<()> {
     }
 }
 
-/// Does it. Dropping the future stops what has begun, by the rules of the driver.
+/// Carries out an action. Dropping the future stops what has begun, by the rules of the driver.
 async fn act(
     arm: Arm,
     act: ArmAct,
@@ -81,6 +89,7 @@ async fn act(
 ) -> Result<Outcome, RpcError> {
     match act {
         ArmAct::Set(set) => {
+            // A motor or jog must not start while a laser burns: it would drag the beam.
             if magician::sets_in_motion(&set) {
                 arm.laser().check_off().await?;
             }
@@ -115,6 +124,7 @@ async fn act(
                 arm.run(&[command]).await?;
                 return Ok(Outcome::State);
             }
+            // Without waiting, the checks of `run` are made here, before the command is queued.
             arm.permission().check(&[command])?;
             arm.preflight_for(&[command]).await?.check(&command)?;
             let index = arm.enqueue_set(&command).await?;
@@ -122,11 +132,13 @@ async fn act(
             Ok(Outcome::Value(json!({"index": index.0})))
         }
         ArmAct::Home => {
+            // Homing moves through the whole workspace.
             arm.laser().switch_off().await?;
             arm.home().await?;
             Ok(Outcome::State)
         }
         ArmAct::ClearAlarms => {
+            // Clearing alarms lets a held queue go on.
             arm.permission().check_queue().await?;
             arm.clear_alarms().await?;
             Ok(Outcome::State)
@@ -145,7 +157,7 @@ async fn act(
             Ok(Outcome::State)
         }
         ArmAct::Tool(set) if set == build::laser(false) => {
-            // With its pins.
+            // Also resets the pins that the laser uses.
             arm.laser().switch_off().await?;
             Ok(Outcome::State)
         }
@@ -164,8 +176,11 @@ async fn act(
             percent,
         } => {
             arm.laser().check_off().await?;
+            // A step is relative: from a moving arm its target would depend on timing.
             arm.wait_still().await?;
             if let Some(percent) = percent {
+                // Read first: the command sets velocity and acceleration together, and only one
+                // changes.
                 let before = arm.get::<PtpCommonParams>().await?;
                 arm.set(&PtpCommonParams {
                     velocity_ratio: percent,
@@ -184,7 +199,8 @@ async fn act(
     }
 }
 
-/// A frame that the protocol's table does not have: nothing of it can be checked but what is said of it.
+/// Sends a frame without a row in the protocol's table. All knowledge about it is what the caller
+/// declared.
 async fn raw(
     arm: &Arm,
     id: u8,
@@ -192,6 +208,7 @@ async fn raw(
     queued: bool,
     moves: bool,
 ) -> Result<Outcome, RpcError> {
+    // The fence cannot check a command whose target is unknown.
     if moves && arm.fence().is_some() {
         let why = message!("the arm has a fence, and where this command goes is not known");
         return Err(RpcError::arm(magician::ErrorKind::Unreachable, why));
@@ -204,22 +221,25 @@ async fn raw(
     let reply = reply.frame();
     match reply.params().try_into() {
         Ok(index) if queued => Ok(Outcome::Value(json!({"index": u64::from_le_bytes(index)}))),
+        // Not a queued command, or a reply without an index: returned as it is.
         _ => Ok(Outcome::Value(json!({"params": hex(reply.params())}))),
     }
 }
 
-/// A step in the tool's frame, turned by the arm's r as it stands.
+/// Builds a step in the frame of the tool, rotated by the arm's current r.
 async fn turned_step(arm: &Arm, axis: Axis, by: f32) -> Result<Set, RpcError> {
     let r = f64::from(arm.get::<Pose>().await?.r).to_radians();
     let by = f64::from(by);
     let (x, y) = match axis {
         Axis::X => (by * r.cos(), by * r.sin()),
+        // Only X and Y are turned (see the caller), so this is Y.
         _ => (-by * r.sin(), by * r.cos()),
     };
     Ok(build::line_by(x as f32, y as f32, 0.0, 0.0))
 }
 
 async fn speed(arm: &Arm, percent: f32) -> Result<(), RpcError> {
+    // Both are read before either is set, so that a lost reply changes nothing.
     let moves = arm.get::<PtpCommonParams>().await?;
     let jogs = arm.get::<JogCommonParams>().await?;
     arm.set(&PtpCommonParams {
@@ -235,7 +255,7 @@ async fn speed(arm: &Arm, percent: f32) -> Result<(), RpcError> {
     Ok(())
 }
 
-/// The command of a move.
+/// Builds the command of a move.
 fn command(
     to: [f32; 4],
     rail: Option<f32>,
@@ -246,6 +266,7 @@ fn command(
 ) -> Result<Set, RpcError> {
     let no = |name: &str, why: &str| Err(RpcError::param(name, why));
     let command = match (by, joints, relative) {
+        // A jump goes up first, to an absolute height.
         (Travel::Jump, _, true) => return no("by", "a jump counts from no place"),
         (Travel::Line, true, true) => {
             return no("by", "a relative move by joints has no straight line");
@@ -258,6 +279,7 @@ fn command(
             let [x, y, z, r] = to;
             match by {
                 Travel::Line => build::line_by(x, y, z, r),
+                // A jump was refused above.
                 _ => build::move_by(x, y, z, r),
             }
         }

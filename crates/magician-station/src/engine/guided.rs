@@ -1,4 +1,9 @@
-//! Points that a hand teaches: the arm is asked whether its unlock key was released, as long as the holder of the lease wants it.
+//! Teaching by hand: reports the pose at each release of the arm's unlock key.
+//!
+//! The holder of the lease switches this on and off, and either takes several commands to the arm,
+//! because settings are changed and restored. So it is a small state machine: a change that has
+//! begun is completed before the next one starts. However quickly a client toggles, the settings of
+//! the arm end as they were.
 
 use std::future::{Future, pending};
 use std::pin::Pin;
@@ -16,17 +21,16 @@ use crate::api::{ArmEvent, RpcError};
 use crate::control::RequestId;
 use crate::order::{ArmReport, Outcome};
 
-/// Whether the arm is asked, and is to be. What has begun comes to its end before it is changed again, so that no wish, however
-/// close to another one, leaves the arm's settings changed.
+/// State of the reporting, and the state that is wanted.
 #[derive(Default)]
 pub(super) struct Guided {
     wanted: bool,
-    /// It is wanted of an arm that is not known to be homed, too.
+    /// True to report even if the arm is not known to be homed.
     unhomed: bool,
     now: Now,
-    /// Requests that are answered when what is wanted is so.
+    /// Requests that are answered when the wanted state is reached.
     asked: Vec<RequestId>,
-    /// What was changed of the arm for it.
+    /// Settings of the arm that were changed for the reporting.
     saved: SavedSettings,
 }
 
@@ -39,16 +43,16 @@ enum Now {
     Ends(Pin<Box<dyn Future<Output = ()> + Send>>),
 }
 
-/// Something new of it.
+/// Event of the reporting.
 pub(super) enum News {
-    /// The key was released with the arm there.
+    /// The key was released with the arm at this pose.
     Released(Pose),
     Begun(Result<Polled<Pose>, RpcError>),
     Ended,
 }
 
 impl Guided {
-    /// What is new; never while it is off.
+    /// Returns the next event. Pending for ever while reporting is off.
     pub(super) async fn next(&mut self) -> News {
         match &mut self.now {
             Now::Off => pending().await,
@@ -61,7 +65,7 @@ impl Guided {
         }
     }
 
-    /// Goes on to what is wanted. True when it is so.
+    /// Takes the next step towards the wanted state. Returns true when it is reached.
     fn turn(&mut self, arm: &Arm) -> bool {
         let saved = self.saved.clone();
         let arm = if self.unhomed {
@@ -71,6 +75,7 @@ impl Guided {
         };
         match (&self.now, self.wanted) {
             (Now::Off, false) | (Now::On(_), true) => return true,
+            // Wait for the change in progress.
             (Now::Begins(_) | Now::Ends(_), _) => {}
             (Now::Off, true) => self.now = Now::Begins(Box::pin(begin(arm, saved))),
             (Now::On(_), false) => self.now = Now::Ends(Box::pin(end(arm, saved))),
@@ -87,12 +92,13 @@ async fn begin(arm: Arm, saved: SavedSettings) -> Result<Polled<Pose>, RpcError>
 }
 
 async fn end(arm: Arm, saved: SavedSettings) {
-    // A line that is lost: the next program that sets something restores it.
+    // On a lost line this fails. The saved settings stay marked, and the next program that connects
+    // restores them.
     let _ = saved.restore(&arm).await;
 }
 
 impl Work {
-    /// The arm is to be asked, or no more; the request is answered when it is so.
+    /// Switches reporting on or off. The request is answered when the arm has done it.
     pub(super) fn guide(&mut self, request: Option<RequestId>, on: bool, unhomed: bool) {
         (self.guided.wanted, self.guided.unhomed) = (on, unhomed);
         self.guided.asked.extend(request);
@@ -105,9 +111,10 @@ impl Work {
             News::Ended => self.guided.now = Now::Off,
             News::Begun(Ok(points)) => self.guided.now = Now::On(points),
             News::Begun(Err(error)) => {
-                // What was changed for asking is restored at once.
+                // Beginning may have changed some settings before it failed: restore them.
                 let ends = end(self.arm.clone(), self.guided.saved.clone());
                 self.guided.now = Now::Ends(Box::pin(ends));
+                // Otherwise it would be tried again without end.
                 self.guided.wanted = false;
                 self.answer_guides(&Err(error));
             }
@@ -129,6 +136,7 @@ impl Work {
     }
 
     fn hand_trigger(&self, pose: &Pose) {
+        // By joints: the hand has put the arm there, so the joint angles are reachable.
         let step = capture(pose, Travel::Joints).map(|mut captured| captured["step"].take());
         let fields = vec![("step", step.unwrap_or_default())];
         let event = ArmEvent::HandTrigger;

@@ -1,4 +1,5 @@
-//! Pins, sensors and steppers by the protocol's table, so that a page needs to know no command.
+//! Pins, sensors and steppers, described from the protocol's table, so that a page needs no
+//! knowledge of commands.
 
 use magician::commands::{GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm};
 use magician::{Arm, build};
@@ -10,9 +11,10 @@ use serde_json::{Value, json};
 use crate::api::RpcError;
 use crate::reading::short;
 
+// EIO addresses of the Magician are 1 to 20.
 const PINS: u8 = 20;
 
-/// What a command is for on such a page, by what its row says.
+/// Returns the part that a command plays on the I/O page, judged by its row. `None` if it has none.
 fn role(row: &Row) -> Option<&'static str> {
     let sets_port = |layout: &LayoutInfo| {
         let is_port = |field: &Field| field.ty == FieldType::Enum(Port::INFO);
@@ -22,13 +24,14 @@ fn role(row: &Row) -> Option<&'static str> {
         id if id == <IoMultiplexing as Writable>::ROW.id => Some("function"),
         id if id == <IoDo as Writable>::ROW.id => Some("output"),
         id if id == <IoPwm as Writable>::ROW.id => Some("signal"),
+        // By effect and not by id, so that a new motor command appears by itself.
         _ if row.effect == Effect::Motor => Some("stepper"),
         _ if row.chapter == Chapter::Io && row.set.is_some_and(sets_port) => Some("sensor"),
         _ => None,
     }
 }
 
-/// What pins, sensors and steppers are, and what the pins do now.
+/// Returns descriptions of pins, sensors and steppers, and the current levels of outputs.
 pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
     let mut pins = Vec::new();
     for number in 1..=PINS {
@@ -53,11 +56,13 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
                 pin["frequency"] = json!(signal.frequency);
                 pin["duty_cycle"] = json!(signal.duty_cycle);
             }
+            // Inputs are not read here: a subscription watches them.
             _ => {}
         }
         pins.push(pin);
     }
     let rows = TABLE.iter().filter_map(|row| {
+        // Rows without a part on the page are skipped.
         Some(json!({
             "role": role(row)?,
             "command": row.name,
@@ -83,7 +88,8 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
     }))
 }
 
-/// What subscribers call a pin of this function.
+/// Returns the name under which a subscription watches a pin with this function. `None` if it has
+/// no level.
 fn watch(function: IoFunction) -> Option<&'static str> {
     match function {
         IoFunction::DigitalOutput => Some("output"),
@@ -109,6 +115,7 @@ fn field(field: &Field) -> Value {
             });
             ("choice", named.collect())
         }
+        // Every other type of the protocol is a number.
         _ => ("number", Vec::new()),
     };
     json!({
@@ -122,10 +129,10 @@ fn field(field: &Field) -> Value {
     })
 }
 
-/// The functions that the connector of a pin is made for.
+/// Returns the functions that the connector of a pin supports. `None` if unknown.
 #[cfg(feature = "sim")]
 fn abilities(_: &Arm, address: u8) -> Option<Vec<u8>> {
-    // A real arm's connectors are those that the virtual one's are made after.
+    // The virtual arm models the connectors of the real one.
     let profile = magician::sim::Profile::default();
     let pin = profile.io.pins.get(usize::from(address).checked_sub(1)?)?;
     let functions = IoFunction::INFO.variants.iter();

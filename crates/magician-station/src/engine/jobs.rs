@@ -1,4 +1,9 @@
-//! Jobs: programs that are read, checked, and run through `magician-job`.
+//! Jobs of an arm: reading and checking the program, running it through `magician-job`, and
+//! reporting.
+//!
+//! A job occupies the slot of its arm from the order to start to its end. Its program is read off
+//! the engine's task, because that may take seconds; meanwhile pauses are stored and a stop gives
+//! the reading up. A running job ends, pauses and resumes through its [`JobHandle`].
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -25,44 +30,47 @@ use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
 use crate::reading::{self, to_value};
 use crate::surface::ArmSurface;
 
-/// As far apart may be where a job was paused and where it goes on without an approach, mm and deg.
+/// Largest difference between the pose at the pause and the pose at a resume without approach, mm
+/// and degrees. A choice: more than the arm's repeatability, less than a visible offset in a
+/// drawing.
 const APART: f32 = 0.5;
 
-/// What jobs need beside the arm.
+/// Resources of jobs besides the arm.
 pub(super) struct JobContext {
     pub(super) reader: Arc<dyn Reader>,
     pub(super) surface: ArmSurface,
     pub(super) journal: Box<dyn Fn() -> Box<dyn Journal> + Send + Sync>,
 }
 
-/// The job of an arm, from its order to its end.
+/// Job of an arm, from its order to its end.
 pub(super) struct Slot {
     id: JobId,
-    /// What is to be begun when the program was read.
+    /// Order that is carried out when the program has been read.
     start: Option<Box<JobStart>>,
     handle: Option<JobHandle>,
-    /// Pauses that were asked for before it began.
+    /// Pauses requested before the job started.
     pauses: Vec<(Option<RequestId>, PauseReason)>,
-    /// A stop came before it began.
+    /// True if the job was stopped before it started.
     stopped: bool,
-    /// Told then: a file that is read elsewhere is waited for no longer.
+    /// Notified by that stop, so that a file read elsewhere is not waited for.
     gives_up: Arc<Notify>,
-    /// Where the arm stood when it was paused.
+    /// Pose at the pause. `None` if it could not be read.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
-    /// True if nobody holds the arm: motors that the job leaves running are switched off when it pauses or ends.
+    /// True if no session holds the arm. Then motors that the job leaves running are switched off
+    /// when it pauses or ends.
     owes_motors: Arc<AtomicBool>,
 }
 
-/// The job under way, as the end of the program sees it.
+/// The running job, shared with the end of the program.
 #[derive(Debug, Default)]
 pub(super) struct RunningJob {
     handle: Option<JobHandle>,
-    /// True once the program ends: no job begins any more.
+    /// True once the program ends: no job starts any more.
     closed: bool,
 }
 
 impl RunningJob {
-    /// Starts a job, unless the program ends.
+    /// Starts a job. `None` if the program is ending.
     fn start(running: &Mutex<Self>, start: impl FnOnce() -> JobHandle) -> Option<JobHandle> {
         let mut running = lock(running);
         if running.closed {
@@ -71,7 +79,7 @@ impl RunningJob {
         Some(running.handle.insert(start()).clone())
     }
 
-    /// Lets no job begin any more; the one under way.
+    /// Prevents further jobs. Returns the running one.
     pub(super) fn close(running: &Mutex<Self>) -> Option<JobHandle> {
         let mut running = lock(running);
         running.closed = true;
@@ -94,14 +102,14 @@ impl Slot {
     }
 }
 
-/// A program that was read for a job.
+/// Program that was read for a job.
 pub(super) struct ReadProgram {
     program: PreparedProgram,
-    /// Report of its check, if it cannot be placed.
+    /// Report of its check, if it cannot be placed within reach.
     report: Option<Value>,
 }
 
-/// Checks a program that cannot be placed: its refusal has a report, as each one has.
+/// Checks a program that cannot be placed, because every refusal of a program carries a report.
 async fn reported(arm: &Arm, program: PreparedProgram) -> Result<ReadProgram, RpcError> {
     if program.misfit.is_none() {
         return Ok(ReadProgram {
@@ -120,7 +128,7 @@ async fn reported(arm: &Arm, program: PreparedProgram) -> Result<ReadProgram, Rp
     Ok(ReadProgram { program, report })
 }
 
-/// Switches motors off that a job has left running, if nobody holds the arm.
+/// Switches off motors that a job left running, if no session holds the arm.
 async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
         && let Err(error) = arm.motors().stop().await
@@ -129,14 +137,15 @@ async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
     }
 }
 
-/// What its holder has to know when a job is over: what the arm has switched on, and whether its tool
-/// took nothing of what it was to take since `before`.
+/// Notes for the holder at the end of a job: outputs left switched on, and grips that picked
+/// nothing since `before`.
 fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
     let mut left = left_on(arm);
     let now = world::grip_count(arm);
     let before = before.unwrap_or(now);
-    // The world of a virtual arm begins anew with a scenario.
+    // Loading a scenario resets the counters, so they may be lower than before.
     let begun = now.begun.saturating_sub(before.begun);
+    // A grip that failed began without taking anything.
     let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
     if missed > 0 {
         let what = if begun == 1 {
@@ -160,7 +169,7 @@ fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
     notes.filter_map(|note| to_value(&note).ok()).collect()
 }
 
-/// What the arm has switched on when a job is over.
+/// Returns a note for each output that is switched on at the end of a job.
 fn left_on(arm: &Arm) -> Vec<Diagnostic> {
     let motors = arm.motors().running().into_iter().map(|motor| {
         let motor = u8::from(motor) + 1;
@@ -176,7 +185,7 @@ fn left_on(arm: &Arm) -> Vec<Diagnostic> {
 }
 
 impl Work {
-    /// Reads a program and checks it from where the arm stands.
+    /// Reads a program and checks it from the arm's current state.
     pub(super) fn check_job(&mut self, request: RequestId, source: Source, preview: bool) {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         let surface = self.jobs_with.surface.clone();
@@ -197,7 +206,7 @@ impl Work {
                 };
                 let checked =
                     in_turns(async move { to_value(&job::check(&program, start).await?) });
-                // Each has a thread of its own, where there are threads.
+                // Preview and check use a thread each, where there are threads.
                 let (shown, report) = tokio::join!(shown, checked);
                 let mut report = report??;
                 if let Some(shown) = shown.transpose()? {
@@ -210,13 +219,14 @@ impl Work {
         });
     }
 
-    /// Its turn has come: its program is read.
+    /// Reads the program of a job whose turn has come.
     pub(super) fn read_job(&mut self, start: JobStart) {
         let job = start.job;
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         let surface = self.jobs_with.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
         let unhomed = start.order.unhomed;
+        // Stays unused if the slot belongs to another job by now.
         let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
             slot.start = Some(Box::new(start));
@@ -238,7 +248,7 @@ impl Work {
         });
     }
 
-    /// Its program was read: it begins.
+    /// Starts a job whose program has been read.
     pub(super) fn begin_job(&mut self, job: JobId, program: Result<Box<ReadProgram>, RpcError>) {
         let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
             return;
@@ -246,6 +256,7 @@ impl Work {
         let Some(start) = slot.start.take() else {
             return;
         };
+        // A stop during the reading counts, even if the reading failed meanwhile.
         if slot.stopped {
             return self.never_began(job, "stopped", None);
         }
@@ -265,6 +276,7 @@ impl Work {
             Ok(spec) => spec,
             Err(error) => return self.never_began(job, "failed", Some(error)),
         };
+        // The driver enforces the permission for every frame of the job.
         let arm = match start.laser {
             Ok(()) => self.arm.allowing_laser(),
             Err(_) => self.arm.clone(),
@@ -282,6 +294,7 @@ impl Work {
         let Some(slot) = &mut self.job else {
             return;
         };
+        // Before the first report, so that a pause that answers it finds the job.
         slot.handle = Some(handle.clone());
         if handle.burns() {
             let news = JobNews::Burns;
@@ -289,6 +302,7 @@ impl Work {
         }
         let paused = Arc::clone(&slot.paused);
         let owes_motors = Arc::clone(&slot.owes_motors);
+        // Pauses that were requested while the program was read.
         let pauses = std::mem::take(&mut slot.pauses);
         for (request, reason) in pauses {
             self.pause_job(request, job, reason);
@@ -300,8 +314,10 @@ impl Work {
             let mut events = handle.events();
             while let Some(event) = events.next().await {
                 let news = match event {
+                    // The end is reported below, with its details.
                     JobEvent::State(JobState::Ended) => break,
                     JobEvent::State(state) => {
+                        // The pose is needed to see at a resume whether the arm was moved.
                         if matches!(state, JobState::Paused { .. }) {
                             let pose = arm.get::<Pose>().await.ok();
                             *lock(&paused) = pose;
@@ -312,17 +328,21 @@ impl Work {
                     }
                     JobEvent::Progress(progress) => JobNews::Progress(progress),
                     JobEvent::Starts(starts) => JobNews::Starts(starts.steps),
+                    // The job goes on without a journal entry: stopping a drawing half way would be
+                    // worse.
                     JobEvent::Unkept(cause) => {
                         tracing::warn!("{}", report::unkept(&cause).message);
                         continue;
                     }
+                    // The API does not report the other events.
                     _ => continue,
                 };
                 report(ArmReport::Job { job, news });
             }
             let mut end = Box::new(end_of(&handle.outcome().await, &program));
             pay_motors(&arm, &owes_motors).await;
-            // A job that was stopped may have had its pick still before it.
+            // A stopped job may have had its pick still ahead, so grips are counted only for a
+            // completed one.
             let before = (end.state == "done").then_some(grips);
             end.notes = notes_of(&arm, before);
             let news = JobNews::Over(end);
@@ -331,7 +351,7 @@ impl Work {
         });
     }
 
-    /// What is to be run; refused where it would do what its starter may not.
+    /// Builds what is run. An error if the job would do something that its starter may not.
     fn spec(
         &self,
         start: &JobStart,
@@ -343,6 +363,7 @@ impl Work {
         whole
             .has(order.from)
             .map_err(|problem| RpcError::param("from", problem.to_string()))?;
+        // Checked on the program itself and not on its format: a plan can hold any command.
         if let Err(refused) = &start.danger
             && { whole.plan().commands() }.any(|command| command.row().dangerous)
         {
@@ -391,7 +412,7 @@ impl Work {
         (self.report)(ArmReport::Job { job, news });
     }
 
-    /// A request about a job that is over.
+    /// Answers a request about a job that is over.
     fn over(&self, request: Option<RequestId>) {
         if let Some(request) = request {
             let outcome = Err(refused(message!("the job is over")));
@@ -409,6 +430,7 @@ impl Work {
             return self.over(request);
         };
         let Some(handle) = &slot.handle else {
+            // The program is still being read: the pause applies as soon as the job starts.
             slot.pauses.push((request, reason));
             return;
         };
@@ -436,7 +458,7 @@ impl Work {
             return self.over(Some(request));
         };
         let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
-        // Whoever resumes it holds the arm.
+        // The session that resumes the job holds the arm.
         slot.owes_motors.store(false, Ordering::SeqCst);
         self.side.spawn(async move {
             let resumed = async {
@@ -446,6 +468,8 @@ impl Work {
                     return Err(*refused);
                 }
                 if !approach {
+                    // Without an approach the first move would start from a wrong place and draw a
+                    // line.
                     stands_there(&arm, paused).await?;
                 }
                 handle.resume().await.map_err(|error| match error {
@@ -463,7 +487,7 @@ impl Work {
         });
     }
 
-    /// The job stops, and its pen goes up.
+    /// Stops the job and lifts its pen.
     pub(super) fn stop_job(&mut self, job: JobId) {
         let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
             return;
@@ -474,7 +498,7 @@ impl Work {
         }
     }
 
-    /// The arm is stopped, and nothing of the job moves after that.
+    /// Stops the arm at once. The job makes no further motion.
     pub(super) fn halt_job(&mut self) {
         match &self.job {
             Some(Slot {
@@ -486,7 +510,7 @@ impl Work {
         }
     }
 
-    /// A stop of a job that has not begun.
+    /// Stops a job that has not started.
     fn stop_before(&mut self) {
         let Some(slot) = &mut self.job else {
             return;
@@ -497,7 +521,7 @@ impl Work {
         let count = self.waiting.len();
         self.waiting
             .retain(|waiting| !matches!(waiting, Waiting::Job(_)));
-        // One whose program is being read is over when that was read.
+        // While the program is being read, the end of the reading ends the job.
         if self.waiting.len() < count {
             self.never_began(job, "stopped", None);
         }
@@ -506,10 +530,11 @@ impl Work {
     pub(super) fn job_is_over(&mut self, job: JobId) {
         self.job.take_if(|slot| slot.id == job);
         lock(&self.running).handle = None;
+        // The job may have changed tools, speed and rail.
         self.learn();
     }
 
-    /// Whether what the arm does is the job's.
+    /// True if the motion of the arm is that of a running job.
     pub(super) fn job_drives(&self) -> bool {
         let handle = self.job.as_ref().and_then(|slot| slot.handle.as_ref());
         handle.is_some_and(|handle| {
@@ -517,14 +542,15 @@ impl Work {
         })
     }
 
-    /// The lease has ended, or there is none: motors of the job end with it.
+    /// Marks that no session holds the arm: motors of the job end with the job.
     pub(super) fn owe_motors(&self) {
         if let Some(slot) = &self.job {
             slot.owes_motors.store(true, Ordering::SeqCst);
         }
     }
 
-    /// The speed of a job that drives is its own.
+    /// Sets the speed of a running job. `None` if no job runs or the action is another one: then
+    /// the action is carried out as usual.
     pub(super) fn paced(&self, act: &ArmAct) -> Option<Result<Outcome, RpcError>> {
         let ArmAct::Speed(percent) = act else {
             return None;
@@ -533,6 +559,7 @@ impl Work {
         if !self.job_drives() {
             return None;
         }
+        // Jobs take whole percents.
         let set = handle.set_speed(percent.round() as u8);
         Some(match set {
             Ok(()) => Ok(Outcome::Value(Value::Null)),
@@ -551,7 +578,7 @@ fn refused(why: impl Into<magician::Message>) -> RpcError {
     RpcError::arm(ErrorKind::InvalidInput, why)
 }
 
-/// Whether the arm stands where the pause left it.
+/// Checks that the arm stands where the pause left it.
 async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError> {
     let pose = arm.get::<Pose>().await?;
     let near = |one: f32, other: f32| (one - other).abs() <= APART;
@@ -572,8 +599,9 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
         .with("pose", json!(reading::pose(&pose))))
 }
 
-/// Reads a program beside what the arm does; one that depends on where the arm stands begins there, or where it began before.
-/// `runs_on` is the arm as it is to run the program, if it is.
+/// Reads a program off the engine's task. A program that depends on where the arm stands starts
+/// there, or at `begun` if it was started before. `runs_on` is the arm as it will run the program;
+/// `None` for a check.
 async fn read(
     arm: &Arm,
     runs_on: Option<&Arm>,
@@ -590,7 +618,7 @@ async fn read(
         surface: surface.known().await?,
         ..ReadingArm::default()
     };
-    // A frame goes by the tool in force, unless it was told what it frames.
+    // A frame is traced with the tool in force, unless the options name the tool.
     if { source.setup.as_ref() }.is_some_and(|options| options.needs_tool_in_force()) {
         here.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
     }
@@ -605,14 +633,17 @@ async fn read(
         }
         match read {
             ProgramReading::Done(program) => return Ok(*program),
+            // Not possible after the loop above.
             ProgramReading::ToCome(_) => {}
             ProgramReading::LacksSurface(error) => {
-                // A surface is measured with an arm that is homed: that comes first.
+                // Measuring the surface needs a homed arm, so an arm that is not homed gets that
+                // error first.
                 if let Some(arm) = runs_on {
                     arm.homing().check().await?;
                 }
                 return Err(error);
             }
+            // At most one second reading: with the start known, the program must be readable.
             ProgramReading::NeedsStart if here.stands.is_none() => {
                 here.stands = Some(arm.preflight_for(&[]).await?);
             }
@@ -623,7 +654,7 @@ async fn read(
     }
 }
 
-/// Calls it beside the tasks of the runtime.
+/// Runs a computation off the tasks of the runtime, where there are threads.
 pub(crate) async fn beside<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, RpcError> {
@@ -631,7 +662,7 @@ pub(crate) async fn beside<T: Send + 'static>(
     computed.map_err(|error| RpcError::internal(error.to_string()))
 }
 
-/// How it ended.
+/// Returns the end of a job from its outcome.
 fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     match outcome {
@@ -644,9 +675,11 @@ fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
         Err(error) if error.is_stop() => over("stopped", None),
         Err(error) => match &error.fault {
             Fault::Arm(fault) if fault.code() == ErrorCode::Stopped => over("stopped", None),
+            // A lost line is not a fault of the program, so the job counts as interrupted.
             Fault::Arm(fault) if fault.kind() == ErrorKind::Port => {
                 over("interrupted", Some(RpcError::from(&**fault)))
             }
+            // Everything that is neither a stop nor a broken line.
             _ => over("failed", Some(fault_of(error, program))),
         },
     }
@@ -675,6 +708,7 @@ fn fault_of(error: &JobError, program: &PreparedProgram) -> RpcError {
             .said(&error.sentence())
             .with("from", span.least + 1)
             .with("to", span.most),
+        // Faults that are neither the arm's nor the program's.
         _ => RpcError::arm(ErrorKind::InvalidInput, message).said(&error.sentence()),
     }
 }

@@ -1,4 +1,4 @@
-//! What an arm is made of, for pages that draw it.
+//! Geometry of an arm, for pages that draw it.
 
 use magician::commands::{DeviceWithL, EndEffectorParams};
 use magician::{Arm, ToolBias};
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::api::RpcError;
 use crate::reading::short;
 
-/// The links, limits and tool of an arm.
+/// Returns links, limits and tool of the arm.
 pub(super) async fn model(arm: &Arm) -> Result<Value, RpcError> {
     let bias = arm.get::<EndEffectorParams>().await?;
     let bias = [bias.x_bias, bias.y_bias, bias.z_bias];
@@ -27,6 +27,7 @@ pub(super) async fn model(arm: &Arm) -> Result<Value, RpcError> {
             "j3": range(limits.j3),
             "j4": range(limits.j4),
             "j2_minus_j3": range(limits.j2_minus_j3),
+            // The rail has no limits in the model, only a length.
             "l": on_rail.then_some([0.0, model.rail.length]),
         },
         "tool": {"name": super::reads::tool_name(bias), "bias": bias.map(short)},
@@ -39,7 +40,7 @@ fn link(link: &Link) -> Value {
         "parent": link.parent,
         "joint": link.joint.map(LinkJoint::name),
         "axis": link.axis,
-        // Without the digits of 32 bits.
+        // Rounded to micrometres: lengths are single-precision numbers.
         "at": link.at.map(|at| (at * 1000.0).round() / 1000.0 + 0.0),
         "shape": link.shape.name(),
         "size": link.size.map(|size| (size * 1000.0).round() / 1000.0),

@@ -1,4 +1,8 @@
-//! What is read of an arm.
+//! Readings: the state of the arm, single values, identity.
+//!
+//! A subscription gets a reading at each status of the driver. The status does not say reliably
+//! whether the arm moves: another host may move it, and its pose is updated only every 20 ms.
+//! `Known` therefore watches the poses themselves.
 
 use std::time::{Duration, Instant};
 
@@ -21,29 +25,33 @@ use crate::order::{ArmRead, Outcome};
 use crate::reading::{ArmReading, ToolReading, pin_kind, to_value};
 use crate::surface::ArmSurface;
 
-/// What the engine keeps between two readings.
+/// Values that the engine keeps between two readings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Known {
-    /// Where on the rail, mm, if there is one. It is not read each time: it changes by commands only, and rarely.
+    /// Position on the rail, mm. `None` without a rail. Not in every reading, because only commands
+    /// change it, and rarely.
     pub(super) rail: Option<f32>,
-    /// The pose of the last reading, and when it was read.
+    /// Pose of the last reading, and when it was read.
     before: Option<(Pose, Instant)>,
-    /// The poses since one that differed; `None` while nothing moves the arm.
+    /// Watches for rest since a pose differed from the one before. `None` while the arm is at rest.
     moves: Option<RestDetector>,
-    /// The pose before, and when it was read by a clock that begins with the first one, us.
+    /// The pose before, and its time on a clock that starts with the first reading, us.
     last: Option<(Pose, u64)>,
     begun: Option<Instant>,
 }
 
-/// Equal poses so far apart are those of an arm that stands, or turned round meanwhile, us.
+/// Distance in time, us, from which two equal poses count as rest. Ten times the 20 ms for which a
+/// moving arm may report the same pose.
 const FAR_APART: u64 = 200_000;
 
 impl Known {
-    /// Reads what is not read each time; tools and speed go into the driver's picture of the arm.
+    /// Reads the values that are not in every reading. Tools and speed go into the driver's picture
+    /// of the arm.
     pub(super) async fn read(arm: &Arm) -> Result<Self> {
-        // What is remembered of a homing counts from here on.
+        // Also loads the remembered homing, which counts from here on.
         arm.homing().is_homed().await?;
         arm.read_outputs().await?;
+        // Only then is there a position on the rail.
         let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
         let rail = if on_rail {
             Some(arm.get::<PoseL>().await?.pose_l)
@@ -56,26 +64,28 @@ impl Known {
         })
     }
 
-    /// A reading with what is known beside it; `None` for one that is older than the last.
+    /// Combines a status with the known values. `None` if the status is older than the last
+    /// reading.
     pub(super) fn reading(&mut self, status: &Status, arm: &Arm) -> Option<ArmReading> {
         let seen = (status.pose, status.at);
         if self.before.is_some_and(|(_, at)| status.at < at) {
             return None;
         }
-        // What others set going is seen by the pose alone.
+        // Motion caused by another host shows in the pose alone.
         self.before = Some(seen);
         let moved = self.moved(status.pose, status.at);
         Some(self.with(&arm.snapshot(), status, moved, status.at.elapsed()))
     }
 
-    /// The arm has come to rest, or was not read for a while: its last pose does not tell whether it moves.
+    /// Forgets the last poses: the arm has come to rest, or was not read for a while, so comparing
+    /// the next pose with the last one would be misleading.
     pub(super) fn rests(&mut self) {
         self.before = None;
         (self.moves, self.last) = (None, None);
     }
 
-    /// True from a pose that differs from the one before until the poses are those of an arm at rest: a pose stands for 20 ms
-    /// while the arm moves, and two readings in that time are equal.
+    /// Returns true from the first pose that differs until the poses are those of an arm at rest.
+    /// Two equal readings do not suffice: a moving arm reports the same pose for 20 ms.
     fn moved(&mut self, pose: Pose, at: Instant) -> bool {
         let begun = *self.begun.get_or_insert(at);
         let now = at.saturating_duration_since(begun).as_micros();
@@ -84,7 +94,10 @@ impl Known {
         let differs = last.is_some_and(|(last, _)| last != pose);
         let far = last.is_some_and(|(_, at)| now.saturating_sub(at) >= FAR_APART);
         let moves = match (&mut self.moves, differs) {
+            // Still moving if the detector says so; but two equal poses far apart end it in any
+            // case.
             (Some(rest), _) => !rest.see(now, pose) && (differs || !far),
+            // The first difference starts a new detector.
             (None, true) => {
                 let mut rest = RestDetector::default();
                 rest.see(now, pose);
@@ -99,7 +112,7 @@ impl Known {
         moves
     }
 
-    /// What moves and burns is of now, all else of the status.
+    /// Builds a reading: motion and outputs from `now`, everything else from the status.
     fn with(&self, now: &ArmSnapshot, status: &Status, moved: bool, age: Duration) -> ArmReading {
         ArmReading {
             age,
@@ -119,7 +132,7 @@ impl Known {
     }
 }
 
-/// Tools as the API has them.
+/// Returns the tools in the form of the API.
 pub(super) fn tool(outputs: &ArmOutputs) -> ToolReading {
     ToolReading {
         name: outputs.tool.and_then(tool_name),
@@ -130,11 +143,12 @@ pub(super) fn tool(outputs: &ArmOutputs) -> ToolReading {
     }
 }
 
-/// The name of the tool whose tip that is.
+/// Returns the name of the tool with this offset of its tip. `None` if it is not a known one.
 pub(super) fn tool_name(bias: [f32; 3]) -> Option<&'static str> {
     let [x, y, z] = bias.map(f64::from);
     let own = |named: &ToolBias| {
         let apart = [named.x - x, named.y - y, named.z - z];
+        // The controller stores single-precision numbers, so offsets are compared to 0.01 mm.
         apart.iter().all(|apart| apart.abs() < 0.01)
     };
     let mut named = ToolBias::NAMED.iter();
@@ -145,7 +159,7 @@ fn pin(level: &Level) -> (&'static str, u8, u16) {
     (pin_kind(level.pin), level.pin.address(), level.value)
 }
 
-/// Reads the state once. The answers go into the driver's picture of the arm, whose status is of this moment then.
+/// Reads the state once. The replies update the driver's picture, whose status is then current.
 pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> {
     arm.queue().current_index().await?;
     arm.queue().left_space().await?;
@@ -160,7 +174,7 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
     Ok(known.with(&arm.snapshot(), &status, moved, Duration::ZERO))
 }
 
-/// Answers with the state.
+/// Answers a request with the state.
 pub(super) async fn state(arm: Arm, known: Known, request: RequestId) -> TaskResult {
     let outcome = async {
         let mut known = Known::read(&arm).await?;
@@ -225,16 +239,17 @@ async fn value(
             Ok(json!({"params": hex(reply.frame().params())}))
         }
         ArmRead::Surface => surface.shown().await,
+        // Handled by `answer` above.
         ArmRead::State => Err(RpcError::internal("a state is a reading")),
     }
 }
 
-/// Bytes as hex.
+/// Formats bytes as hexadecimal digits.
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// A pose as a step of a plan file.
+/// Returns a pose as a step of a plan file.
 pub(super) fn capture(pose: &Pose, by: Travel) -> std::result::Result<Value, RpcError> {
     let wrong = |error: String| RpcError::internal(error);
     let mut taught = ProgramModel::new("", None);

@@ -1,4 +1,4 @@
-//! The world of a virtual arm of this process, by the arm's own handle.
+//! World of an in-process virtual arm: events caused by a person's hand, and the view for pages.
 
 use magician::commands::DeviceTime;
 use magician::message;
@@ -24,7 +24,7 @@ use crate::order::Fault;
 use crate::order::{ArmReport, Outcome, WorldAct};
 
 impl Work {
-    /// Does it, and has the answer follow.
+    /// Causes an event. The answer follows.
     pub(super) fn change_world(&mut self, request: RequestId, act: WorldAct) {
         let (arm, known) = (self.arm.clone(), self.known.clone());
         let report = move |done: Result<Value, RpcError>| {
@@ -33,20 +33,22 @@ impl Work {
         };
         if let WorldAct::Scenario(_) = act {
             self.side.spawn(async move {
-                // The arm's clock begins anew: the connection sees by it that the arm was reset.
+                // A new scenario restarts the arm's clock. Reading the clock before and after lets
+                // the connection notice the reset.
                 let clock = async || drop(arm.get::<DeviceTime>().await);
                 clock().await;
                 let done = happens(&arm, act);
                 clock().await;
                 if done.is_ok() {
-                    // That it was is what was asked for, and no news for the next move.
+                    // This reset was asked for: the empty run consumes the notice, so that the next
+                    // move does not fail with it.
                     drop(arm.run(&[]).await);
                 }
                 report(done)
             });
             return;
         }
-        // Now, so that what a hand does comes in its order.
+        // Applied at once, so that events of a hand happen in their order.
         let guides = matches!(act, WorldAct::Guide(_));
         let done = happens(&self.arm, act);
         self.side.spawn(async move {
@@ -85,6 +87,7 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
         WorldAct::Unlock(held) => arm.with(|arm| arm.unlock(held)),
         WorldAct::Plug(plugged) => arm.with(|arm| arm.inject(ExternalEvent::Cable { plugged })),
         WorldAct::Guide(joints) => {
+            // A real arm cannot be bent while its motors hold it.
             if !arm.state().unlocked {
                 let why =
                     message!("the motors hold the arm: hold the unlock key first (world.unlock)");
@@ -131,8 +134,8 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
     Ok(Value::Null)
 }
 
-/// The objects, what stands around them, what pen and laser have drawn, and what a hand does. The drawing is left out where it
-/// is still the one of `mark`: pages look often, and drawings are long.
+/// Returns the objects, their surroundings, the drawing, and the state of the keys. The drawing is
+/// omitted if `mark` still identifies it: pages look often, and drawings are long.
 #[cfg(feature = "sim")]
 pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcError> {
     let arm = arm.virtual_arm().ok_or_else(unsupported)?;
@@ -154,7 +157,7 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
     });
     let strokes = drawing.strokes();
     let points: usize = strokes.iter().map(|stroke| stroke.points.len()).sum();
-    // A stroke under way grows by its last point.
+    // The last point belongs to the mark because a stroke in progress grows.
     let last = strokes.last().and_then(|stroke| stroke.points.last());
     let now = last.map_or_else(String::new, |[x, y]| format!("{points}:{x:.2}:{y:.2}"));
     let is_known = mark.as_deref() == Some(&now);
@@ -163,7 +166,7 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
         (seen["drawing"], seen["strokes"]) = (Value::Null, Value::Null);
         return Ok(seen);
     }
-    // The arm goes on while the picture is drawn.
+    // Off the arm's task: the arm goes on while the picture is drawn.
     let (svg, strokes) = super::jobs::beside(move || {
         let strokes: Vec<_> = { drawing.strokes().iter() }
             .map(|stroke| stroke_of(stroke, points.div_ceil(MOST_POINTS)))
@@ -176,7 +179,7 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
     Ok(seen)
 }
 
-/// How often the tool of a virtual arm has gripped; of a real one nothing is known.
+/// Returns how often the tool has gripped. Zero for a real arm, of which this is unknown.
 pub(super) fn grip_count(arm: &Arm) -> GripCount {
     #[cfg(feature = "sim")]
     if let Some(arm) = arm.virtual_arm() {
@@ -190,14 +193,15 @@ pub(super) fn grip_count(arm: &Arm) -> GripCount {
     GripCount::default()
 }
 
-/// Times that a tool began to grip, and took something.
+/// Number of times the tool began to grip, and picked something up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GripCount {
     pub(super) begun: u64,
     pub(super) taken: u64,
 }
 
-/// As many points of a drawing go out as strokes, about.
+/// Approximate number of points of a drawing that are sent as strokes. Longer drawings are thinned
+/// out.
 #[cfg(feature = "sim")]
 const MOST_POINTS: usize = 20_000;
 
@@ -226,7 +230,8 @@ fn table_of(table: &Table) -> Value {
     json!({"height": table.height, "x": table.x, "y": table.y})
 }
 
-/// With what an arm of a scenario leaves lines, if with anything: a pen needs paper, which is the table.
+/// Returns the tool with which the arm of a scenario leaves lines. `None` if it leaves none: a pen
+/// needs paper, and paper needs a table.
 #[cfg(feature = "sim")]
 fn draws(scenario: &Scenario) -> Option<&'static str> {
     match scenario.tool().kind {
@@ -248,7 +253,7 @@ fn belt_of(belt: &Conveyor, travel: f64) -> Value {
     })
 }
 
-/// A stroke with each so manieth of its points, and its last.
+/// Returns a stroke with every `each`-th of its points, and its last point.
 #[cfg(feature = "sim")]
 fn stroke_of(stroke: &Stroke, each: usize) -> Value {
     let short = |[x, y]: &[f64; 2]| [x, y].map(|value| (value * 100.0).round() / 100.0 + 0.0);

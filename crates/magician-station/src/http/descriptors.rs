@@ -1,20 +1,25 @@
-//! Places of a listener by the descriptors that its process may have.
+//! Limits on connections, derived from the number of file descriptors that the process may have.
+//!
+//! A process that runs out of descriptors can neither accept a stop nor open a file. So the places
+//! of connections are scaled down until enough descriptors stay free for everything else.
 
 use magician::admission::AdmissionLimits;
 
 use crate::station::{SILENT_SOCKETS, SOCKETS};
 
-/// Descriptors that connections leave to everything else: the runtime, arms, files of tokens, programs, recordings and the
-/// journal.
+/// Descriptors reserved for everything but connections: the runtime, arms, and the files of tokens,
+/// programs, recordings and the journal.
 const KEPT_FREE: usize = 64;
-/// Fewest places of each kind, however few descriptors there are.
+/// Least number of places of each kind, however few descriptors there are.
 const FEWEST: usize = 4;
 
-/// Descriptors that are asked for where a process begins with fewer, as with 256 on macOS: all places fit into them.
+/// Number of descriptors that is requested if the process starts with fewer, such as 256 on macOS.
+/// All places fit into it.
 #[cfg(unix)]
 const USUAL: u64 = 1024;
 
-/// Most descriptors that this process may have, after asking for the usual number. `None` if the system does not tell.
+/// Returns the number of descriptors that the process may have, after raising the soft limit if it
+/// is low. `None` if the system does not report it.
 pub(super) fn limit() -> Option<usize> {
     #[cfg(unix)]
     {
@@ -23,7 +28,7 @@ pub(super) fn limit() -> Option<usize> {
         let most = limit.maximum.unwrap_or(USUAL);
         if limit.current.is_some_and(|now| now < most.min(USUAL)) {
             limit.current = Some(most.min(USUAL));
-            // Where it may not be more, there are fewer places.
+            // May fail: then the places are scaled down.
             let _ = setrlimit(Resource::Nofile, limit);
         }
         usize::try_from(getrlimit(Resource::Nofile).current?).ok()
@@ -32,10 +37,11 @@ pub(super) fn limit() -> Option<usize> {
     None
 }
 
-/// These places, or as many as there are descriptors for beside sockets and files.
+/// Scales the places down to the descriptors that sockets and files leave free.
 pub(super) fn within(limits: AdmissionLimits, descriptors: Option<usize>) -> AdmissionLimits {
     let wanted = limits.loopback_strangers + limits.strangers + limits.claims;
     let left = descriptors.map_or(wanted, |all| {
+        // A socket needs a descriptor besides those of connections.
         all.saturating_sub(KEPT_FREE + SOCKETS + SILENT_SOCKETS)
     });
     if left >= wanted {
@@ -47,6 +53,7 @@ pub(super) fn within(limits: AdmissionLimits, descriptors: Option<usize>) -> Adm
         loopback_strangers: share(limits.loopback_strangers),
         strangers: share(limits.strangers),
         claims,
+        // At least half of the claims stay open to clients from elsewhere.
         kept_for_loopback: share(limits.kept_for_loopback).min(claims / 2),
         idle: limits.idle,
     }

@@ -1,4 +1,7 @@
-//! A library of programs as a folder.
+//! Library of programs as a folder.
+//!
+//! An upload is written to a part file, synced, and renamed: a program is always whole. Users may
+//! put files into the folder themselves, so it is read anew for each request and nothing is cached.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write as _};
@@ -15,28 +18,30 @@ use crate::library::{
     ProgramStore, Upload,
 };
 
-/// Names of what is not whole yet begin so: no program has such a name.
+/// Prefix of part files. No program has a name that starts with a point.
 const PART: &str = ".part-";
-/// A part that nothing has been added to for so long is of a process that is gone.
+/// Age without a write after which a part file belongs to a process that is gone.
 const STALE: Duration = Duration::from_secs(3600);
-/// As many bytes of a file tell what it is.
+/// Bytes of a file that suffice to recognise its format.
 const HEAD: u64 = 64 * 1024;
 
-/// Programs as files of a folder. A program is replaced as a whole or stays as it was, also where the disk is full or the
-/// process ends.
+/// Library whose programs are the files of a folder. A program is replaced as a whole or stays as
+/// it was, even if the disk is full or the process ends.
 ///
-/// Files that people put there are programs too if their names are; links and all that is no file are left alone.
+/// Files that users put there are programs if their names are valid. Links and everything else that
+/// is not a regular file are ignored.
 #[derive(Clone, Debug)]
 pub struct ProgramFolder {
     path: PathBuf,
     parts: Arc<AtomicU64>,
-    /// One file takes its name at a time: who is the first is known.
+    /// Held while a file takes its name, so that exactly one of two uploads creates a new name.
     naming: Arc<Mutex<()>>,
     quotas: LibraryQuotas,
 }
 
 impl ProgramFolder {
-    /// In this folder, which is made with the first program. What a process that died has left half-written is removed.
+    /// Opens this folder, which is created with the first program. Removes part files of processes
+    /// that died.
     #[must_use]
     pub fn at(path: impl Into<PathBuf>) -> Self {
         let folder = Self {
@@ -49,7 +54,7 @@ impl ProgramFolder {
         folder
     }
 
-    /// With other quotas than the usual ones.
+    /// Sets the quotas.
     #[must_use]
     pub const fn with_quotas(mut self, quotas: LibraryQuotas) -> Self {
         self.quotas = quotas;
@@ -63,7 +68,9 @@ impl ProgramFolder {
             let age = { item.metadata().and_then(|data| data.modified()) }
                 .ok()
                 .and_then(|at| at.elapsed().ok());
+            // A young part may belong to another station that is running.
             if is_part && age.is_some_and(|age| age > STALE) {
+                // Left for the next start if it fails.
                 let _ = fs::remove_file(item.path());
             }
         }
@@ -73,7 +80,7 @@ impl ProgramFolder {
         self.path.join(name.as_str())
     }
 
-    /// The names of its programs, and of what else has such a name.
+    /// Returns the names in the folder that are valid names of programs, whatever they denote.
     fn names(&self) -> Result<impl Iterator<Item = ProgramName> + use<>, LibraryError> {
         let items = match fs::read_dir(&self.path) {
             Ok(items) => Some(items),
@@ -84,7 +91,7 @@ impl ProgramFolder {
         Ok(items.filter_map(|item| ProgramName::new(item.file_name().to_str()?)))
     }
 
-    /// The programs beside this one, and the size of this one if it is there.
+    /// Returns the use by all other programs, and the size of this one if it exists.
     fn around(&self, name: &ProgramName) -> Result<(LibraryUse, Option<u64>), LibraryError> {
         let mut others = LibraryUse::default();
         for other in self.names()?.filter(|other| other != name) {
@@ -95,8 +102,9 @@ impl ProgramFolder {
         Ok((others, self.known(name).map(|data| data.len()).ok()))
     }
 
-    /// What is known of a file, if it is one.
+    /// Returns the metadata of a regular file with this name.
     fn known(&self, name: &ProgramName) -> Result<fs::Metadata, LibraryError> {
+        // Not `metadata`: a link must not lead out of the folder.
         let metadata = fs::symlink_metadata(self.file(name)).map_err(failed)?;
         if metadata.is_file() {
             Ok(metadata)
@@ -109,6 +117,7 @@ impl ProgramFolder {
         let metadata = self.known(&name).ok()?;
         let modified = metadata.modified().ok()?;
         let since = modified.duration_since(UNIX_EPOCH).unwrap_or_default();
+        // The name decides if it can, which saves opening the file.
         let format = Format::of(name.as_str(), b"").or_else(|| {
             let mut head = Vec::new();
             let file = File::open(self.file(&name)).ok()?;
@@ -141,7 +150,8 @@ impl ProgramStore for ProgramFolder {
         self.known(name)?;
         let file = File::open(self.file(name)).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
-        // One that grows meanwhile is sent as it was.
+        // A file that grows meanwhile is read up to its present size, which was already sent as the
+        // length.
         let size = metadata.len();
         Ok((size, Box::new(file.take(size))))
     }
@@ -160,9 +170,11 @@ impl ProgramStore for ProgramFolder {
         checked.map_err(LibraryError::Quota)?;
         fs::create_dir_all(&self.path).map_err(failed)?;
         let part = self.parts.fetch_add(1, Ordering::Relaxed);
+        // The process id keeps parts of several stations apart.
         let part = format!("{PART}{}-{part}", std::process::id());
         let part = self.path.join(part);
         let mut options = OpenOptions::new();
+        // Never another upload's part.
         options.write(true).create_new(true);
         let file = options.open(&part).map_err(failed)?;
         Ok(Box::new(Part {
@@ -183,14 +195,14 @@ impl ProgramStore for ProgramFolder {
     }
 }
 
-/// A program that is not whole yet, in a file of its own.
+/// Upload in progress, in a part file.
 struct Part {
     file: Option<File>,
     path: PathBuf,
     name: ProgramName,
     by: Role,
     written: u64,
-    /// Bytes for which there was room when it began.
+    /// Bytes that the quota had free when the upload started.
     room: u64,
     folder: ProgramFolder,
 }
@@ -206,11 +218,12 @@ impl Part {
 impl Upload for Part {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         self.written += bytes.len() as u64;
+        // The length was declared by the client, or not at all.
         if self.written > LARGEST_PROGRAM {
             return Err(LibraryError::TooLarge);
         }
         if self.written > self.room {
-            // There may be more room by now.
+            // Other programs may have been removed since.
             self.check_room()?;
         }
         let Some(file) = &mut self.file else {
@@ -221,10 +234,13 @@ impl Upload for Part {
 
     fn finish(mut self: Box<Self>) -> Result<bool, LibraryError> {
         if let Some(file) = self.file.take() {
+            // Before the rename: after a power failure the name must not lead to an empty file.
             file.sync_all().map_err(failed)?;
         }
         let (folder, to) = (self.folder.clone(), self.folder.file(&self.name));
         let _alone = { folder.naming.lock() }.unwrap_or_else(PoisonError::into_inner);
+        // Checked again under the lock, because several uploads may have started with the same
+        // room.
         self.check_room()?;
         let is_new = match fs::symlink_metadata(&to) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => true,
@@ -232,9 +248,11 @@ impl Upload for Part {
                 let why = "a folder has this name".to_owned();
                 return Err(LibraryError::Other(why));
             }
+            // A program of this name is replaced, and so is a link.
             _ => false,
         };
         fs::rename(&self.path, to).map_err(failed)?;
+        // The part has become the program: dropping must not remove it.
         self.path.clear();
         Ok(is_new)
     }
@@ -242,7 +260,7 @@ impl Upload for Part {
 
 impl Drop for Part {
     fn drop(&mut self) {
-        // Closed first: some systems remove no file that is open.
+        // Closed first, because Windows does not remove a file that is open.
         self.file = None;
         if !self.path.as_os_str().is_empty() {
             let _ = fs::remove_file(&self.path);
@@ -256,6 +274,7 @@ fn failed(error: io::Error) -> LibraryError {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
             LibraryError::Full
         }
+        // Permissions and failures of the disk.
         _ => LibraryError::Other(error.to_string()),
     }
 }
@@ -284,7 +303,7 @@ mod tests {
         assert_eq!(keep(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
         assert_eq!(keep(&folder, &house, Role::Student, b"<svg />"), Ok(false));
         assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
-        // One that is given up, and one that is too large, leave nothing.
+        // An upload that is dropped, and one that is too large, leave nothing.
         let mut upload = folder.upload(&house, Role::Student, None).unwrap();
         upload.write(b"half").unwrap();
         assert_eq!(files(&place.path().join("new")), 2);
@@ -309,7 +328,7 @@ mod tests {
         assert_eq!(bytes_of(&folder, &house), Err(LibraryError::Unknown));
     }
 
-    /// What is put, by whom, and what is removed; `None` for a length that is not known before.
+    /// Step of the test: what is stored, by whom, or removed. `None` for an unknown length.
     #[derive(Clone, Debug)]
     struct Act {
         name: u8,
@@ -348,8 +367,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Whatever is put: the library is never above its level, a student never brings it above the students', and who is
-        /// refused is told what is true, and has changed nothing.
+        /// For any sequence of uploads: the library never exceeds its level, students never fill it
+        /// above theirs, and a refusal is correct and changes nothing.
         #[test]
         fn what_students_put_leaves_room_for_teachers(acts in acts()) {
             let (students, all) = (
@@ -397,7 +416,7 @@ mod tests {
                     }
                     Err(other) => prop_assert!(false, "{}", other),
                 }
-                // Whatever students did, a teacher has the part between the levels, unless teachers used it.
+                // Teachers keep the room between the levels, whatever students did.
                 prop_assert_eq!(files(place.path()), after.programs);
             }
         }
@@ -425,7 +444,7 @@ mod tests {
         }
         let _folder = ProgramFolder::at(place.path());
         assert!(!place.path().join(format!("{PART}1-0")).exists());
-        // It may be under way.
+        // Young enough to be in progress.
         assert!(place.path().join(format!("{PART}2-0")).exists());
     }
 
@@ -448,7 +467,7 @@ mod tests {
         assert!(folder.delete(&name("link")).is_err());
         assert!(inside.join("link").is_symlink());
         assert!(keep(&folder, &name("folder"), Role::Student, b"x").is_err());
-        // What takes the name of a link is a file of its own.
+        // Replacing a link creates a file and leaves the link's target alone.
         keep(&folder, &name("link"), Role::Student, b"mine").unwrap();
         assert_eq!(fs::read(&outside).unwrap(), b"secret");
         assert_eq!(bytes_of(&folder, &name("link")).unwrap(), b"mine");

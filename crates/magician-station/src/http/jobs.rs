@@ -1,4 +1,9 @@
-//! Jobs in a folder, a file for each arm, and their journals where all programs keep them.
+//! Jobs of a station as files, one per arm, and the journals of jobs.
+//!
+//! A job belongs to an arm and not to a name: the next station may call the arm otherwise, and
+//! another arm may get its name. So the file of an arm is named by its serial number. Some arms
+//! report no number, or the same as another arm; then the port is added. A lock file keeps two
+//! stations from writing the same file.
 
 use std::fmt;
 use std::fs::{self, File, TryLockError};
@@ -13,22 +18,23 @@ use serde_json::{Value, json};
 use crate::job::{JobStore, KeptRun};
 use crate::station::{ArmEntry, check_jobs, damaged_jobs};
 
-/// File of all arms, by their names, that stations wrote before there was one for each arm.
+/// File of an older version that held the jobs of all arms by name.
 const OLD: &str = "jobs.json";
-/// Folder of the files of arms.
+/// Folder with the files of the arms.
 const FOLDER: &str = "jobs";
-/// Virtual arms of one name in as many processes at once.
+/// Most virtual arms with the same name, in as many processes at once.
 const MOST_TWINS: u32 = 32;
-/// Longest part of a name of a file that is the arm's.
+/// Most characters of an arm's name in a file name.
 const LONGEST_NAME: usize = 100;
-/// Runs of the command line at an arm that are taken up, the newest.
+/// Most interrupted runs of the command line that are taken over per arm; the newest.
 const MOST_RUNS: usize = 8;
 
-/// The jobs of a station as files, which are for their owner alone. Journals of jobs are where the command has those of its runs:
-/// each goes on with what the other has left.
+/// Jobs of a station as files that only their owner can read. Journals are in the folder used by
+/// the command line, so that station and command can resume each other's runs.
 ///
-/// The file of an arm has the name of its serial number; where it reports none, or others report the same, of that and its
-/// port; that of a virtual arm of this process, of its name. While a station has an arm, no other writes its file.
+/// The file of an arm is named by its serial number; if the arm reports none or several arms report
+/// the same one, by number and port; for a virtual arm of this process, by its name. While a
+/// station has an arm, no other station writes its file.
 #[derive(Debug)]
 pub struct JobFolder {
     folder: PathBuf,
@@ -36,31 +42,32 @@ pub struct JobFolder {
     arms: Vec<ArmFile>,
 }
 
-/// The file of an arm.
+/// File of one arm.
 #[derive(Debug)]
 struct ArmFile {
     path: PathBuf,
     key: ArmKey,
     name: String,
-    /// Content at the start.
+    /// Content when the station started.
     content: Value,
-    /// Held as long as the station lives. `None` where the file system knows no locks, or has no room for one.
+    /// Lock, held for the station's lifetime. `None` if the file system does not support locks or
+    /// is full.
     _lock: Option<File>,
 }
 
-/// The arm itself, whatever it is called.
+/// Identity of an arm, independent of its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct ArmKey {
-    /// Empty if it reports none.
+    /// Serial number. Empty if the arm reports none.
     serial: String,
-    /// By the one name that all its names lead to.
+    /// Canonical path of the port, so that all its names are equal.
     port: String,
-    /// True if its serial number is not its alone.
+    /// True if another arm reports the same serial number.
     is_shared: bool,
     is_virtual: bool,
 }
 
-/// Why the jobs of an arm cannot be kept.
+/// Reason why the jobs of an arm cannot be kept.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum JobStoreError {
@@ -68,7 +75,7 @@ pub enum JobStoreError {
     Io(PathBuf, io::Error),
     /// A file is damaged, or of a later version.
     Unreadable(PathBuf, String),
-    /// Another station has the arm.
+    /// Another station is using the arm.
     Taken(PathBuf, String),
 }
 
@@ -91,19 +98,21 @@ impl fmt::Display for JobStoreError {
 impl std::error::Error for JobStoreError {}
 
 impl JobFolder {
-    /// The jobs of these arms, which report these serial numbers, in a folder that need not exist. What an older station has
-    /// left of arms of these names is taken over.
+    /// Opens the files of these arms, with the serial numbers that they report. The folder need not
+    /// exist. Jobs in the file of an older station are taken over by name.
     ///
     /// # Errors
-    /// [`JobStoreError`]; nothing is changed then.
+    /// [`JobStoreError`]; then nothing has changed.
     pub fn open(
         folder: impl Into<PathBuf>,
         arms: &[ArmEntry],
         serials: &[String],
     ) -> Result<Self, JobStoreError> {
         let folder = folder.into();
-        // A full disk does not keep a station from its arms; starts of jobs are refused then.
+        // Errors are ignored: a full disk must not keep a station from its arms. Starts of jobs are
+        // refused then.
         let _ = fs::create_dir_all(folder.join(FOLDER));
+        // Stations open files one at a time, because opening may rename them.
         let guard = File::open(folder.join(FOLDER)).ok();
         let _guard = guard.filter(|guard| guard.lock().is_ok());
         let keys = keys(&folder, arms, serials);
@@ -120,14 +129,14 @@ impl JobFolder {
         Ok(jobs)
     }
 
-    /// With the journals of jobs in this folder, instead of the user's directory for state.
+    /// Sets the folder of journals, instead of the user's directory for state.
     #[must_use]
     pub fn with_runs(mut self, folder: impl Into<PathBuf>) -> Self {
         self.runs = Some(folder.into());
         self
     }
 
-    /// Takes over the jobs that an older station has kept of arms of these names.
+    /// Takes over jobs from the file of an older station, by the names of arms.
     fn take_over(&mut self) -> Result<(), JobStoreError> {
         let path = self.folder.join(OLD);
         let Some(old) = read(&path)? else {
@@ -151,7 +160,7 @@ impl JobFolder {
                 continue;
             }
             for job in &mut jobs {
-                // Whose it was is not known any more.
+                // The old file does not record owners, so no one could resume it from the queue.
                 if job["state"] == "queued" {
                     job["state"] = json!("interrupted");
                 }
@@ -169,8 +178,10 @@ impl JobFolder {
         let rest: Vec<_> = { all.iter() }
             .filter(|job| !self.arms.iter().any(|arm| is_of(job, arm)))
             .collect();
-        // Only now, and only what is in another file: nothing is lost however this ends.
+        // Removed last, and only what is in another file by now: nothing is lost if this is
+        // interrupted.
         if is_written && rest.is_empty() {
+            // If this fails, the jobs are known by their ids and not taken over twice.
             let _ = fs::remove_file(&path);
         } else if is_written && rest.len() < all.len() {
             let _ = replace_private(&path, &json!(rest).to_string());
@@ -183,6 +194,8 @@ impl ArmFile {
     fn open(folder: &Path, key: ArmKey, arm: &ArmEntry) -> Result<Self, JobStoreError> {
         let stem = key.stem(&arm.name);
         let twins = if key.is_virtual { MOST_TWINS } else { 1 };
+        // Virtual arms of several stations often have the same name: each takes the first free
+        // file.
         for twin in 1..=twins {
             let stem = match twin {
                 1 => stem.clone(),
@@ -195,8 +208,10 @@ impl ArmFile {
                 .write(true)
                 .open(path.with_extension("lock"));
             let lock = match lock.ok().map(|lock| (lock.try_lock(), lock)) {
+                // In use by another station: try the next file, if there is one.
                 Some((Err(TryLockError::WouldBlock), _)) => continue,
                 Some((Ok(()), lock)) => Some(lock),
+                // No locks here: go on without, as a single station usually is alone.
                 Some((Err(TryLockError::Error(_)), _)) | None => None,
             };
             let content = read(&path)?.unwrap_or_default();
@@ -226,12 +241,12 @@ impl ArmFile {
     }
 }
 
-/// Writes a private file whole. It is on the disk when this returns.
+/// Replaces a private file. On return it is on the disk.
 fn write_synced(path: &Path, text: &str) -> io::Result<()> {
     let told =
         |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
     replace_private(path, text).map_err(told)?;
-    // Renamed, the file is on the disk when its folder is.
+    // A rename is durable only when the directory is synced.
     #[cfg(unix)]
     if let Some(folder) = path.parent() {
         File::open(folder)
@@ -242,7 +257,7 @@ fn write_synced(path: &Path, text: &str) -> io::Result<()> {
 }
 
 impl ArmKey {
-    /// Name of the file, without its ending.
+    /// Returns the name of the file, without its extension.
     fn stem(&self, name: &str) -> String {
         let text = match (self.is_virtual, self.serial.as_str(), self.is_shared) {
             (true, ..) => format!("virtual-{name}"),
@@ -265,7 +280,8 @@ impl ArmKey {
     }
 }
 
-/// The keys of these arms. A serial number is shared if two of them report it, or two arms did at an earlier start.
+/// Returns the identities of these arms. A serial number counts as shared if two of them report it,
+/// or two arms did at an earlier start.
 fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
     let real = |at: usize| !arms[at].is_virtual;
     let serial = |at: usize| serials.get(at).map_or("", |serial| serial.trim());
@@ -278,6 +294,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
     let keys = (0..arms.len()).map(|at| {
         let own = serial(at);
         let mut others = (0..arms.len()).filter(|other| *other != at && real(*other));
+        // The prefix of the file names of arms that shared this number.
         let was_shared = plain(&shared_stem(own, ""));
         let is_shared = !own.is_empty()
             && (others.any(|other| serial(other) == own)
@@ -291,7 +308,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
     });
     let keys: Vec<_> = keys.collect();
     for key in keys.iter().filter(|key| key.is_shared && !key.is_virtual) {
-        // The one that had the number for itself up to now keeps its jobs.
+        // The arm that was the only one with this number keeps its jobs under the new name.
         let alone = ArmKey {
             is_shared: false,
             ..key.clone()
@@ -303,6 +320,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
             .flatten()
             .is_some_and(|file| file["arm"]["port"].as_str() == Some(key.port.as_str()));
         if was_here && !to.exists() {
+            // If this fails the arm starts with an empty list, and the old file stays.
             let _ = fs::rename(from, to);
         }
     }
@@ -313,16 +331,19 @@ fn shared_stem(serial: &str, port: &str) -> String {
     format!("shared-{serial}@{port}")
 }
 
-/// A text as the name of a file; one that is altered gets a digest, so that no two are one.
+/// Converts text to a valid file name. If characters were replaced, a digest is appended, so that
+/// different texts stay different.
 fn plain(text: &str) -> String {
     let sign = |sign: char| match sign {
         'a'..='z' | 'A'..='Z' | '0'..='9' | '-' | '_' | '@' => sign,
+        // Separators and other characters that some file systems refuse.
         _ => '_',
     };
     let name: String = text.chars().take(LONGEST_NAME).map(sign).collect();
     if name == text {
         return name;
     }
+    // 32-bit FNV-1a.
     let offset: u32 = 0x811c_9dc5;
     let hash = text.bytes().fold(offset, |hash, byte| {
         (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
@@ -330,7 +351,7 @@ fn plain(text: &str) -> String {
     format!("{name}-{hash:08x}")
 }
 
-/// The port, by the one name that all its names lead to.
+/// Returns the canonical path of a port, or the text itself if it is not a path.
 fn port(port: impl AsRef<str>) -> String {
     let port = port.as_ref();
     match fs::canonicalize(port) {
@@ -339,7 +360,7 @@ fn port(port: impl AsRef<str>) -> String {
     }
 }
 
-/// A file of jobs; `None` if there is none.
+/// Reads a file of jobs. `None` if it does not exist.
 fn read(path: &Path) -> Result<Option<Value>, JobStoreError> {
     let text = match fs::read(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -358,11 +379,11 @@ fn unix(at: SystemTime) -> f64 {
     since.map_or(0.0, |since| since.as_secs_f64())
 }
 
-/// A run as a station takes it up.
+/// Converts an interrupted run. `None` if its journal is incomplete.
 fn kept(run: LeftRun) -> Option<KeptRun> {
     let started = run.order["started"].as_f64()?;
     Some(KeptRun {
-        // The same program may run at the same arm again.
+        // The start time is included because the same program may run again at the same arm.
         name: format!("{} {started}", run.name),
         title: run.checkpoint.title.clone(),
         order: serde_json::from_value(run.order["order"].clone()).ok()?,
@@ -405,6 +426,7 @@ impl JobStore for JobFolder {
             .filter(|run| file.key.has_run(run))
             .filter_map(kept)
             .collect();
+        // `left_runs` returns the oldest first.
         runs.drain(..runs.len().saturating_sub(MOST_RUNS));
         runs
     }

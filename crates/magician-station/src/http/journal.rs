@@ -1,4 +1,4 @@
-//! The journal of a station as a file: who did what, a line each.
+//! Journal of a station as a rotating file with one JSON object per line.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -10,13 +10,13 @@ use serde_json::json;
 
 use crate::station::JournalLine;
 
-/// A file that is larger begins anew.
+/// Size at which a new file is started, bytes.
 const LARGEST: u64 = 10 * 1024 * 1024;
-/// Older files that are kept.
+/// Number of older files that are kept. With 10 MiB each the journal stays below 60 MiB.
 const KEPT: u32 = 5;
 
-/// A file of lines that is rotated: `journal.jsonl`, and the older ones `journal.1.jsonl` (the newest of them) to
-/// `journal.5.jsonl`. For its owner alone.
+/// Journal file `journal.jsonl`, readable by its owner alone. Older files are `journal.1.jsonl`
+/// (the newest of them) to `journal.5.jsonl`.
 #[derive(Debug)]
 pub struct JournalFile {
     path: PathBuf,
@@ -24,7 +24,7 @@ pub struct JournalFile {
 }
 
 impl JournalFile {
-    /// At this place; the file need not exist.
+    /// Uses this path; the file need not exist.
     #[must_use]
     pub fn at(path: impl Into<PathBuf>) -> Self {
         Self {
@@ -33,7 +33,8 @@ impl JournalFile {
         }
     }
 
-    /// Writes a line. A disk that is full, or may not be written, costs the journal and nothing else.
+    /// Writes a line. If the disk is full or read-only the line is lost with a warning; nothing
+    /// else fails.
     pub fn write(&self, line: &JournalLine) {
         if let Err(error) = self.try_write(line) {
             tracing::warn!(%error, path = %self.path.display(), "the journal is not written");
@@ -56,6 +57,7 @@ impl JournalFile {
         .to_string();
         text.push('\n');
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+        // Taken out: after an error the file is opened again, which finds a disk that is back.
         let (mut file, size) = match open.take() {
             Some(open) if open.1 < LARGEST => open,
             Some(_) => {
@@ -78,15 +80,18 @@ impl JournalFile {
         #[cfg(unix)]
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let file = options.open(&self.path)?;
+        // The file of an earlier station is continued.
         let size = file.metadata()?.len();
         Ok((file, size))
     }
 
     fn rotate(&self) -> io::Result<()> {
         let older = |number: u32| self.path.with_extension(format!("{number}.jsonl"));
+        // From the oldest on, so that each file moves to a free name.
         for number in (1..KEPT).rev() {
             match fs::rename(older(number), older(number + 1)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                // Renamed, or there was no such file yet.
                 _ => {}
             }
         }
@@ -94,7 +99,7 @@ impl JournalFile {
     }
 }
 
-/// Unix seconds as RFC 3339 in UTC, to the millisecond.
+/// Formats Unix seconds as RFC 3339 in UTC, with milliseconds.
 fn rfc3339(t: f64) -> String {
     let since = Duration::try_from_secs_f64(t).unwrap_or_default();
     humantime::format_rfc3339_millis(UNIX_EPOCH + since).to_string()
@@ -157,7 +162,7 @@ mod tests {
             last["params"]["number"].as_u64().unwrap()
         };
         assert!(newest.len() < 11 * 1024 * 1024);
-        // The newest has no number, then 1 is the newest of the older ones.
+        // The newest file has no number; 1 is the newest of the older ones.
         let names = (1..=5).map(|number| format!("journal.{number}.jsonl"));
         let numbers: Vec<_> = [number("journal.jsonl")]
             .into_iter()

@@ -1,4 +1,8 @@
-//! Addresses to listen at, and the connections that come.
+//! Listening addresses, and the loop that accepts and serves connections.
+//!
+//! Each connection gets a place of the admission table at once and loses it when the table says so
+//! ([`Places`]). It is read in turns ([`Paced`]), so that a flood on one connection does not delay
+//! the others.
 
 use std::fmt;
 use std::io;
@@ -26,12 +30,15 @@ use super::served::Served;
 use super::tls::Tls;
 use super::tokens::{TokenStore, beside};
 
-/// The port of a station.
+/// Default port of a station.
 const PORT: u16 = 8910;
-/// Connections at once. Strangers from elsewhere are as many as the browsers of a class open when all of them load the page,
-/// six each. A connection that comes has to send its head before as many others come as there are places for strangers: under
-/// a flood they are the time that it has. With the sockets all places stay below the 1024 descriptors that a process usually has;
-/// with fewer descriptors there are fewer places.
+/// Most connections at once.
+///
+/// Places for strangers from elsewhere suffice for the browsers of a class that load the page
+/// together, with six connections each. A stranger has to send the head of a request before it is
+/// evicted; under a flood it has the time in which that many others arrive. Together with sockets
+/// all places stay below 1024 descriptors, the usual limit of a process; with a lower limit there
+/// are fewer places.
 pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: 192,
     strangers: 384,
@@ -39,20 +46,20 @@ pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     kept_for_loopback: 16,
     idle: None,
 };
-/// The file of tokens is looked at so often.
+/// Interval of checking the file of tokens for revoked ones.
 const FOLLOWS: Duration = Duration::from_millis(500);
-/// A request's head has to be there within this time.
+/// Time for the head of a request, and for a TLS handshake.
 const HEAD: Duration = Duration::from_secs(5);
 
-/// Why a station cannot listen.
+/// Reason why a station cannot listen.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ListenError {
-    /// It is no `HOST:PORT`.
+    /// The text is not `HOST:PORT`.
     Address(String),
-    /// The address is in use, or not this machine's.
+    /// The address is in use, or does not belong to this machine.
     Bind(SocketAddr, io::Error),
-    /// Others reach it, and what is served there has no login.
+    /// The address can be reached by others, and the service has no login.
     Beyond(SocketAddr),
 }
 
@@ -68,7 +75,7 @@ impl fmt::Display for ListenError {
 
 impl std::error::Error for ListenError {}
 
-/// Where to listen, as a person writes it.
+/// Address to listen at, as parsed from the user's text.
 pub(crate) enum Wanted {
     Loopback(u16),
     At(SocketAddr),
@@ -90,7 +97,7 @@ impl Wanted {
     }
 }
 
-/// The addresses of a station, before anything is accepted there.
+/// Bound addresses of a station, before the first connection is accepted.
 #[derive(Debug)]
 pub struct Listener {
     pub(crate) listeners: Vec<TcpListener>,
@@ -99,22 +106,26 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Listens at `HOST:PORT`; without one, and for `localhost`, at port 8910, or the one that is named, of both loopback addresses.
-    /// Port 0 takes a free one, the same on both. An IPv6 address that the machine does not have is left out beside `127.0.0.1`.
+    /// Binds `HOST:PORT`.
+    ///
+    /// Without an address, and for `localhost`, binds both loopback addresses at port 8910 or the
+    /// given port. Port 0 takes a free port, the same on both. On a machine without IPv6 only
+    /// `127.0.0.1` is bound.
     ///
     /// # Errors
-    /// [`ListenError`].
+    /// [`ListenError`] if the address is invalid or cannot be bound.
     pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
         Self::bind_at(address, PORT).await
     }
 
-    /// As [`bind`](Self::bind), at another port where none is named.
+    /// Binds as [`bind`](Self::bind) does, with another default port.
     pub(crate) async fn bind_at(address: Option<&str>, usual: u16) -> Result<Self, ListenError> {
         let wanted = match address {
             Some(address) => Wanted::read(address, usual)?,
             None => Wanted::Loopback(usual),
         };
         let address = match wanted {
+            // `localhost` means both families, because browsers try either first.
             Wanted::Loopback(port) => return Self::loopback(port).await,
             Wanted::At(address) => address,
         };
@@ -128,10 +139,10 @@ impl Listener {
         })
     }
 
-    /// Whether it can be listened at, by its form.
+    /// Checks the form of an address.
     ///
     /// # Errors
-    /// [`ListenError::Address`].
+    /// [`ListenError::Address`] if the text is not one.
     pub fn check(address: &str) -> Result<(), ListenError> {
         Wanted::read(address, PORT).map(drop)
     }
@@ -148,10 +159,11 @@ impl Listener {
                 listeners.push(listener);
                 addresses.push(six);
             }
+            // Another program at the same port of `::1` would get the browsers that prefer IPv6.
             Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
                 return Err(ListenError::Bind(six, error));
             }
-            // The machine has no IPv6.
+            // This machine has no IPv6.
             Err(_) => {}
         }
         Ok(Self {
@@ -161,26 +173,26 @@ impl Listener {
         })
     }
 
-    /// With connections that are encrypted, all of them.
+    /// Encrypts all connections with TLS.
     #[must_use]
     pub fn encrypted(mut self, tls: Tls) -> Self {
         self.tls = Some(tls);
         self
     }
 
-    /// Whether connections are encrypted.
+    /// True if connections are encrypted.
     #[must_use]
     pub fn is_encrypted(&self) -> bool {
         self.tls.is_some()
     }
 
-    /// Where pages find it: the first of its addresses.
+    /// Returns the URL of the page, at the first address.
     #[must_use]
     pub fn url(&self) -> String {
         self.url_of("http")
     }
 
-    /// Where programs find its WebSocket.
+    /// Returns the URL of the WebSocket.
     #[must_use]
     pub fn api_url(&self) -> String {
         format!("{}api/v1/ws", self.url_of("ws"))
@@ -189,7 +201,7 @@ impl Listener {
     fn url_of(&self, scheme: &str) -> String {
         let secure = if self.tls.is_some() { "s" } else { "" };
         let address = self.addresses.first().map(|address| {
-            // Of all addresses of the machine the one that is always there.
+            // An unspecified address cannot be opened in a browser; loopback is always part of it.
             let host = match address.ip() {
                 IpAddr::V4(Ipv4Addr::UNSPECIFIED) => Ipv4Addr::LOCALHOST.into(),
                 IpAddr::V6(Ipv6Addr::UNSPECIFIED) => Ipv6Addr::LOCALHOST.into(),
@@ -200,13 +212,13 @@ impl Listener {
         format!("{scheme}{secure}://{}/", address.unwrap_or_default())
     }
 
-    /// Where it listens.
+    /// Returns the bound addresses.
     #[must_use]
     pub fn addresses(&self) -> &[SocketAddr] {
         &self.addresses
     }
 
-    /// Whether it can be reached from this machine alone.
+    /// True if only this machine can connect.
     #[must_use]
     pub fn is_loopback(&self) -> bool {
         self.addresses
@@ -214,7 +226,8 @@ impl Listener {
             .all(|address| address.ip().is_loopback())
     }
 
-    /// Serves a station, or what looks like one, until `over` says so; sockets are closed with 1001 then.
+    /// Serves a station, or another [`Served`], until `over` becomes true. Sockets are then closed
+    /// with 1001.
     pub async fn serve(
         self,
         station: impl Served,
@@ -245,6 +258,7 @@ async fn accept(
 ) {
     let mut connections = JoinSet::new();
     while let Some((stream, peer, place)) = next(&listener, &places, &mut over).await {
+        // Finished tasks are reaped here, so that the set does not grow.
         while connections.try_join_next().is_some() {}
         let (station, options, over) = (station.clone(), Arc::clone(&options), over.clone());
         let tls = tls.clone();
@@ -252,7 +266,7 @@ async fn accept(
             let Ok(local) = stream.local_addr() else {
                 return;
             };
-            // A stop is one small message.
+            // A stop is one small message and must not wait for Nagle's algorithm.
             let _ = stream.set_nodelay(true);
             let ends = Ends {
                 local,
@@ -265,7 +279,8 @@ async fn accept(
             let served = async {
                 match tls {
                     None => carry(stream, service(None), over).await,
-                    // A client that does not go on has a place as long as one that sends no head, and gives way alike.
+                    // A client that does not complete the handshake counts as one without a head:
+                    // it is evicted in the same way.
                     Some(tls) => {
                         let agreed = tokio::time::timeout(HEAD, tls.accept(stream)).await;
                         if let Ok(Ok(stream)) = agreed {
@@ -281,12 +296,13 @@ async fn accept(
             }
         });
     }
-    // Sockets say goodbye; what goes on after that is cut.
+    // Sockets get time for their close frame; everything that is still open after that is cut.
     let farewell = async { while connections.join_next().await.is_some() {} };
+    // Longer than the second that each connection has for its own shutdown.
     let _ = tokio::time::timeout(Duration::from_secs(2), farewell).await;
 }
 
-/// Accepts the next connection, which gets a place at once; `None` when the listener is to end.
+/// Accepts the next connection and gives it a place. `None` once the listener is to end.
 pub(crate) async fn next(
     listener: &TcpListener,
     places: &Places,
@@ -300,7 +316,7 @@ pub(crate) async fn next(
         match accepted {
             Ok((stream, peer)) => {
                 let place = places.enter(peer.ip());
-                // One connection a round, so that those that come do not hold up those that are there.
+                // One connection per round, so that new connections do not delay those that exist.
                 tokio::task::yield_now().await;
                 return Some((stream, peer, place));
             }
@@ -309,19 +325,19 @@ pub(crate) async fn next(
     }
 }
 
-/// Makes room after a connection could not be accepted.
+/// Recovers from a failed accept.
 async fn recover(error: &io::Error, places: &Places) {
     match error.kind() {
-        // It was gone before it was taken.
+        // The client was gone before the connection was accepted.
         io::ErrorKind::ConnectionAborted | io::ErrorKind::ConnectionReset => {}
-        // Out of descriptors: a stranger gives way, and its socket is closed by the next turn.
+        // Out of descriptors: a stranger is evicted, and its socket closes at the next yield.
         _ if places.shed() => tokio::task::yield_now().await,
-        // Without strangers a connection that ends makes room.
+        // No stranger to evict: wait for a connection to end instead of spinning.
         _ => tokio::time::sleep(Duration::from_millis(100)).await,
     }
 }
 
-/// One connection to its end.
+/// Serves one connection until it ends.
 async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
     stream: S,
     service: Router,
@@ -331,33 +347,36 @@ async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
         service.map_request(|request: hyper::Request<Incoming>| request.map(axum::body::Body::new));
     let mut http = hyper::server::conn::http1::Builder::new();
     http.timer(TokioTimer::new())
+        // A client that sends its head byte by byte would hold its place.
         .header_read_timeout(HEAD)
+        // Limits the head of a request; hyper's own default is larger.
         .max_buf_size(64 * 1024);
     let connection = http
         .serve_connection(TokioIo::new(stream), TowerToHyperService::new(service))
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);
     tokio::select! {
-        // What a client does wrong is told to it alone.
+        // Errors of a client concern that client alone.
         _ = connection.as_mut() => {}
         () = ended(&mut over) => {
+            // A response in progress gets a second, for instance the answer to the last stop.
             connection.as_mut().graceful_shutdown();
             let _ = tokio::time::timeout(Duration::from_secs(1), connection).await;
         }
     }
 }
 
-/// Ends the sessions of tokens that are revoked, whoever revokes them.
+/// Ends the sessions of revoked tokens, whichever program revoked them.
 async fn follow(tokens: TokenStore, station: impl Served) {
     let mut looks = tokio::time::interval(FOLLOWS);
     loop {
         looks.tick().await;
-        // First what is in use: a token that is made after the file was read has no session yet.
+        // The used tokens first: a token created after the file was read has no session yet.
         let used = station.tokens();
         if used.is_empty() {
             continue;
         }
-        // A file that cannot be read now says nothing of its tokens.
+        // An unreadable file says nothing about tokens, so no session ends because of it.
         let Some(Ok(good)) = beside(&tokens, |tokens| tokens.names()).await else {
             continue;
         };
@@ -367,8 +386,8 @@ async fn follow(tokens: TokenStore, station: impl Served) {
     }
 }
 
-/// Awaited for the station's end.
+/// Resolves when the station ends.
 pub(crate) async fn ended(over: &mut watch::Receiver<bool>) {
-    // Nobody is left who could say it: that is the end, too.
+    // An error means that the sender is gone, which is the end as well.
     drop(over.wait_for(|over| *over).await);
 }

@@ -1,7 +1,9 @@
-//! The station on a network: WebSocket and HTTP, with who is let in decided in one place.
+//! Network interface of a station: WebSocket and HTTP.
 //!
-//! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
-//! [`RunningStation`](crate::RunningStation), or whatever else is [`Served`].
+//! [`Listener`] binds loopback addresses by default and serves a
+//! [`RunningStation`](crate::RunningStation) or anything else that is [`Served`]. Who is admitted
+//! is decided in one place, `security`; how many and in which turn, in `places` and `pacing`. The
+//! other files are the routes, the stores on disk, and TLS.
 
 mod descriptors;
 mod folder;

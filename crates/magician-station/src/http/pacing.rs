@@ -1,4 +1,5 @@
-//! Turns of connections: a flood of one sender costs the others a bounded time, and a stop none.
+//! Turns of connections: a flood from one sender delays the others by a bounded time, and stops not
+//! at all.
 
 use std::io;
 use std::net::IpAddr;
@@ -12,21 +13,23 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use crate::api::{Message, Method};
 use crate::fair::FairTurns;
 
-/// Longest text that is looked at for an urgent method, bytes. A stop has an id and the name of an arm.
+/// Longest message that is parsed to see whether it is urgent, bytes. A stop consists of an id and
+/// the name of an arm.
 pub(super) const URGENT_LENGTH: usize = 1024;
 
-/// Requests of which nobody is to wait behind others, and all others.
+/// Lane of a request: urgent ones do not wait behind others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lane {
-    /// Stops, and what keeps a jog up.
+    /// Stops, and messages that keep a jog alive.
     Urgent,
     /// Everything else.
     Ordinary,
 }
 
 impl Lane {
-    /// The lane of a message of JSON-RPC.
+    /// Returns the lane of a JSON-RPC message.
     pub(crate) fn of(text: &str) -> Self {
+        // The length is checked first, so that a long message costs no parsing before its turn.
         if text.len() <= URGENT_LENGTH && is_always_obeyed(text) {
             Self::Urgent
         } else {
@@ -35,35 +38,35 @@ impl Lane {
     }
 }
 
-/// True if a message is one of those that the station obeys in any number.
+/// True for messages that the station processes in any number.
 pub(super) fn is_always_obeyed(text: &str) -> bool {
     let message = Message::parse(text).ok();
     let method = message.and_then(|message| Method::named(&message.method));
     method.is_some_and(|method| method.always)
 }
 
-/// Who shares a turn.
+/// Key of a turn: connections with the same key share turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Sender {
-    /// All connections from an address that have no session.
+    /// All connections without a session from one address.
     Address(IpAddr),
-    /// One session.
+    /// A session.
     Session(u64),
 }
 
-/// The turns of a listener. Clones are of the same listener.
+/// Turns of a listener. Clones share them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Turns {
     urgent: FairTurns<Sender>,
     ordinary: FairTurns<Sender>,
 }
 
-/// The turns of one connection. Clones are of the same connection.
+/// Turns of one connection. Clones share them.
 #[derive(Clone, Debug)]
 pub(crate) struct Pacer {
     turns: Turns,
     address: IpAddr,
-    /// Number of the connection at its listener.
+    /// Number of the connection within its listener.
     number: u64,
     has_session: Arc<AtomicBool>,
 }
@@ -78,13 +81,14 @@ impl Pacer {
         }
     }
 
-    /// The connection has a session, which has turns of its own from now on.
+    /// Gives the connection turns of its own, because it has a session now.
     pub(crate) fn begin_session(&self) {
         self.has_session.store(true, Ordering::Relaxed);
     }
 
-    /// Waits until it is this connection's turn.
+    /// Waits for the next turn of this connection.
     pub(crate) async fn turn(&self, lane: Lane) {
+        // Without a session a client is known by its address alone.
         let sender = if self.has_session.load(Ordering::Relaxed) {
             Sender::Session(self.number)
         } else {
@@ -98,11 +102,11 @@ impl Pacer {
     }
 }
 
-/// A stream with a turn between one read and the next. What pauses between two reads never waits.
+/// Stream that takes a turn between two reads. A client that pauses between reads never waits.
 pub(crate) struct Paced<S> {
     stream: S,
     pacer: Pacer,
-    /// The turn that is due before the next read.
+    /// Turn to await before the next read.
     turn: Option<Pin<Box<dyn Future<Output = ()> + Send>>>,
 }
 
@@ -128,6 +132,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
         }
         let before = buffer.filled().len();
         ready!(Pin::new(&mut self.stream).poll_read(cx, buffer))?;
+        // Taken after a read and awaited before the next one: a single message is never delayed.
         if buffer.filled().len() > before {
             let pacer = self.pacer.clone();
             self.turn = Some(Box::pin(async move { pacer.turn(Lane::Ordinary).await }));

@@ -1,4 +1,5 @@
-//! The files of a page that a station serves: compressed, as they are stored, and again only where they have changed.
+//! Files of a page: sent compressed as they are stored, with an entity tag so that unchanged files
+//! are not sent again.
 
 use std::fmt;
 use std::io::{self, Read};
@@ -13,23 +14,22 @@ use axum::response::{IntoResponse, Response};
 use flate2::read::GzDecoder;
 use sha2::{Digest, Sha256};
 
-/// A file of a page.
+/// File of a page.
 #[derive(Clone, Copy, Debug)]
 pub struct PageFile {
-    /// Its path.
+    /// Path in the URL.
     pub path: &'static str,
-    /// Its type.
+    /// MIME type.
     pub kind: &'static str,
-    /// What it holds, compressed by gzip.
+    /// Content, compressed with gzip.
     pub gzip: &'static [u8],
 }
 
 impl PageFile {
-    /// What it holds.
+    /// Returns the uncompressed content.
     ///
     /// # Errors
-    ///
-    /// Where [`gzip`](Self::gzip) is not what its name says.
+    /// If [`gzip`](Self::gzip) is not valid gzip data.
     pub fn unpacked(&self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         GzDecoder::new(self.gzip).read_to_end(&mut bytes)?;
@@ -37,7 +37,7 @@ impl PageFile {
     }
 }
 
-/// All files of a page; none where no page is served.
+/// All files of a page. Empty if no page is served.
 #[derive(Clone, Default)]
 pub struct Pages(Arc<Vec<(PageFile, String)>>);
 
@@ -49,9 +49,10 @@ impl fmt::Debug for Pages {
 }
 
 impl Pages {
-    /// These files.
+    /// Creates the set and computes the entity tags.
     pub fn new(files: impl IntoIterator<Item = PageFile>) -> Self {
         let tagged = files.into_iter().map(|file| {
+            // 12 bytes of the digest suffice to tell versions of a file apart.
             let digest = Sha256::digest(file.gzip);
             let digest = digest[..12].iter().map(|byte| format!("{byte:02x}"));
             (file, digest.collect())
@@ -59,44 +60,48 @@ impl Pages {
         Self(Arc::new(tagged.collect()))
     }
 
-    /// The file at a path, as a request with these headers wants it; none where there is no such file.
+    /// Returns the response for a path. `None` if there is no such file.
     pub(super) fn answer(&self, path: &str, headers: &HeaderMap) -> Option<Response> {
         let (file, digest) = self.0.iter().find(|(file, _)| file.path == path)?;
         let zipped = takes_gzip(headers);
+        // Compressed and uncompressed bytes need different strong tags (RFC 9110, 8.8.3).
         let tag = format!("\"{digest}{}\"", if zipped { "-gz" } else { "" });
         let known = headers
             .get_all(IF_NONE_MATCH)
             .iter()
             .filter_map(|tags| tags.to_str().ok());
         let mut known = known.flat_map(|tags| tags.split(','));
+        // `If-None-Match` compares weakly (RFC 9110, 13.1.2).
         let mut response = if known.any(|known| known.trim().trim_start_matches("W/") == tag) {
             StatusCode::NOT_MODIFIED.into_response()
         } else if zipped {
             let gzip = [(CONTENT_ENCODING, "gzip"), (CONTENT_TYPE, file.kind)];
             (gzip, Body::from(file.gzip)).into_response()
         } else {
-            // Hardly any client wants it so: it is unpacked for each that does.
+            // Rare: every browser accepts gzip. So nothing is cached uncompressed.
             match file.unpacked() {
                 Ok(bytes) => ([(CONTENT_TYPE, file.kind)], Body::from(bytes)).into_response(),
                 Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
             }
         };
         let said = response.headers_mut();
-        // The names are the same in every version: they are asked for again, and answered in one line.
+        // File names are the same in every version, so the browser must revalidate; that costs one
+        // short answer.
         said.insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+        // A shared cache must not give compressed bytes to a client that cannot read them.
         said.insert(VARY, HeaderValue::from_static("Accept-Encoding"));
         if let Ok(tag) = HeaderValue::from_str(&tag) {
             said.insert(ETAG, tag);
         }
         if path == "/" {
-            // So the page knows that the station is where it came from.
+            // Tells the page that it was loaded from its station.
             said.insert("x-magician-api", HeaderValue::from_static("1"));
         }
         Some(response)
     }
 }
 
-/// Whether gzip is named and not refused.
+/// True if the client accepts gzip.
 fn takes_gzip(headers: &HeaderMap) -> bool {
     let wanted = headers.get_all(ACCEPT_ENCODING).iter();
     let wanted = wanted.filter_map(|wanted| wanted.to_str().ok());

@@ -1,4 +1,7 @@
-//! Places of a listener: each connection has one, and loses it when the admission table says so.
+//! Places of connections: connects the admission table to the tasks that serve them.
+//!
+//! The table decides who is evicted; this module applies the decision. A connection awaits
+//! [`Place::gives_way`] beside its work, and dropping its place frees it.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -16,7 +19,7 @@ use tokio::time::Instant;
 
 use super::pacing::{Pacer, Turns};
 
-/// The connections of a listener. Clones are of the same listener.
+/// Connections of a listener. Clones share them.
 #[derive(Clone)]
 pub(crate) struct Places(Arc<Hall>);
 
@@ -28,12 +31,12 @@ struct Hall {
 
 struct Inner {
     table: AdmissionTable<u64>,
-    /// Tells a connection that it gives way.
+    /// Notifies a connection that it is evicted.
     ends: BTreeMap<u64, Arc<Notify>>,
     connections: u64,
 }
 
-/// The place of a connection; dropping the last clone frees it.
+/// Place of a connection. Dropping the last clone frees it.
 #[derive(Clone)]
 pub(crate) struct Place(Arc<Held>);
 
@@ -57,7 +60,8 @@ impl Places {
         }))
     }
 
-    /// A connection was accepted. It gets a place at once; another may have to give way.
+    /// Registers an accepted connection. It gets a place at once; another one may be evicted for
+    /// it.
     pub(crate) fn enter(&self, address: IpAddr) -> Place {
         let end = Arc::new(Notify::new());
         let key = self.0.with(|inner, now| {
@@ -73,11 +77,12 @@ impl Places {
             hall: Arc::clone(&self.0),
             key,
             end,
+            // Canonical, so that a client has one turn on IPv4 and mapped IPv6.
             pacer: Pacer::new(turns, address.to_canonical(), key),
         }))
     }
 
-    /// The system has no descriptor for one more: a stranger gives way, if there is one.
+    /// Evicts a stranger because the process is out of descriptors. Returns false if there is none.
     pub(crate) fn shed(&self) -> bool {
         self.0.with(|inner, _| {
             let gone = inner.table.shed();
@@ -94,13 +99,14 @@ impl Hall {
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
-        // What it holds is whole values, whoever panicked.
+        // After a panic elsewhere the state is still consistent: it holds whole values.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Inner {
     fn end(&mut self, gone: Option<u64>) {
+        // `notify_one` stores a permit, so a connection that does not wait yet also learns of it.
         if let Some(end) = gone.and_then(|gone| self.ends.remove(&gone)) {
             end.notify_one();
         }
@@ -108,19 +114,20 @@ impl Inner {
 }
 
 impl Place {
-    /// The turns of this connection.
+    /// Returns the turns of this connection.
     pub(crate) fn pacer(&self) -> &Pacer {
         &self.0.pacer
     }
 
-    /// The head of a request is whole.
+    /// Records that the head of a request is complete.
     pub(crate) fn heard(&self) {
         self.0
             .hall
             .with(|inner, now| inner.table.heard(now, self.0.key));
     }
 
-    /// It is known who asks; the request is not whole yet, or its answer has to be taken.
+    /// Records that the client is identified. The request may be incomplete, or its answer not yet
+    /// read.
     pub(crate) fn begin(&self) {
         self.0.hall.with(|inner, now| {
             let gone = inner.table.begin(now, self.0.key);
@@ -128,7 +135,7 @@ impl Place {
         });
     }
 
-    /// A request is carried out from now on.
+    /// Claims a place because a request is being carried out.
     pub(crate) fn claim(&self) -> Result<(), NoPlace> {
         self.0.hall.with(|inner, now| {
             let gone = inner.table.claim(now, self.0.key)?;
@@ -137,7 +144,7 @@ impl Place {
         })
     }
 
-    /// A request is over: the connection waits for the next one, or for nothing.
+    /// Records that a request is over: the connection is idle.
     fn end_request(&self) {
         self.0.hall.with(|inner, now| {
             let gone = inner.table.end_request(now, self.0.key);
@@ -145,12 +152,12 @@ impl Place {
         });
     }
 
-    /// Awaited for the instant at which this connection gives way.
+    /// Resolves when this connection is evicted.
     pub(crate) async fn gives_way(&self) {
         self.0.end.notified().await;
     }
 
-    /// A response whose request is over when the body was taken, or is not wanted any more.
+    /// Extends a request until the body of its response was taken or dropped.
     pub(super) fn until_taken(&self, response: Response) -> Response {
         let ending = RequestEnd(self.clone());
         response.map(|body| Body::new(Watched { body, _end: ending }))
@@ -161,6 +168,7 @@ impl Drop for Held {
     fn drop(&mut self) {
         let mut inner = self.hall.lock();
         inner.table.close(self.key);
+        // Already gone if the connection was evicted.
         inner.ends.remove(&self.key);
     }
 }
@@ -173,7 +181,7 @@ impl Drop for RequestEnd {
     }
 }
 
-/// A body that tells when nobody needs it any more.
+/// Body that ends the request when it is dropped.
 struct Watched {
     body: Body,
     _end: RequestEnd,
@@ -191,6 +199,7 @@ impl HttpBody for Watched {
     }
 
     fn is_end_stream(&self) -> bool {
+        // Forwarded, as is the size below, so that hyper knows the length of the answer.
         self.body.is_end_stream()
     }
 

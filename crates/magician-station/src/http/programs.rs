@@ -1,4 +1,4 @@
-//! The library of programs over HTTP: bytes of files, as they are.
+//! Programs of the library over HTTP: raw bytes, streamed in both directions.
 
 use std::io::{self, Read};
 use std::sync::Arc;
@@ -17,18 +17,18 @@ use super::routes::text;
 use crate::Role;
 use crate::library::{LARGEST_PROGRAM, LibraryError, ProgramName, ProgramStore, Upload};
 
-/// Where programs are; a name follows.
+/// Path prefix. The name of a program follows.
 const PROGRAMS: &str = "/api/v1/programs/";
-/// Programs that are sent to the station at once.
+/// Most uploads at once. A choice that bounds open part files.
 const UPLOADS: usize = 8;
-/// So long nothing more of one may come.
+/// Longest pause within an upload.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// So long what is refused is read on, in all.
+/// Time for reading the rest of a refused upload.
 const HEAR_OUT: Duration = Duration::from_secs(10);
-/// Bytes of a file that are read at once.
+/// Bytes read from a file at once.
 const PIECE: u64 = 64 * 1024;
 
-/// Programs on their way to the station.
+/// Counter of uploads in progress.
 #[derive(Clone, Debug)]
 pub struct Uploads(Arc<Semaphore>);
 
@@ -44,7 +44,7 @@ impl Uploads {
     }
 }
 
-/// The name of a program in the path of a request, decoded.
+/// Returns the percent-decoded name of a program in a path. `None` if it is not a valid name.
 pub(super) fn name_in(path: &str) -> Option<ProgramName> {
     let mut rest = path.strip_prefix(PROGRAMS)?.bytes();
     let mut name = Vec::new();
@@ -62,7 +62,7 @@ pub(super) fn name_in(path: &str) -> Option<ProgramName> {
     ProgramName::new(std::str::from_utf8(&name).ok()?)
 }
 
-/// Sends one.
+/// Streams a program to the client.
 pub(super) async fn get(store: Arc<dyn ProgramStore>, name: ProgramName) -> Response {
     let opened = tokio::task::spawn_blocking(move || store.open(&name)).await;
     let (size, from) = match opened {
@@ -70,6 +70,7 @@ pub(super) async fn get(store: Arc<dyn ProgramStore>, name: ProgramName) -> Resp
         Ok(Err(error)) => return refused(&error),
         Err(_) => return refused(&LibraryError::Other("it cannot be read".to_owned())),
     };
+    // Piece by piece on a blocking thread: a program of 64 MiB is never in memory as a whole.
     let pieces = stream::unfold(Some(from), |from| async move {
         let read = tokio::task::spawn_blocking(move || piece(from?)).await;
         read.ok().flatten()
@@ -84,17 +85,18 @@ pub(super) async fn get(store: Arc<dyn ProgramStore>, name: ProgramName) -> Resp
 
 type From = Box<dyn Read + Send>;
 
-/// The next piece of a file, and the rest.
+/// Reads the next piece. Returns it with the rest of the file.
 fn piece(mut from: From) -> Option<(io::Result<Bytes>, Option<From>)> {
     let mut bytes = Vec::new();
     match from.by_ref().take(PIECE).read_to_end(&mut bytes) {
+        // End of the file; the length was sent before.
         Ok(0) => None,
         Ok(_) => Some((Ok(bytes.into()), Some(from))),
         Err(error) => Some((Err(error), None)),
     }
 }
 
-/// Keeps one: as a whole or not at all.
+/// Stores a program, as a whole or not at all.
 pub(super) async fn put(
     store: Arc<dyn ProgramStore>,
     uploads: &Uploads,
@@ -104,6 +106,7 @@ pub(super) async fn put(
 ) -> Response {
     let length = request.headers().get(CONTENT_LENGTH);
     let length = length.and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    // Held until the upload is stored or dropped.
     let Some(_permit) = uploads.begin() else {
         let why = "the station takes other programs already: try again";
         return text(StatusCode::SERVICE_UNAVAILABLE, why);
@@ -112,7 +115,7 @@ pub(super) async fn put(
     let mut upload = match begun {
         Ok(Ok(upload)) => Beside(Some(upload)),
         Ok(Err(error)) => {
-            // The answer goes out before the bytes come.
+            // Refused before the bytes arrive; they are read and dropped in the background.
             hear_out(request);
             return refused(&error);
         }
@@ -123,13 +126,15 @@ pub(super) async fn put(
         let piece = match timeout(PATIENCE, pieces.next()).await {
             Ok(Some(Ok(piece))) => piece,
             Ok(Some(Err(_))) => {
+                // The part file is removed when `upload` is dropped.
                 return text(StatusCode::BAD_REQUEST, "the program ended before its end");
             }
             Ok(None) => break,
             Err(_) => return text(StatusCode::REQUEST_TIMEOUT, "nothing more came"),
         };
         if let Err(error) = upload.write(piece).await {
-            // What is given up is gone before its sender hears of it.
+            // The part file is removed before the sender learns of the failure, so that a retry
+            // finds its room free.
             upload.give_up().await;
             rest_of(&mut pieces).await;
             return refused(&error);
@@ -146,8 +151,9 @@ pub(super) async fn put(
     }
 }
 
-/// Reads on behind an answer that came early: a sender that does not listen before it has sent all hears the answer then.
-/// One that waits to be asked for its bytes (`Expect`) is not asked.
+/// Reads the rest of an upload after an early answer, because many clients read the answer only
+/// after sending everything. With `Expect: 100-continue` the client has not sent the bytes and is
+/// not asked to.
 fn hear_out(request: Request) {
     if request.headers().contains_key(EXPECT) {
         return;
@@ -158,7 +164,7 @@ fn hear_out(request: Request) {
     });
 }
 
-/// Reads on, within bounds, so that the sender hears why: it may not listen before it has sent all.
+/// Reads the rest of an upload, up to the size of the largest program.
 async fn rest_of(pieces: &mut BodyDataStream) {
     let mut left = LARGEST_PROGRAM;
     while let Ok(Some(Ok(piece))) = timeout(PATIENCE, pieces.next()).await {
@@ -169,7 +175,7 @@ async fn rest_of(pieces: &mut BodyDataStream) {
     }
 }
 
-/// An upload whose file is touched beside the runtime, also where it is given up.
+/// Upload whose file is accessed on blocking threads only, also when it is dropped.
 struct Beside(Option<Box<dyn Upload>>);
 
 impl Beside {
@@ -192,6 +198,7 @@ impl Beside {
 
 impl Drop for Beside {
     fn drop(&mut self) {
+        // Dropping removes the part file, which may block.
         if let Some(upload) = self.0.take() {
             match tokio::runtime::Handle::try_current() {
                 Ok(runtime) => drop(runtime.spawn_blocking(move || drop(upload))),
@@ -205,7 +212,7 @@ fn lost() -> LibraryError {
     LibraryError::Other("the program is not kept".to_owned())
 }
 
-/// Removes one.
+/// Removes a program.
 pub(super) async fn delete(store: Arc<dyn ProgramStore>, name: ProgramName) -> Response {
     match tokio::task::spawn_blocking(move || store.delete(&name)).await {
         Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),

@@ -1,4 +1,4 @@
-//! Recordings as files, and how one is sent to a client.
+//! Recordings as MCAP files, and their download.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};
@@ -15,19 +15,19 @@ use magician_record::{Reading, WriteReadings};
 use crate::engine::beside;
 use crate::recording::{RecordingFile, RecordingStore, Sample};
 
-/// Places of the arm's queue.
+/// Places in the arm's queue.
 const QUEUE: u32 = 32;
-/// Bytes that are read at once.
+/// Bytes read from a file at once.
 const PIECE: usize = 64 * 1024;
 
-/// A folder of recordings in MCAP, each for its owner alone.
+/// Folder of recordings in MCAP, each readable by its owner alone.
 #[derive(Clone, Debug)]
 pub struct RecordingFolder {
     folder: PathBuf,
 }
 
 impl RecordingFolder {
-    /// At this place; it is made for the first recording.
+    /// Uses this folder, which is created for the first recording.
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
         Self {
@@ -36,10 +36,12 @@ impl RecordingFolder {
     }
 }
 
-/// Whether it is the name of a recording: `ARM-YYYYMMDD-HHMMSS.mcap`.
+/// True for the name of a recording: `ARM-YYYYMMDD-HHMMSS.mcap`. Excludes separators, so that no
+/// name leads out of the folder.
 fn is_name(name: &str) -> bool {
     let sign =
         |sign: char| sign.is_ascii_lowercase() || sign.is_ascii_digit() || "_-".contains(sign);
+    // Room for the longest name of an arm and the time.
     let stem = name.strip_suffix(".mcap").filter(|stem| stem.len() <= 64);
     stem.is_some_and(|stem| !stem.is_empty() && stem.chars().all(sign))
 }
@@ -63,7 +65,7 @@ impl RecordingStore for RecordingFolder {
         }
         let file = File::open(self.folder.join(name))?;
         let length = file.metadata()?.len();
-        // One that is being written goes as far as it is now.
+        // A recording in progress is sent up to its present length.
         Ok((Box::new(file.take(length)), length))
     }
 }
@@ -76,12 +78,14 @@ struct Mcap {
 impl RecordingFile for Mcap {
     fn write(&mut self, sample: &Sample) -> io::Result<()> {
         self.readings.write(&Reading {
+            // Readings of the history may be slightly older than the start of the recording.
             t: (sample.t - self.epoch).max(0.0),
             step: None,
             pose: sample.pose,
             rail: sample.rail.map(f64::from),
             index: sample.current_index,
             left_space: sample.left_space,
+            // An arm that reports more free places has a larger queue.
             capacity: QUEUE.max(sample.left_space),
             alarms: sample.alarms,
         })
@@ -108,7 +112,7 @@ impl RecordingFile for Mcap {
     }
 }
 
-/// A recording as an answer.
+/// Streams a recording to the client.
 pub(super) fn answer(file: Box<dyn Read + Send>, length: u64) -> Response {
     let pieces = stream::unfold(Some(file), |file| async move {
         let mut file = file?;
@@ -166,7 +170,7 @@ mod tests {
         };
         (0..20).for_each(|at| file.write(&sample(at)).unwrap());
         file.flush().unwrap();
-        // Nothing of it is completed.
+        // Like a killed process: nothing is completed.
         std::mem::forget(file);
         let (mut written, length) = store.read("arm-20261123-120000.mcap").unwrap();
         let mut bytes = Vec::new();
@@ -181,7 +185,7 @@ mod tests {
             let mode = path.metadata().unwrap().permissions().mode();
             assert_eq!(mode & 0o777, 0o600, "its user's alone");
         }
-        // None takes the place of another, and no name leads out of the folder.
+        // A recording is never overwritten, and no name leads out of the folder.
         assert!(store.begin("arm-20261123-120000.mcap", 0.0, 1).is_err());
         std::fs::write(folder.path().join("secret.mcap"), "secret").unwrap();
         for name in ["../secret.mcap", "", ".mcap", "x", "A.mcap", "a/b.mcap"] {

@@ -1,4 +1,7 @@
-//! The routes of a station: a table of what each needs, and what each does.
+//! Routes of a station: a table of requirements, and the handlers.
+//!
+//! Every request passes `door` first, which admits it, and every response gets the same security
+//! headers there. A handler then checks role and place. POST requests carry a session of their own.
 
 use std::fmt;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
@@ -28,41 +31,42 @@ use crate::READ_BUFFER;
 use crate::Role;
 use crate::station::{Grant, Peer};
 
-/// Bytes of a request's body, at most.
+/// Largest body of a request, bytes.
 const BODY: usize = 1024 * 1024;
-/// What is told beside a refusal of this machine's people.
+/// Hint in a refusal of an anonymous client of this machine.
 const IN_CLASS: &str = ": while a class is set, a teacher on this machine says the PIN, as `Authorization: Bearer PIN`";
-/// Tries to pair within a minute, over all callers.
+/// Most pairing tries per minute, over all callers: a code of six digits lives two minutes, so at
+/// most ten of a million codes can be tried.
 const TRIES: usize = 5;
 
-/// The methods as an OpenRPC document, 100 kB that never change.
+/// OpenRPC document of the API, rendered once: 100 kB.
 static OPENRPC: LazyLock<Bytes> = LazyLock::new(|| crate::api::openrpc().to_string().into());
 
-/// What a route needs of whoever calls it.
+/// Requirement of a route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RouteNeeds {
     /// Nothing.
     Nothing,
-    /// What its first message says.
+    /// The first message on the socket decides.
     Hello,
-    /// What the method that is called needs.
+    /// Requirement of the called method.
     Method,
-    /// A code.
+    /// A pairing code.
     Code,
     /// A role.
     Role(Role),
 }
 
-/// A route.
+/// Route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Route {
-    /// The method of HTTP. HEAD is as GET.
+    /// HTTP method. HEAD is handled like GET.
     pub method: &'static str,
-    /// The path.
+    /// Path. `{name}` stands for any last segment.
     pub path: &'static str,
-    /// What it needs.
+    /// Requirement.
     pub needs: RouteNeeds,
-    /// What it answers.
+    /// Answer, for the documentation.
     pub about: &'static str,
 }
 
@@ -156,7 +160,7 @@ pub static ROUTES: &[Route] = &[
 ];
 
 impl Route {
-    /// Whether a path is one of this route: `{name}` is any last part.
+    /// True if the path belongs to this route.
     fn is_of(&self, path: &str) -> bool {
         match self.path.strip_suffix("{name}") {
             Some(folder) => path
@@ -167,29 +171,29 @@ impl Route {
     }
 }
 
-/// How a station is on the network.
+/// Options of the network interface.
 #[derive(Clone, Debug)]
 pub struct HttpOptions {
-    /// Who is let in.
+    /// Hosts and origins that are admitted.
     pub admission: Admission,
-    /// Tokens; for roles beyond this machine's people.
+    /// Tokens, for roles beyond those of this machine.
     pub tokens: TokenStore,
     /// Version of the program.
     pub version: String,
-    /// When somebody tried to pair.
+    /// Recent pairing tries.
     pub tries: Tries,
-    /// Programs on their way to the library.
+    /// Uploads in progress.
     pub uploads: Uploads,
-    /// The calls of programs for DobotLink, where they are served.
+    /// Calls of programs for DobotLink. `None` if none are served.
     pub link: Option<LinkCalls>,
-    /// The page for browsers, where one is served.
+    /// Page for browsers. Empty if none is served.
     pub pages: Pages,
-    /// Who gives the signs of life of a client.
+    /// Source of keep-alives of a client.
     pub signs: SignsOfLife,
 }
 
 impl HttpOptions {
-    /// Without pages, for requests to the station's own names.
+    /// Creates options without pages, for the station's own host names.
     #[must_use]
     pub fn new(tokens: TokenStore, version: impl Into<String>) -> Self {
         Self {
@@ -205,19 +209,18 @@ impl HttpOptions {
     }
 }
 
-/// Source of the signs of life of a socket's client. A holder of a lease without one for five seconds
-/// loses it.
+/// Source of a client's keep-alives. A holder of a lease without one for 5 s loses it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SignsOfLife {
-    /// Its answers to pings.
+    /// Replies to the station's pings.
     #[default]
     Pings,
-    /// The hub between, by a pong for each sign of the client behind it. Pings would be answered by
-    /// the hub, whether that client lives or not.
+    /// The hub in between, which sends a pong for each keep-alive of the client behind it. The hub
+    /// itself would answer pings even if that client were dead.
     Hub,
 }
 
-/// Tells the calls of programs for DobotLink.
+/// Returns the calls of programs for DobotLink.
 #[derive(Clone)]
 pub struct LinkCalls(pub Arc<dyn Fn() -> Value + Send + Sync>);
 
@@ -227,12 +230,12 @@ impl fmt::Debug for LinkCalls {
     }
 }
 
-/// The tries to pair of the last minute.
+/// Pairing tries of the last minute.
 #[derive(Clone, Debug, Default)]
 pub struct Tries(Arc<Mutex<Vec<Instant>>>);
 
 impl Tries {
-    /// Counts one; how long to wait where there were too many.
+    /// Counts a try. `Err` holds the time to wait if there were too many.
     fn count(&self) -> Result<(), Duration> {
         let minute = Duration::from_secs(60);
         let mut tries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -248,19 +251,20 @@ impl Tries {
     }
 }
 
-/// What a request of one connection meets.
+/// Context of a request.
 #[derive(Clone)]
 struct Here<S> {
     station: S,
     options: Arc<HttpOptions>,
-    /// Of the client, for the journal.
+    /// Address of the client, for the journal.
     address: String,
     ends: Ends,
     over: watch::Receiver<bool>,
     place: Place,
 }
 
-/// The service of one connection, of a client with this name in its certificate if it has shown one.
+/// Creates the service of one connection. `name` is the name in the client's certificate, if it has
+/// shown one.
 pub(super) fn router(
     station: impl Served,
     options: Arc<HttpOptions>,
@@ -276,12 +280,13 @@ pub(super) fn router(
         over,
         place,
     };
-    // One way in: nothing is reached but through the door.
+    // A single fallback instead of axum's routes: no path bypasses the checks in `door`.
     Router::new().fallback(move |request: Request| door(here.clone(), request))
 }
 
-/// Lets a request in and finds its route; every answer has the headers of safety.
+/// Admits a request, finds its route, and adds the security headers to every response.
 async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
+    // The head is complete: from here on the connection is not a stranger that sends nothing.
     here.place.heard();
     here.place.pacer().turn(lane(&request)).await;
     let (parts, body) = request.into_parts();
@@ -314,7 +319,7 @@ async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
     here.place.until_taken(response)
 }
 
-/// The lane of a request whose body is not there yet.
+/// Returns the lane of a request whose body has not been read.
 fn lane(request: &Request) -> Lane {
     let may_be_urgent = request.method() == Method::POST
         && request.uri().path() == "/api/v1/rpc"
@@ -327,10 +332,12 @@ fn lane(request: &Request) -> Lane {
     }
 }
 
-/// What every answer says.
+/// Security headers of every response.
 const SAFETY: [(&str, &str); 5] = [
     (
         "content-security-policy",
+        // The studio compiles WebAssembly, shows pictures from memory and sets inline styles;
+        // nothing else is allowed.
         "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws: wss:; \
          img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'",
     ),
@@ -378,7 +385,7 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
         }
         return response;
     };
-    // Of an answer to HEAD the router takes the body away, once it has told its length.
+    // For HEAD axum drops the body after its length was set.
     match (route.method, route.path) {
         ("GET", "/healthz") => {
             let version = &here.options.version;
@@ -401,11 +408,12 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
         #[cfg(feature = "class")]
         ("GET", "/api/v1/class/results.html") => results(here, admitted, route).await,
         ("GET", "/api/v1/link") => link(here, admitted, route).await,
+        // The last route of the table.
         _ => pair(here, request).await,
     }
 }
 
-/// What the pupils of the class have made: the answer of the method, as a page.
+/// Returns the results of the class as a page.
 #[cfg(feature = "class")]
 async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
     const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.results"}"#;
@@ -418,6 +426,7 @@ async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) 
         Err(refused) => return refusal(&refused),
     };
     let token = admitted.token.clone();
+    // By the method, so that the page has the same rights and content.
     let answer = here.station.call(peer, token, ASKED).await;
     let page = crate::engine::beside(move || {
         let answer: Value = serde_json::from_str(&answer.unwrap_or_default()).unwrap_or_default();
@@ -436,7 +445,7 @@ async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) 
     }
 }
 
-/// A file of a recording.
+/// Serves a recording.
 async fn recording<S: Served>(
     here: &Here<S>,
     path: &str,
@@ -454,7 +463,7 @@ async fn recording<S: Served>(
     }
 }
 
-/// What a route is for, for a program of the library.
+/// Serves a program of the library.
 async fn program<S: Served>(
     here: &Here<S>,
     request: Request,
@@ -478,7 +487,7 @@ async fn program<S: Served>(
     }
 }
 
-/// The role of a request, if it has the one that its route needs.
+/// Returns the role of a request, if it suffices for the route.
 async fn entitled<S: Served>(
     here: &Here<S>,
     admitted: &Admitted,
@@ -490,6 +499,7 @@ async fn entitled<S: Served>(
     let grant = granted(here, admitted).await?;
     let role = match grant {
         Some(grant) => grant.role,
+        // No token is needed on this machine.
         None if admitted.loopback => here.station.place_role(),
         None => return Err(needs_token()),
     };
@@ -505,11 +515,13 @@ async fn entitled<S: Served>(
         }
         return Err(Refused::new(StatusCode::FORBIDDEN, why));
     }
+    // Identified: the connection is no longer evicted as a stranger.
     here.place.begin();
     Ok(role)
 }
 
-/// What a token allows, or the teacher's PIN in the place of one. `None` without either: the place decides.
+/// Returns the rights of a token, or of the teacher's PIN in its place. `None` without either: then
+/// the origin decides.
 async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
     let Some(token) = &admitted.token else {
         return Ok(None);
@@ -541,6 +553,7 @@ async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Optio
 fn pin_refused(error: &crate::api::RpcError) -> Refused {
     let status = match error.code {
         crate::api::RpcError::TOO_MANY => StatusCode::TOO_MANY_REQUESTS,
+        // A wrong PIN, or no class.
         _ => StatusCode::UNAUTHORIZED,
     };
     Refused::new(status, error.message.clone())
@@ -555,6 +568,7 @@ fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<
     let mut peer = Peer::elsewhere(grant, here.address.clone())
         .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
     if admitted.loopback {
+        // Only `security` knows what is local, so the address alone does not decide.
         peer.origin = Origin::Loopback;
     }
     Ok(peer)
@@ -562,6 +576,7 @@ fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<
 
 async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
     let (mut parts, _) = request.into_parts();
+    // A person who opens the address in a browser.
     if !parts.headers.contains_key(UPGRADE) {
         let mut response = text(StatusCode::UPGRADE_REQUIRED, "this is for a WebSocket");
         response
@@ -585,13 +600,15 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
     };
     let upgrade = upgrade
         .protocols(["magician.v1"])
-        // What is a little too large is read to its end, so that its sender hears why it is closed.
+        // A message slightly above the limit is still read, so that the close code can name the
+        // reason.
         .max_message_size(2 * BODY)
         .max_frame_size(2 * BODY)
+        // A message is sent at once: the station replaces outdated states, not a buffer.
         .write_buffer_size(0)
         .read_buffer_size(READ_BUFFER);
     let Some(client) = here.station.admit(peer, admitted.token.clone()).await else {
-        // A page can read why a socket was closed, and not why none was opened.
+        // Browsers let a page read the code of a close, but not the reason of a failed upgrade.
         return upgrade.on_upgrade(socket::turn_away);
     };
     let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
@@ -602,7 +619,7 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
     })
 }
 
-/// The calls of programs for DobotLink.
+/// Returns the calls of programs for DobotLink.
 async fn link<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
     if let Err(refused) = entitled(here, admitted, route).await {
         return refusal(&refused);
@@ -630,7 +647,7 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
-    // Until all of it is there it gives way to others: a slow body keeps no stop out.
+    // Evictable until the body is complete: a slow body must not keep a stop out.
     here.place.begin();
     let text = match body(request).await {
         Ok(text) => text,
@@ -639,7 +656,7 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
     if Lane::of(&text) == Lane::Ordinary {
         here.place.pacer().turn(Lane::Ordinary).await;
     }
-    // A stop is carried out however many requests are under way.
+    // Stops are carried out even if all places for requests are taken.
     if here.place.claim().is_err() && !is_always_obeyed(&text) {
         let why = "the station has as many requests as it takes";
         return self::text(StatusCode::SERVICE_UNAVAILABLE, why);
@@ -651,8 +668,10 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
 }
 
 async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
+    // Counted before anything else, so that malformed tries count too.
     if let Err(wait) = here.options.tries.count() {
         let mut response = text(StatusCode::TOO_MANY_REQUESTS, "five tries a minute: wait");
+        // Rounded up, so that the next try is not early.
         let seconds = HeaderValue::from(wait.as_secs() + 1);
         response.headers_mut().insert(RETRY_AFTER, seconds);
         return response;
@@ -669,6 +688,7 @@ async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
     let code = wanted["code"].as_str().unwrap_or_default();
     let name = wanted["name"].as_str().unwrap_or_default();
     let sign = |sign: char| sign.is_ascii_alphanumeric() || "._- ".contains(sign);
+    // The name of the token comes from a stranger and is shown to teachers.
     let name: String = name.chars().filter(|known| sign(*known)).take(32).collect();
     let (code, name) = (code.to_owned(), name.trim().to_owned());
     let redeemed = beside(&here.options.tokens, move |tokens| {
@@ -702,7 +722,7 @@ fn is_json(headers: &HeaderMap) -> bool {
     kind.trim().eq_ignore_ascii_case("application/json")
 }
 
-/// The body as text, within its bound.
+/// Reads the body as text, up to its limit.
 async fn body(request: Request) -> Result<String, Refused> {
     let bytes = axum::body::to_bytes(request.into_body(), BODY).await;
     let too_large = |_| Refused::new(StatusCode::PAYLOAD_TOO_LARGE, "a request is 1 MiB at most");
@@ -715,6 +735,7 @@ fn refusal(refused: &Refused) -> Response {
     let mut response = text(refused.status, &refused.why);
     if refused.status == StatusCode::UNAUTHORIZED {
         let bearer = HeaderValue::from_static("Bearer");
+        // Required with 401 (RFC 9110, 11.6.1).
         response.headers_mut().insert(WWW_AUTHENTICATE, bearer);
     }
     response

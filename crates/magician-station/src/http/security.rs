@@ -1,5 +1,10 @@
-//! Who is let in: host names, origins, loopback, tokens. Everything that a request may not do is decided here, before anything
-//! else looks at it.
+//! Admission of requests: host names, origins, loopback, tokens.
+//!
+//! A browser on this machine may be made to send requests to the station by any web page it visits.
+//! Three checks prevent that: the `Host` must be one of the station's names (against DNS
+//! rebinding), an `Origin` must be the station's own or allowed by name (against cross-site
+//! requests), and a token is taken from a header alone. A request counts as local only if both ends
+//! of its connection and its host name are loopback and no proxy has forwarded it.
 
 use std::net::{IpAddr, SocketAddr};
 
@@ -8,50 +13,51 @@ use axum::http::request::Parts;
 use axum::http::uri::Authority;
 use axum::http::{HeaderMap, HeaderName, StatusCode};
 
+// A proxy on this machine makes remote clients look local; these headers give it away.
 static FORWARDED_FOR: HeaderName = HeaderName::from_static("x-forwarded-for");
 
-/// Names by which a machine calls itself.
+/// Host names of the machine itself.
 const LOOPBACK: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 
-/// The two ends of a connection.
+/// Both ends of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ends {
-    /// Where it arrived.
+    /// Local address.
     pub local: SocketAddr,
-    /// Where it comes from.
+    /// Address of the client.
     pub peer: SocketAddr,
-    /// Whether it is encrypted.
+    /// True if the connection is encrypted.
     pub tls: bool,
 }
 
-/// What a listener lets in beside what is its own.
+/// Hosts and origins admitted besides the station's own.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Admission {
-    /// Further host names: `HOST`, for any port, or `HOST:PORT`.
+    /// Further host names: `HOST` for any port, or `HOST:PORT`.
     pub hosts: Vec<String>,
     /// Further origins: `https://example.org`.
     pub origins: Vec<String>,
-    /// True if people of this machine need a token as well: a client has shown a certificate, which
-    /// does not say whose program it is.
+    /// True if clients of this machine need a token as well. Used when clients show a certificate,
+    /// which does not say whose program they are.
     pub tokens_always: bool,
 }
 
-/// A request that is let in.
+/// Admitted request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Admitted {
-    /// The token that it brings, if it does.
+    /// Bearer token, if the request has one.
     pub(crate) token: Option<String>,
-    /// Whether it is of this machine, so that it needs none.
+    /// True if the request comes from this machine, so that it needs no token.
     pub(crate) loopback: bool,
-    /// The origin that is allowed by name, to be named in the answer.
+    /// Origin that is allowed by name and has to be repeated in the answer.
     pub(crate) foreign_origin: Option<String>,
 }
 
-/// Why a request is not let in.
+/// Refusal of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Refused {
     pub(crate) status: StatusCode,
-    /// For whoever made the request.
+    /// Reason, sent to the client.
     pub(crate) why: String,
 }
 
@@ -69,12 +75,14 @@ impl Refused {
 }
 
 impl Admission {
-    /// Lets a request in, or not.
+    /// Admits or refuses a request.
     pub(crate) fn admit(&self, parts: &Parts, ends: Ends) -> Result<Admitted, Refused> {
+        // An absolute target would make the `Host` header irrelevant.
         if parts.uri.scheme().is_some() || !parts.uri.path().starts_with('/') {
             return Err(Refused::forbidden("the target of a request must be a path"));
         }
         let query = parts.uri.query().unwrap_or_default();
+        // Addresses end up in logs and histories of browsers.
         if query
             .split('&')
             .any(|pair| pair.split('=').next() == Some("token"))
@@ -83,6 +91,7 @@ impl Admission {
                 "a token does not belong into an address: send it as `Authorization: Bearer TOKEN`";
             return Err(Refused::new(StatusCode::BAD_REQUEST, why));
         }
+        // Several headers could be read differently by a proxy and by the station.
         let host = match texts(&parts.headers, &HOST).as_slice() {
             [Some(host)] => host.to_ascii_lowercase(),
             _ => {
@@ -110,7 +119,7 @@ impl Admission {
         })
     }
 
-    /// Whether a page of another site asks; the origin that is allowed by name.
+    /// Checks the `Origin` header. Returns an origin that is allowed by name.
     fn origin(&self, headers: &HeaderMap, ends: Ends) -> Result<Option<String>, Refused> {
         let origin = match texts(headers, &ORIGIN).as_slice() {
             [] => return Ok(None),
@@ -122,6 +131,7 @@ impl Admission {
             }
         };
         if { self.origins.iter() }.any(|allowed| allowed.eq_ignore_ascii_case(&origin))
+            // `null` is sent by sandboxed frames and files, whichever site they belong to.
             && origin != "null"
         {
             return Ok(Some(origin));
@@ -136,7 +146,7 @@ impl Admission {
         Err(Refused::forbidden(why))
     }
 
-    /// Whether a name, in lower case, is one of the station's at this end.
+    /// True if a lower-case host name is one of the station's at this local address.
     fn is_own(&self, host: &str, ends: Ends) -> bool {
         let Some((name, port)) = split(host) else {
             return false;
@@ -149,6 +159,7 @@ impl Admission {
         let at = ends.local.port();
         let at_port = match port {
             Some(port) => port == at,
+            // A host without a port means the scheme's default port.
             None => at == 80 || (ends.tls && at == 443),
         };
         own && at_port
@@ -161,7 +172,7 @@ impl Admission {
     }
 }
 
-/// The token of `Authorization: Bearer TOKEN`.
+/// Returns the token of `Authorization: Bearer TOKEN`.
 fn token(headers: &HeaderMap) -> Result<Option<String>, Refused> {
     let unauthorized = |why| Refused::new(StatusCode::UNAUTHORIZED, why);
     match texts(headers, &AUTHORIZATION).as_slice() {
@@ -178,7 +189,7 @@ fn token(headers: &HeaderMap) -> Result<Option<String>, Refused> {
     }
 }
 
-/// All values of a header; none for what is no text.
+/// Returns all values of a header. `None` for a value that is not text.
 fn texts(headers: &HeaderMap, name: &HeaderName) -> Vec<Option<String>> {
     let values = headers.get_all(name).iter();
     values
@@ -186,11 +197,13 @@ fn texts(headers: &HeaderMap, name: &HeaderName) -> Vec<Option<String>> {
         .collect()
 }
 
-/// A host and its port, if it has one: `[::1]:80`, `localhost`. `None` for whatever else an authority may have.
+/// Splits a host into name and port: `[::1]:80`, `localhost`. `None` if the authority contains
+/// anything else.
 fn split(host: &str) -> Option<(String, Option<u16>)> {
     let authority: Authority = host.parse().ok()?;
     let name = authority.host();
     let port = authority.port_u16();
+    // The parser accepts more than host and port, such as user information, which is refused.
     let same = match port {
         Some(port) => host == format!("{name}:{port}"),
         None => host == name,
@@ -199,6 +212,7 @@ fn split(host: &str) -> Option<(String, Option<u16>)> {
 }
 
 fn is_loopback(address: SocketAddr) -> bool {
+    // Canonical, because a dual-stack listener reports IPv4 peers as `::ffff:a.b.c.d`.
     address.ip().to_canonical().is_loopback()
 }
 
@@ -268,7 +282,7 @@ mod tests {
             admit(&admission, local, "/", &[("host", "localhost:80")]),
             Err(403)
         );
-        // A listener of both families tells addresses of the older one so.
+        // A dual-stack listener reports IPv4 addresses in this form.
         let mapped = ends("[::ffff:192.168.1.5]:8910", "[::ffff:192.168.1.9]:50000");
         let host = [("host", "192.168.1.5:8910")];
         assert!(!admit(&admission, mapped, "/", &host).unwrap().loopback);

@@ -1,4 +1,4 @@
-//! What a listener serves: a station, or whatever looks like one.
+//! Interface between the listener and what it serves: a station, or a hub that looks like one.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,21 +9,21 @@ use crate::recording::RecordingStore;
 use crate::running::{Client, RunningStation};
 use crate::station::{Grant, Outgoing, Peer};
 
-/// Something that answers the API to clients on a network.
+/// Server of the API.
 pub trait Served: Clone + Send + Sync + 'static {
-    /// One of its clients.
+    /// Client of this server.
     type Client: ServedClient;
 
-    /// A client connects, with the token of its request, if it has one; `None` where there are as many as it takes. It waits
-    /// until those that came just before have had the time to say hello.
+    /// Connects a client with the token of its request. Waits until clients that came just before
+    /// have had their time to say hello. `None` if all sessions are in use.
     fn admit(
         &self,
         peer: Peer,
         token: Option<String>,
     ) -> impl Future<Output = Option<Self::Client>> + Send;
 
-    /// Carries out one request, as a session of its own that lasts as long. `None` for a notification, which has no answer.
-    /// Dropping the future ends the session.
+    /// Carries out one request in a session of its own. `None` for a notification, which has no
+    /// answer. Dropping the future ends the session.
     fn call(
         &self,
         peer: Peer,
@@ -31,46 +31,46 @@ pub trait Served: Clone + Send + Sync + 'static {
         text: &str,
     ) -> impl Future<Output = Option<String>> + Send;
 
-    /// Its library of programs.
+    /// Returns the library of programs.
     fn programs(&self) -> Arc<dyn ProgramStore>;
 
-    /// Where its recordings are.
+    /// Returns the store of recordings.
     fn recordings(&self) -> Arc<dyn RecordingStore>;
 
-    /// Whether nobody is more than a viewer.
+    /// True if every session is limited to the role of a viewer.
     fn is_read_only(&self) -> bool;
 
-    /// The role of this machine's people without a name.
+    /// Returns the role of anonymous clients on this machine.
     fn place_role(&self) -> Role;
 
-    /// Tries the teacher's PIN of a class, for a request without a session.
+    /// Checks the teacher's PIN of the class, for a request without a session.
     ///
     /// # Errors
-    /// Why it is not good.
+    /// The PIN is wrong, there is no class, or there were too many wrong tries.
     fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError>;
 
-    /// The names of the tokens that sessions have come with.
+    /// Returns the names of the tokens that sessions have used.
     fn tokens(&self) -> BTreeSet<String>;
 
-    /// A token is good no more: its sessions end.
+    /// Revokes a token: its sessions end.
     fn revoke(&self, token: &str);
 }
 
-/// A client of what is served, from whose socket the listener carries messages. Dropping it is the end of its socket.
+/// Client of a [`Served`], whose messages the listener carries. Dropping it closes its socket.
 pub trait ServedClient: Send + Sync + 'static {
-    /// A message of the client has come, which is looked at before it is sent.
+    /// Records that a message has arrived, before it is processed.
     fn heard(&self);
 
-    /// A message of the client.
+    /// Passes a message of the client.
     fn send(&self, text: &str);
 
-    /// What the token of its hello allows, before the hello is sent.
+    /// Sets the rights of the token in the client's hello, before the hello is sent.
     fn vouch(&self, grant: Option<Grant>);
 
-    /// The answer to a ping.
+    /// Records the reply to a ping.
     fn pong(&self);
 
-    /// What the client is to be sent next; waits for it. Dropping the future loses nothing.
+    /// Waits for the next message to the client. Cancel safe.
     fn receive(&self) -> impl Future<Output = Outgoing> + Send;
 }
 

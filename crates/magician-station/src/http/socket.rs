@@ -1,4 +1,7 @@
-//! A WebSocket of a client: its messages to the station, and what the station has for it.
+//! WebSocket of a client: carries messages between the socket and the station.
+//!
+//! Reading and writing are separate futures in one task. A client that does not read must not keep
+//! its own stop from being heard, so a blocked write never blocks reading.
 
 use std::time::Duration;
 
@@ -14,14 +17,15 @@ use super::served::ServedClient;
 use super::tokens::{TokenStore, UNCHECKED};
 use crate::station::{CloseCode, MESSAGE, Outgoing, Station};
 
-/// A client is pinged so often; its answer is a word of a holder.
+/// Interval of pings. A reply keeps the lease alive, and within the lease timeout of 5 s one may be
+/// lost.
 const PING: Duration = Duration::from_secs(2);
-/// A client that takes nothing for so long is cut off.
+/// Longest time that one message may take to be written.
 const STUCK: Duration = Duration::from_secs(10);
-/// The last word to a client gets so long.
+/// Time for the close frame.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Carries messages until one of the two ends.
+/// Carries messages until client or station ends.
 pub(super) async fn carry(
     socket: WebSocket,
     client: impl ServedClient,
@@ -32,7 +36,7 @@ pub(super) async fn carry(
 ) {
     let (mut sink, mut stream) = socket.split();
     let reader = async {
-        // A token is looked up once: a socket has one hello.
+        // Looked up once, because a socket has only one hello, and the file may be slow.
         let mut asked = false;
         let mut heard = false;
         loop {
@@ -56,11 +60,14 @@ pub(super) async fn carry(
                         }
                     }
                     client.send(&text);
-                    // Without a hello there are few sockets, for a short time.
+                    // A socket without a hello has these turns only for the short time until it is
+                    // closed.
                     pacer.begin_session();
                 }
                 Some(Ok(Message::Pong(_))) => client.pong(),
+                // The library answers pings itself.
                 Some(Ok(Message::Ping(_))) => {}
+                // 1003: unsupported data (RFC 6455, 7.4.1).
                 Some(Ok(Message::Binary(_))) => return Some(close(1003, "messages are text")),
                 Some(Err(error)) => return broken(&error),
                 Some(Ok(Message::Close(_))) | None => return None,
@@ -69,9 +76,11 @@ pub(super) async fn carry(
     };
     let writer = async {
         let mut pings = interval(PING);
+        // After a pause of the machine one ping suffices.
         pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let message = tokio::select! {
+                // The end of the station first; then messages before pings.
                 biased;
                 () = ended(&mut over) => return Some(close(1001, "the station ends")),
                 outgoing = client.receive() => match outgoing {
@@ -81,26 +90,27 @@ pub(super) async fn carry(
                 },
                 _ = pings.tick(), if signs == SignsOfLife::Pings => Message::Ping(Vec::new().into()),
             };
-            // What waits meanwhile stays in the station, where a newer state takes the place of an older one.
+            // Only one message is in flight. The rest waits in the station, where newer states
+            // replace older ones.
             match timeout(STUCK, sink.send(message)).await {
                 Ok(Ok(())) => {}
                 Ok(Err(_)) | Err(_) => return None,
             }
         }
     };
-    // What is being written does not keep what comes from being heard: a stop above all.
+    // Side by side: a message that is being written must not delay a stop that arrives.
     let last = tokio::select! {
         last = reader => last,
         last = writer => last,
     };
-    // The station hears of the end now, not when the last bytes are gone.
+    // Dropped before the farewell: the station must learn of the end now.
     drop(client);
     if let Some(last) = last {
         let _ = timeout(FAREWELL, sink.send(last)).await;
     }
 }
 
-/// Closes a socket for which the station has no place.
+/// Accepts and closes a socket for which the station has no place.
 pub(super) async fn turn_away(mut socket: WebSocket) {
     let last = close(CloseCode::FULL.0, "the station has all its sessions");
     let _ = timeout(FAREWELL, socket.send(last)).await;
@@ -117,7 +127,8 @@ fn close(code: u16, reason: &'static str) -> Message {
     }))
 }
 
-/// What a client is told whose message cannot be taken.
+/// Returns the close frame for a message that cannot be read. `None` if the connection itself
+/// failed.
 fn broken(error: &axum::Error) -> Option<Message> {
     use tokio_tungstenite::tungstenite::Error;
     let source = std::error::Error::source(error)?;
@@ -125,6 +136,7 @@ fn broken(error: &axum::Error) -> Option<Message> {
         Error::Capacity(_) => Some(too_large()),
         Error::Utf8(_) => Some(close(1007, "the message is no UTF-8")),
         Error::Protocol(_) => Some(close(1002, "no WebSocket")),
+        // The transport failed: no close frame can be sent.
         _ => None,
     }
 }

@@ -1,4 +1,4 @@
-//! Encrypted connections: certificate and key from files.
+//! TLS: certificate and key from files.
 
 use std::fmt;
 use std::io;
@@ -13,17 +13,17 @@ use tokio_rustls::rustls::version::TLS13;
 use tokio_rustls::rustls::{self, ServerConfig};
 use tokio_rustls::{TlsAcceptor, server::TlsStream};
 
-/// Why certificate and key cannot be used.
+/// Reason why certificate and key cannot be used.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum TlsError {
     /// A file cannot be read.
     Read(PathBuf, io::Error),
-    /// A file does not hold what it should; what that is.
+    /// A file does not contain what it should: the missing item.
     Content(PathBuf, &'static str),
-    /// The key is not that of the certificate.
+    /// The key does not belong to the certificate.
     NoPair(PathBuf, PathBuf),
-    /// The pair cannot be used.
+    /// TLS refuses the pair.
     Refused(rustls::Error),
 }
 
@@ -45,10 +45,10 @@ impl fmt::Display for TlsError {
 
 impl std::error::Error for TlsError {}
 
-/// Reads the name of a client in its certificate, DER.
+/// Reads the name of a client from its certificate (DER).
 type ReadName = fn(&[u8]) -> Option<String>;
 
-/// Certificate and key of a listener. TLS 1.3 alone, HTTP/1.1 within it.
+/// Certificate and key of a listener. TLS 1.3 only, with HTTP/1.1.
 #[derive(Clone)]
 pub struct Tls {
     acceptor: TlsAcceptor,
@@ -62,10 +62,11 @@ impl fmt::Debug for Tls {
 }
 
 impl Tls {
-    /// Reads a certificate, with those that it was signed by up to the one that clients trust, and its key, both as PEM.
+    /// Reads a certificate chain and its private key, both in PEM. The chain includes intermediate
+    /// certificates up to the one that clients trust.
     ///
     /// # Errors
-    /// [`TlsError`].
+    /// [`TlsError`] if a file cannot be read or the pair cannot be used.
     pub fn from_files(certificate: &Path, key: &Path) -> Result<Self, TlsError> {
         let wrong = |path: &Path, what, error| match error {
             pem::Error::Io(error) => TlsError::Read(path.to_owned(), error),
@@ -82,6 +83,7 @@ impl Tls {
         let secret =
             PrivateKeyDer::from_pem_file(key).map_err(|error| wrong(key, "private key", error))?;
         let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
+            // All browsers and clients of today know it, and it has no weak suites.
             .with_protocol_versions(&[&TLS13])
             .map(|config| config.with_no_client_auth())
             .and_then(|config| config.with_single_cert(chain, secret));
@@ -91,6 +93,7 @@ impl Tls {
             }
             error => TlsError::Refused(error),
         })?;
+        // HTTP/2 has no upgrade to a WebSocket here.
         config.alpn_protocols = vec![b"http/1.1".to_vec()];
         Ok(Self {
             acceptor: TlsAcceptor::from(Arc::new(config)),
@@ -98,8 +101,8 @@ impl Tls {
         })
     }
 
-    /// Uses settings that ask clients for a certificate, and reads their name in it (DER) for the
-    /// journal.
+    /// Uses a configuration that requests client certificates. `read_name` extracts a client's name
+    /// from its certificate (DER), for the journal.
     #[must_use]
     pub fn with_clients(config: Arc<ServerConfig>, read_name: fn(&[u8]) -> Option<String>) -> Self {
         Self {
@@ -108,13 +111,13 @@ impl Tls {
         }
     }
 
-    /// The name of a client in its certificate, if it has shown one.
+    /// Returns the name in the client's certificate. `None` if it has shown none.
     pub(super) fn name_of<S>(&self, stream: &TlsStream<S>) -> Option<String> {
         let shown = stream.get_ref().1.peer_certificates()?;
         (self.read_name?)(shown.first()?)
     }
 
-    /// Agrees with a client on how to talk.
+    /// Performs the handshake.
     pub(super) async fn accept<S: AsyncRead + AsyncWrite + Unpin>(
         &self,
         stream: S,

@@ -1,4 +1,8 @@
-//! The tokens of a station, in a file of the user's: made once, kept as digests, revoked at any time.
+//! Tokens of a station: created once, stored as digests, revocable at any time.
+//!
+//! The file belongs to the user and is shared by all stations and by the command line, which change
+//! it under a lock. A token is checked against the file as it is now, so a revocation takes effect
+//! without a restart; the content is cached by the file's metadata.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,40 +20,40 @@ use crate::Role;
 use crate::secret::same_secret;
 use crate::station::{Grant, Peer};
 
-/// A code is good for so long.
+/// Lifetime of a pairing code.
 pub const CODE: Duration = Duration::from_secs(120);
-/// Uses within so many seconds are one, for people who look when a token was used.
+/// Resolution of the time of last use, s. Finer times would rewrite the file with every request.
 const NOTED: u64 = 60;
-/// Characters of a token of somebody else's making, at least.
+/// Least number of characters of a token that the user has made.
 const LEAST: usize = 32;
 
-/// Name of the token of the station's own user. No other one has it: names have no brackets.
+/// Name of the token for the station's own user. Cannot collide: names contain no brackets.
 const OWN: &str = "(this user)";
 
-/// What is told of a token while the station cannot know whether it is good.
+/// Message while the station cannot check a token.
 pub const UNCHECKED: &str = "the station cannot check tokens now: try again";
 
-/// A token as its file has it.
+/// Stored token.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct TokenEntry {
-    /// Its role.
+    /// Role.
     pub role: String,
-    /// SHA-256 of it, in hex.
+    /// SHA-256 of the token, hexadecimal.
     sha256: String,
-    /// When it was made, Unix seconds.
+    /// Creation, Unix seconds.
     pub made: u64,
-    /// When it was used last, Unix seconds, to the minute.
+    /// Last use, Unix seconds, to the minute.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub used: Option<u64>,
 }
 
-/// A code for which one token is given.
+/// Pairing code, good for one token.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 struct PairingCode {
-    /// SHA-256 of it, in hex.
+    /// SHA-256 of the code, hexadecimal.
     sha256: String,
     role: String,
-    /// Until when it is good, Unix seconds.
+    /// Expiry, Unix seconds.
     until: u64,
 }
 
@@ -61,23 +65,23 @@ struct File {
     token: BTreeMap<String, TokenEntry>,
 }
 
-/// Why a file of tokens cannot be used.
+/// Reason why a file of tokens cannot be used.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum TokenError {
-    /// It cannot be read or written.
+    /// The file cannot be read or written.
     Io(PathBuf, io::Error),
-    /// It is no file of tokens.
+    /// The file is not a valid file of tokens.
     Damaged(PathBuf, String),
-    /// There is a token of this name already.
+    /// The name is used by another token.
     Taken(String),
-    /// There is no token of this name.
+    /// No token has this name.
     Unknown(String),
-    /// A line of a list of tokens is wrong.
+    /// A line in a list of tokens is invalid.
     Line(PathBuf, usize, &'static str),
-    /// Others than its owner may read it.
+    /// Others than the owner can read the file.
     Open(PathBuf),
-    /// The system has no random numbers.
+    /// The system provides no random numbers.
     Random,
 }
 
@@ -101,30 +105,30 @@ impl std::fmt::Display for TokenError {
 
 impl std::error::Error for TokenError {}
 
-/// The file of tokens.
+/// File of tokens.
 #[derive(Clone, Debug)]
 pub struct TokenStore {
     path: PathBuf,
-    /// Tokens of another file, which are not written.
+    /// Tokens from a list, which are never written.
     more: BTreeMap<String, (Role, String)>,
-    /// What the file held when it was read last. As long as it has not changed, a token is checked without a descriptor: a
-    /// station that has none left still lets people in.
+    /// Content when the file was read last. While the file is unchanged, a token is checked without
+    /// opening it: a station out of descriptors can still admit clients.
     last: Arc<Mutex<Option<ReadFile>>>,
 }
 
-/// A file as it was read.
+/// Content of a file with its stamp.
 #[derive(Clone, Debug)]
 struct ReadFile {
     stamp: Stamp,
     content: Arc<File>,
 }
 
-/// What tells one state of a file from another.
+/// Metadata that identifies a version of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stamp {
     modified: Option<SystemTime>,
     length: u64,
-    /// Device, inode and change time, which a file that takes the place of another does not share with it.
+    /// Device, inode and change time. They differ if another file was moved into its place.
     #[cfg(unix)]
     identity: (u64, u64, i64, i64),
 }
@@ -148,7 +152,7 @@ impl Stamp {
 }
 
 impl TokenStore {
-    /// In this file, which need not exist.
+    /// Uses this file, which need not exist.
     #[must_use]
     pub fn at(path: impl Into<PathBuf>) -> Self {
         Self {
@@ -158,21 +162,23 @@ impl TokenStore {
         }
     }
 
-    /// Adds the tokens of a list: `TOKEN ROLE [NAME]` a line, `#` begins a comment.
+    /// Adds tokens from a list with lines `TOKEN ROLE [NAME]`; `#` starts a comment.
     ///
     /// # Errors
-    /// [`TokenError`], for a file that others may read as well.
+    /// [`TokenError`] if a line is invalid, or others than the owner can read the file.
     pub fn with_list(mut self, path: &Path) -> Result<Self, TokenError> {
         let io = |error| TokenError::Io(path.to_owned(), error);
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
+            // Tokens in this file are plain text, unlike those in the store.
             if fs::metadata(path).map_err(io)?.permissions().mode() & 0o077 != 0 {
                 return Err(TokenError::Open(path.to_owned()));
             }
         }
         let text = fs::read_to_string(path).map_err(io)?;
         for (at, line) in text.lines().enumerate() {
+            // Tokens contain no `#`, so comments need no escaping.
             let line = line.split('#').next().unwrap_or_default();
             let words: Vec<_> = line.split_whitespace().collect();
             let wrong = |why| TokenError::Line(path.to_owned(), at + 1, why);
@@ -188,15 +194,17 @@ impl TokenStore {
             }
             let role = Role::named(role);
             let role = role.ok_or_else(|| wrong("the role is viewer, student or teacher"))?;
+            // Kept as a digest like the others, so that memory holds no token.
             self.more.insert(name, (role, digest(token)));
         }
         Ok(self)
     }
 
-    /// Adds a teacher's token for commands of the station's own user, which counts from this machine alone. Returns it.
+    /// Adds a teacher's token for commands of the station's own user, valid on this machine alone.
+    /// Returns it.
     ///
     /// # Errors
-    /// [`TokenError::Random`].
+    /// [`TokenError::Random`] if the system provides no random numbers.
     pub fn with_own(mut self) -> Result<(Self, String), TokenError> {
         let token = secret()?;
         let entry = (Role::Teacher, digest(&token));
@@ -204,10 +212,11 @@ impl TokenStore {
         Ok((self, token))
     }
 
-    /// Makes a token, and returns it: it can not be had again.
+    /// Creates a token and returns its name and text. The text is not stored and cannot be shown
+    /// again.
     ///
     /// # Errors
-    /// [`TokenError`].
+    /// [`TokenError`] if the name is taken or the file cannot be written.
     pub fn create(&self, name: Option<&str>, role: Role) -> Result<(String, String), TokenError> {
         self.update(|file| {
             let name = match name {
@@ -223,18 +232,18 @@ impl TokenStore {
         })
     }
 
-    /// All tokens, by name.
+    /// Returns all tokens by name.
     ///
     /// # Errors
-    /// [`TokenError`].
+    /// [`TokenError`] if the file cannot be read.
     pub fn list(&self) -> Result<BTreeMap<String, TokenEntry>, TokenError> {
         Ok(self.read()?.token.clone())
     }
 
-    /// Ends a token.
+    /// Revokes a token.
     ///
     /// # Errors
-    /// [`TokenError::Unknown`], and the others.
+    /// [`TokenError::Unknown`] if there is no such token, or an error of the file.
     pub fn revoke(&self, name: &str) -> Result<(), TokenError> {
         self.update(|file| match file.token.remove(name) {
             Some(_) => Ok(()),
@@ -242,15 +251,16 @@ impl TokenStore {
         })
     }
 
-    /// Makes a code of six digits, good for one token of this role within [`CODE`].
+    /// Creates a code of six digits, good for one token with this role within [`CODE`].
     ///
     /// # Errors
-    /// [`TokenError`].
+    /// [`TokenError`] if the file cannot be written.
     pub fn pair(&self, role: Role) -> Result<String, TokenError> {
         let mut bytes = [0; 8];
         getrandom::fill(&mut bytes).map_err(|_| TokenError::Random)?;
         let code = format!("{:06}", u64::from_le_bytes(bytes) % 1_000_000);
         self.update(|file| {
+            // Expired codes are removed whenever a new one is made.
             file.code.retain(|code| code.until > unix_now());
             file.code.push(PairingCode {
                 sha256: digest(&code),
@@ -262,10 +272,11 @@ impl TokenStore {
         Ok(code)
     }
 
-    /// A token for a code; none for one that is not good. A code is good once.
+    /// Exchanges a code for a token. `None` if the code is wrong or expired. A code can be used
+    /// once.
     ///
     /// # Errors
-    /// [`TokenError`].
+    /// [`TokenError`] if the file cannot be written.
     pub fn redeem(&self, code: &str, name: &str) -> Result<Option<(String, Role)>, TokenError> {
         let wanted = digest(code);
         self.update(|file| {
@@ -275,6 +286,7 @@ impl TokenStore {
             let Some(at) = file.code.iter().position(good) else {
                 return Ok(None);
             };
+            // Used up even if no token can be made from it.
             let known = file.code.remove(at);
             let Some(role) = Role::named(&known.role) else {
                 return Ok(None);
@@ -289,11 +301,11 @@ impl TokenStore {
         })
     }
 
-    /// What a token allows; `None` for one that is not good. It looks at the file, and writes it at times: not to be asked
-    /// where others wait.
+    /// Returns the rights of a token. `None` if it is not valid. Reads the file and sometimes
+    /// writes it, so it may block.
     ///
     /// # Errors
-    /// [`TokenError`] if the file cannot be read, so that nothing is known of the token.
+    /// [`TokenError`] if the file cannot be read: then it is unknown whether the token is valid.
     pub fn grant(&self, token: &str) -> Result<Option<Grant>, TokenError> {
         let wanted = digest(token);
         let more = { self.more.iter() }.find(|(_, (_, sha256))| same_secret(sha256, &wanted));
@@ -316,19 +328,19 @@ impl TokenStore {
             token: Some(name.clone()),
         };
         let now = unix_now();
-        // To the minute: it is for people to read.
+        // Only once a minute: the time is for people, and each note rewrites the file.
         if found
             .used
             .is_none_or(|used| now.saturating_sub(used) >= NOTED)
         {
             let noted = self.update(|file| {
-                // It may have been revoked meanwhile.
+                // The token may have been revoked meanwhile.
                 if let Some(found) = file.token.get_mut(name) {
                     found.used = Some(now);
                 }
                 Ok(())
             });
-            // A disk that is full locks nobody out.
+            // A full disk must not lock anyone out.
             if let Err(error) = noted {
                 tracing::warn!(%error, "the use of a token is not noted");
             }
@@ -336,10 +348,10 @@ impl TokenStore {
         Ok(Some(grant))
     }
 
-    /// As [`grant`](Self::grant), beside everything else that goes on.
+    /// Returns the rights of a token, from a blocking thread.
     ///
     /// # Errors
-    /// As [`grant`](Self::grant).
+    /// The same as [`grant`](Self::grant).
     pub async fn granted(&self, token: String) -> Result<Option<Grant>, TokenError> {
         let granted = beside(self, move |tokens| tokens.grant(&token)).await;
         let granted = granted.unwrap_or(Ok(None));
@@ -349,31 +361,32 @@ impl TokenStore {
         granted
     }
 
-    /// As [`granted`](Self::granted), for a request that comes from this machine, or from elsewhere.
+    /// Returns the rights of a token for a request from this machine or from elsewhere.
     pub(super) async fn granted_at(
         &self,
         token: String,
         loopback: bool,
     ) -> Result<Option<Grant>, TokenError> {
         let granted = self.granted(token).await?;
+        // The token of the station's own user is worth nothing from elsewhere.
         let is_own = |grant: &Grant| grant.token.as_deref() == Some(OWN);
         Ok(granted.filter(|grant| loopback || !is_own(grant)))
     }
 
-    /// The names of all tokens that are good.
+    /// Returns the names of all valid tokens.
     pub(super) fn names(&self) -> Result<Vec<String>, TokenError> {
         let file = self.read()?;
         let own = file.token.keys().cloned();
         Ok(own.chain(self.more.keys().cloned()).collect())
     }
 
-    /// The file as it is now. It is read only if it has changed.
+    /// Returns the content of the file. Reads it only if it has changed.
     fn read(&self) -> Result<Arc<File>, TokenError> {
         let io = |error: io::Error| match error.kind() {
             io::ErrorKind::NotFound => Ok(Arc::default()),
             _ => Err(TokenError::Io(self.path.clone(), error)),
         };
-        // Taken before the file is read: what changes meanwhile is seen by the next look.
+        // The stamp is taken first: a change during reading is found by the next call.
         let stamp = match fs::metadata(&self.path) {
             Ok(metadata) => Stamp::of(&metadata),
             Err(error) => return io(error),
@@ -396,8 +409,8 @@ impl TokenStore {
         Ok(content)
     }
 
-    /// Changes the file, one program after the other: else one that notes the use of a token brings back another that was
-    /// revoked meanwhile.
+    /// Changes the file under a lock. Without it, a program that notes the use of a token could
+    /// write back one that another program has just revoked.
     fn update<T>(
         &self,
         change: impl FnOnce(&mut File) -> Result<T, TokenError>,
@@ -412,7 +425,7 @@ impl TokenStore {
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let lock = options.open(self.path.with_extension("lock")).map_err(io)?;
         match lock.lock() {
-            // Some file systems know no locks.
+            // Some file systems, such as network mounts, support no locks: go on without.
             Err(error) if error.kind() != io::ErrorKind::Unsupported => return Err(io(error)),
             _ => {}
         }
@@ -425,7 +438,7 @@ impl TokenStore {
         Ok(changed)
     }
 
-    /// Whole or not at all, and for its owner alone.
+    /// Replaces the file as a whole, readable by its owner alone.
     fn write(&self, file: &File) -> Result<(), TokenError> {
         let io = |error| TokenError::Io(self.path.clone(), error);
         let text = toml::to_string(file)
@@ -434,7 +447,8 @@ impl TokenStore {
     }
 }
 
-/// Does something with the file where a slow disk holds up nothing else; `None` when the runtime ends.
+/// Runs a function on a blocking thread, because the disk may be slow. `None` if the runtime shuts
+/// down.
 pub(super) async fn beside<T: Send + 'static>(
     tokens: &TokenStore,
     act: impl FnOnce(TokenStore) -> T + Send + 'static,
@@ -460,10 +474,10 @@ fn free_name(file: &File) -> String {
 }
 
 impl Peer {
-    /// Whoever comes from elsewhere, with a new secret for its session.
+    /// Creates a peer from elsewhere, with a new secret for its session.
     ///
     /// # Errors
-    /// [`TokenError::Random`].
+    /// [`TokenError::Random`] if the system provides no random numbers.
     pub fn elsewhere(grant: Option<Grant>, address: String) -> Result<Self, TokenError> {
         Ok(Self {
             grant,
@@ -474,7 +488,7 @@ impl Peer {
     }
 }
 
-/// 32 random bytes as text.
+/// Returns 32 random bytes as text.
 fn secret() -> Result<String, TokenError> {
     use base64::Engine;
     let mut bytes = [0; 32];
@@ -508,7 +522,8 @@ mod tests {
     fn file_that_has_not_changed_is_not_read_again() {
         let (_folder, store, token) = stored();
         assert!(store.grant(&token).unwrap().is_some());
-        // The use was noted in the file. What is in memory counts as long as that stays as it is.
+        // The use was noted in the file; the cached content stays valid while the file is
+        // unchanged.
         let _ = store.read().unwrap();
         let mut last = store.last.lock().unwrap();
         last.as_mut().unwrap().content = Arc::default();

@@ -1,4 +1,4 @@
-//! Where programs for DobotLink connect: any path of a port of this machine.
+//! Listener for programs written for DobotLink: any path of a port, on loopback alone.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -24,47 +24,49 @@ use crate::http::{
 };
 use crate::station::{MESSAGE, SOCKETS};
 
-/// The port of DobotLink.
+/// Port of DobotLink.
 const PORT: u16 = 9090;
-/// The port at which DobotEDU waits for a helper with a camera.
+/// Port at which DobotEDU expects a helper for its camera.
 const IMAGE: u16 = 10001;
-/// Programs at once. One is a stranger until its first message: it gives way to a new one where there are as many as this.
+/// Most programs at once. A program is a stranger until its first message; if all places are taken,
+/// a stranger is evicted.
 const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: SOCKETS,
-    // None are let in.
+    // Not used: connections from elsewhere are refused.
     strangers: 1,
     claims: SOCKETS,
     kept_for_loopback: SOCKETS,
     idle: None,
 };
-/// The head of a request has to be there within this time.
+/// Time for the head of a request.
 const HEAD: Duration = Duration::from_secs(5);
-/// A program is pinged so often; its answer is a sign of life.
+/// Interval of pings. A reply is a sign of life of the program.
 const PING: Duration = Duration::from_secs(2);
-/// A program that takes nothing for so long is cut off.
+/// Longest time that one message may take to be written.
 const STUCK: Duration = Duration::from_secs(10);
 
-/// The addresses of a link, before anything is accepted there.
+/// Bound addresses of a link, before the first connection is accepted.
 #[derive(Debug)]
 pub struct LinkListener(Listener);
 
 impl LinkListener {
-    /// Listens at both loopback addresses, at port 9090; or at `HOST:PORT`, which has to be of this machine alone: DobotLink's protocol
-    /// has no login.
+    /// Binds both loopback addresses at port 9090, or `HOST:PORT`, which must be loopback because
+    /// DobotLink's protocol has no login.
     ///
     /// # Errors
-    /// [`ListenError`]: [`Beyond`](ListenError::Beyond) for an address that others reach.
+    /// [`ListenError`]; [`Beyond`](ListenError::Beyond) for an address that others can reach.
     pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
         at_home(address, PORT).await.map(Self)
     }
 
-    /// Where it listens.
+    /// Returns the bound addresses.
     #[must_use]
     pub fn addresses(&self) -> &[SocketAddr] {
         self.0.addresses()
     }
 
-    /// Serves programs until `over` says so; those that come from pages of other sites where `admission` lets them in.
+    /// Serves programs until `over` becomes true. Programs in pages of other sites need an origin
+    /// that `admission` allows.
     pub async fn serve(
         self,
         service: LinkService,
@@ -75,26 +77,27 @@ impl LinkListener {
     }
 }
 
-/// What DobotEDU waits for when it is imported: something that accepts a WebSocket at port 10001. It says nothing.
+/// Stub of the helper that DobotEDU waits for when it is imported: accepts a WebSocket at port
+/// 10001 and stays silent.
 #[derive(Debug)]
 pub struct ImageStub(Listener);
 
 impl ImageStub {
-    /// Listens.
+    /// Binds the port.
     ///
     /// # Errors
-    /// [`ListenError`].
+    /// [`ListenError`] if the port is in use.
     pub async fn bind() -> Result<Self, ListenError> {
         at_home(None, IMAGE).await.map(Self)
     }
 
-    /// Accepts until `over` says so.
+    /// Accepts connections until `over` becomes true.
     pub async fn serve(self, over: watch::Receiver<bool>) {
         serve(self.0, Talk::Nothing, Admission::default(), over).await;
     }
 }
 
-/// What a program that connects is told.
+/// Service of a connection.
 #[derive(Clone)]
 enum Talk {
     Link(LinkService),
@@ -122,13 +125,14 @@ impl Talk {
     }
 }
 
-/// Listens at an address of this machine alone.
+/// Binds an address, which must be loopback.
 async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenError> {
     let wanted = address.map(|text| Wanted::read(text, usual)).transpose()?;
     match wanted {
         Some(Wanted::At(address)) if !address.ip().is_loopback() => {
             Err(ListenError::Beyond(address))
         }
+        // `localhost`, a loopback address, or none given.
         _ => Listener::bind_at(address, usual).await,
     }
 }
@@ -164,6 +168,7 @@ async fn accept(
         programs.spawn(async move {
             let served = async {
                 if let Ok(Some(socket)) =
+                    // The whole handshake has to fit into this time.
                     timeout(HEAD, open(stream, peer, &place, &admission)).await
                 {
                     place.heard();
@@ -180,7 +185,7 @@ async fn accept(
     let _ = timeout(Duration::from_secs(2), farewell).await;
 }
 
-/// Lets a program in, by the rules of all listeners.
+/// Opens the WebSocket of a program, if it passes the checks of all listeners.
 #[allow(
     clippy::result_large_err,
     reason = "the type of a refusal is the library's"
@@ -230,6 +235,7 @@ async fn talk(
         let mut claimed = false;
         while let Some(message) = stream.next().await {
             place.pacer().turn(Lane::Ordinary).await;
+            // The first message turns a stranger into a program with a claim to its place.
             if !claimed && matches!(message, Ok(Message::Text(_))) {
                 claimed = true;
                 if place.claim().is_err() {
@@ -240,6 +246,7 @@ async fn talk(
             let heard = match message {
                 Ok(Message::Text(text)) => Heard::Text(text.as_str().to_owned()),
                 Ok(Message::Pong(_)) => Heard::Pong,
+                // The library answers pings.
                 Ok(Message::Ping(_) | Message::Frame(_)) => continue,
                 Ok(Message::Binary(_)) => {
                     return Some((CloseCode::Unsupported, "messages are text"));
@@ -260,6 +267,7 @@ async fn talk(
         let mut pings = interval(PING);
         loop {
             let message = tokio::select! {
+                // The end of the station first; then answers before pings.
                 biased;
                 () = crate::http::ended(&mut over) => {
                     return Some((CloseCode::Away, "the station ends"));
@@ -280,7 +288,7 @@ async fn talk(
         last = reader => last,
         last = writer => last,
     };
-    // The arm hears of the end now.
+    // Dropped before the farewell: motion must end now.
     drop(said);
     if let Some((code, reason)) = last {
         let last = CloseFrame {
@@ -292,7 +300,7 @@ async fn talk(
 }
 
 impl Admission {
-    /// Whether a request is let in; why not.
+    /// Checks a request. `Err` holds status and reason of the refusal.
     fn lets_in(&self, request: &Request<()>, ends: Ends) -> Result<(), (StatusCode, String)> {
         let (parts, ()) = request.clone().into_parts();
         let admitted =

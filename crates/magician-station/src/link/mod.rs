@@ -1,4 +1,8 @@
-//! Programs for DobotLink at a station: [`magician_link::Link`] on a tokio runtime, and its listener.
+//! Programs for DobotLink at a station: runs the translation [`magician_link::Link`] on tokio, and
+//! its listener.
+//!
+//! Each program is a client of the station in this process. The translation is a state machine; one
+//! task per program moves texts between the program, the translation and the station.
 
 mod listen;
 
@@ -18,21 +22,22 @@ use crate::RunningStation;
 use crate::running::Client;
 use crate::station::{Outgoing, Peer};
 
-/// A program that has its socket open keeps its lease: DobotLink's clients answer no pings while they compute.
+/// Interval of keep-alives sent to the station while the program's socket is open. DobotLink's
+/// clients answer no pings while they compute, so an open socket alone has to keep the lease.
 const ALIVE: Duration = Duration::from_secs(2);
-/// Answers that a program has not read: one that reads nothing is cut off.
+/// Most unread answers. A program that reads nothing is disconnected.
 const UNREAD: usize = 4096;
 
-/// What a program says.
+/// Input of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Heard {
     /// A message.
     Text(String),
-    /// The answer to a ping.
+    /// Reply to a ping.
     Pong,
 }
 
-/// What is common to all programs of a station's link.
+/// Service for all programs of a station's link.
 #[derive(Clone, Debug)]
 pub struct LinkService {
     station: RunningStation,
@@ -41,7 +46,7 @@ pub struct LinkService {
 }
 
 impl LinkService {
-    /// The link of a station.
+    /// Creates the link of a station.
     #[must_use]
     pub fn new(station: RunningStation, options: LinkOptions) -> Self {
         Self {
@@ -51,17 +56,17 @@ impl LinkService {
         }
     }
 
-    /// The calls so far, by client: what `GET /api/v1/link` answers.
+    /// Returns the calls so far by client, as answered by `GET /api/v1/link`.
     #[must_use]
     pub fn report(&self) -> Value {
         let report = self.report.lock().unwrap_or_else(PoisonError::into_inner);
         report.to_value()
     }
 
-    /// A program of this machine connects: what it says goes into the first end, what it is told comes out of the second. Its end
-    /// is that of the first.
+    /// Connects a program of this machine. Dropping the returned value disconnects it.
     #[must_use]
     pub fn connect(&self, name: &str, address: &str) -> LinkProgram {
+        // Bounded, so that a program that floods is slowed down by its own socket.
         let (said, hears) = mpsc::channel(64);
         let (tells, told) = mpsc::channel(UNREAD);
         let service = self.clone();
@@ -80,11 +85,11 @@ impl LinkService {
         let begun = Instant::now();
         let now = || HostInstant::ZERO + begun.elapsed();
         let peer = Peer {
-            // DobotLink has no login: while a class is set its programs look on and stop.
+            // DobotLink has no login: while a class is set, its programs can only watch and stop.
             grant: None,
             origin: Origin::Loopback,
             address,
-            // It does not come back to its session.
+            // Programs do not resume sessions.
             secret: String::new(),
         };
         let client = self.station.connect_link(peer);
@@ -99,7 +104,7 @@ impl LinkService {
             }
             while let Some(text) = link.poll_program() {
                 if tells.try_send(text).is_err() {
-                    // It reads nothing, or is gone.
+                    // The program reads nothing, or is gone.
                     return leave(&mut link, &client, now());
                 }
             }
@@ -111,6 +116,7 @@ impl LinkService {
                 }
             };
             tokio::select! {
+                // In this order: calls of the program first, so that a stop is not behind states.
                 biased;
                 heard = hears.recv() => match heard {
                     Some(Heard::Text(text)) => link.receive(now(), &text),
@@ -129,24 +135,24 @@ impl LinkService {
     }
 }
 
-/// Hands messages over until both sides have said all.
+/// Exchanges messages until translation and station have no more.
 fn exchange(link: &mut Link, client: &Client, now: HostInstant) {
     while let Some(call) = link.poll_station() {
         client.send_for(&call.text, call.of);
-        // What is answered at once is heard at once.
+        // Immediate answers are passed on at once, because the next call may depend on them.
         while let Some(Outgoing::Text(text)) = client.try_receive() {
             link.hear(now, &text);
         }
     }
 }
 
-/// The program is gone.
+/// Ends what the program started, because it is gone.
 fn leave(link: &mut Link, client: &Client, now: HostInstant) {
     link.end();
     exchange(link, client, now);
 }
 
-/// The ends of a program's connection.
+/// Program's end of a connection.
 #[derive(Debug)]
 pub struct LinkProgram {
     said: mpsc::Sender<Heard>,
@@ -154,22 +160,22 @@ pub struct LinkProgram {
 }
 
 impl LinkProgram {
-    /// The program says something. Whether it is heard: the link may have cut it off.
+    /// Sends a message. Returns false if the link has disconnected the program.
     pub async fn say(&self, text: impl Into<String>) -> bool {
         self.said.send(Heard::Text(text.into())).await.is_ok()
     }
 
-    /// The program answers a ping.
+    /// Sends the reply to a ping. Returns false if the link has disconnected the program.
     pub async fn pong(&self) -> bool {
         self.said.send(Heard::Pong).await.is_ok()
     }
 
-    /// What it is told next; `None` when it was cut off.
+    /// Waits for the next message to the program. `None` if it was disconnected.
     pub async fn hear(&mut self) -> Option<String> {
         self.told.recv().await
     }
 
-    /// Both ends, to be used at the same time.
+    /// Splits into sender and receiver, to use both at the same time.
     pub(crate) fn split(self) -> (mpsc::Sender<Heard>, mpsc::Receiver<String>) {
         (self.said, self.told)
     }

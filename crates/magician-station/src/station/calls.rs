@@ -1,4 +1,4 @@
-//! The methods of arms: what each checks, and what it orders.
+//! Methods of arms: parameters, checks, and the orders that follow.
 
 use std::time::Duration;
 
@@ -15,17 +15,19 @@ use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
 use crate::order::{ArmAct, ArmOrder, ArmRead, Taken};
 
-/// Jogs that are known by their ids after their end.
+/// Number of jogs that are remembered by id after their end, so that a late `jog.stop` gets an
+/// answer.
 const JOGS: usize = 256;
 
 impl Station {
-    /// Does what a method is for, or orders it.
+    /// Dispatches a method that has passed the common checks.
     pub(super) fn call(
         &mut self,
         method: &'static Method,
         call: &Call<'_>,
     ) -> Result<Handled, RpcError> {
         let name = method.name;
+        // Families of methods have files of their own.
         if name.starts_with("lease.") {
             return self.lease_call(name, call);
         }
@@ -68,6 +70,7 @@ impl Station {
                 subscribed.map(Handled::Now)
             }
             ("arm.unsubscribe", _) => {
+                // 0 is never an id, so a missing parameter finds no subscription.
                 let id = call.params.integer("subscription").unwrap_or(0) as u16;
                 self.unsubscribe(call.socket, id).map(Handled::Now)
             }
@@ -96,6 +99,8 @@ impl Station {
                 Ok(self.read(call, arm, read))
             }
             ("jog.start", Some(arm)) => self.start_jog(call, arm),
+            // No error for an unknown jog: a notification has no answer, and the jog's end is
+            // reported anyway.
             ("jog.keep", _) => {
                 if let Some(jog) = self.jog_named(call)
                     && self.control.keep_jog(call.now, call.session, jog)
@@ -132,7 +137,7 @@ impl Station {
         })
     }
 
-    /// What this station can do, of what not every one can.
+    /// Returns the optional features that this station has.
     fn features(&self) -> impl Iterator<Item = Feature> {
         let has = |feature: &Feature| match feature {
             Feature::BinaryFrames | Feature::Events | Feature::Presets => true,
@@ -178,7 +183,7 @@ impl Station {
         if !self.arm(arm).link {
             return Err(line_lost());
         }
-        // What is not read each time was read once: the tool. Before that the arm is asked.
+        // The tool is not in every reading. Until it was read once, the arm is asked.
         let known = self.arm(arm).reading.as_ref();
         let known = known.is_some_and(|reading| reading.tool.bias.is_some());
         let fresh = known && self.is_fresh(call.now, arm);
@@ -188,19 +193,19 @@ impl Station {
         Ok(self.read(call, arm, ArmRead::State))
     }
 
-    /// The state of an arm by its last reading, if there is one since the line was found.
+    /// Returns the state from the last reading. `None` if there was none since the line was found.
     pub(super) fn whole_state(&mut self, arm: ArmId) -> Option<Value> {
         let state = self.shared_state(arm)?;
         Some(Value::Object(Map::clone(state.fields())))
     }
 
-    /// Stops one arm, or all.
+    /// Stops one arm, or all arms.
     fn stop(&mut self, call: &Call<'_>, arm: Option<ArmId>) -> Handled {
         let request = call.request;
         let arms = self.meant(arm);
         let by = Some(call.session);
         for arm in &arms {
-            // The stop goes out before anything is told.
+            // The stop leaves before anything else is done.
             self.order(
                 *arm,
                 ArmOrder::Stop {
@@ -234,6 +239,8 @@ impl Station {
         let direction: JogDirection = axis
             .parse()
             .map_err(|_| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
+        // A choice: long enough for the delays of a wireless network, short enough to bound the
+        // motion after the client has died.
         let keep = Duration::from_millis(params.integer("keep_ms").unwrap_or(250));
         let percent = params.number("percent").map(|percent| percent as f32);
         let begun = self.control.start_jog(call.now, call.session, arm, keep);
@@ -242,7 +249,7 @@ impl Station {
         while self.jogs.len() > JOGS {
             self.jogs.pop_first();
         }
-        // The stop of one that it replaces goes out before.
+        // Effects of the replaced jog first: its stop must leave before the new start.
         self.settle(call.now);
         let request = call.request;
         self.order(
@@ -269,7 +276,7 @@ impl Station {
                 let arm = self.jogs.get(&jog).copied().ok_or_else(unknown)?;
                 (arm, Some(jog))
             }
-            // Also one that waits for the arm to come to rest: its id is not told yet.
+            // A jog that waits for the arm to rest has an id that the client does not know yet.
             None => {
                 let arm = match call.arm {
                     Some(arm) => arm,
@@ -290,13 +297,13 @@ impl Station {
         self.number('g', text).map(JogId)
     }
 
-    /// The arm that a jog moves.
+    /// Returns the arm that a jog moves.
     fn jogging(&self, jog: JogId) -> Option<ArmId> {
         self.arm_ids()
             .find(|arm| self.control.jog(*arm).is_some_and(|(id, _)| id == jog))
     }
 
-    /// What needs the lease, and is over when the arm has done it.
+    /// Orders an action that needs the lease and is over when the arm has done it.
     fn act(
         &mut self,
         call: &Call<'_>,
@@ -312,14 +319,17 @@ impl Station {
         };
         let laser = self.laser(call, arm, command)?;
         let kind = match &act {
+            // Answered before it is done, so the command stays behind in the queue.
             ArmAct::Move { wait: false, .. } => WorkKind::Queued,
             ArmAct::Set(set) if magician::sets_in_motion(set) => WorkKind::Queued,
-            // The laser would burn on when its holder is gone: it is left behind as what is queued is.
+            // The laser would burn on when the holder is gone, so it counts as left behind, like a
+            // queued command.
             ArmAct::Set(set) | ArmAct::Tool(set) if burns(set, true) => WorkKind::Queued,
-            // A job lets its speed be changed as a whole.
+            // During a job only its speed as a whole may change.
             ArmAct::Set(_) if kind == WorkKind::JobSetting => WorkKind::Setting,
             _ => kind,
         };
+        // After the checks of parameters: a wrong request takes no lease.
         self.take_lease(call, arm);
         let begun = self
             .control
@@ -337,17 +347,18 @@ impl Station {
         Ok(Handled::Later(request, Awaited::Arm(arm)))
     }
 
-    /// Refuses what would move without an end and without a holder: a raw jog of any session, a motor where the lease ends
-    /// with the call.
+    /// Refuses motion that would continue without a holder: a raw jog of any session, and a motor
+    /// if the lease ends with the call.
     fn refuse_unheld(&self, call: &Call<'_>, act: &ArmAct) -> Result<(), RpcError> {
         let (ArmAct::Set(set) | ArmAct::Enqueue(set)) = act else {
             return Ok(());
         };
+        // A raw jog has no keep-alive at the station.
         if gate::jogs(set) {
             let why = "a jog that nothing holds goes on to the end of its axis: use jog.start";
             return Err(RpcError::param("command", why).with("method", "jog.start"));
         }
-        // Pulses that are counted end by themselves.
+        // A motor with a counted number of pulses ends by itself.
         if matches!(set, Set::EMotor(_)) && gate::turns_motor(set) && self.is_one_shot(call) {
             let why = "a motor runs on while the lease of its session does: use a WebSocket";
             return Err(RpcError::request(why).with("command", set.row().set_name));
@@ -360,7 +371,7 @@ pub(super) fn line_lost() -> RpcError {
     RpcError::arm(magician::ErrorKind::Port, "the line to the arm is lost")
 }
 
-/// The frame that a request names.
+/// Returns the frame named in the parameters.
 fn raw(params: &Params) -> Result<(u8, Vec<u8>), RpcError> {
     let id = params.integer("id").and_then(|id| u8::try_from(id).ok());
     let text = params.text("params").unwrap_or_default();
@@ -375,16 +386,17 @@ fn raw(params: &Params) -> Result<(u8, Vec<u8>), RpcError> {
     Ok((id.unwrap_or_default(), bytes))
 }
 
-/// The path that `by` names.
+/// Returns the kind of motion named by `by`.
 fn path(params: &Params) -> Travel {
     match params.text("by") {
         Some("linear") => Travel::Line,
         Some("jump") => Travel::Jump,
+        // The check of parameters admits no other word; joints is the default.
         _ => Travel::Joints,
     }
 }
 
-/// What a method of the arm has it do.
+/// Returns the action of a method.
 fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
     let params = call.params;
     match name {
@@ -433,6 +445,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
                 by: path(params),
                 joints: params.text("frame") == Some("joints"),
                 relative: params.is_on("relative"),
+                // Waiting is the default, because the answer is then the pose that was reached.
                 wait: params.switch("wait").unwrap_or(true),
             })
         }
@@ -457,7 +470,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
     }
 }
 
-/// What `arm.get` reads.
+/// Returns the reading that `arm.get` asks for.
 fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     let name = call.params.text("command").unwrap_or_default();
     let row = Row::find_readable(name).map_err(|_| unknown("command", name, "read"))?;
@@ -476,12 +489,12 @@ fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     Ok(ArmRead::Get { id, params })
 }
 
-/// The command that a request names, with its fields.
+/// Returns the command in the parameter `command`, with its fields.
 fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
     named_command(call, "command", queued)
 }
 
-/// The command that this parameter names, with its fields.
+/// Returns the command in this parameter, with its fields.
 pub(super) fn named_command(call: &Call<'_>, param: &str, queued: bool) -> Result<Set, RpcError> {
     let name = call.params.text(param).unwrap_or_default();
     let row = Row::find_writable(name).map_err(|_| unknown(param, name, "set"))?;

@@ -1,4 +1,9 @@
-//! A class at the station: signing in, turns, the schedule, what the teacher does for all, and by which fence pupils move.
+//! Classes at the station: signing in, the files of a class, freezing, and the fence for pupils.
+//!
+//! Control decides about turns and slots by numbers of persons; this module maps names, tokens and
+//! codes to those numbers. A class, its schedule, the roster and the results are files. They are
+//! read once at the start and written through `ClassFiles`; a change takes effect only when its
+//! file is on the disk. A damaged file never gives pupils more rights than a good one would.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -25,61 +30,64 @@ use crate::control::{
 use crate::roster::Roster;
 use crate::secret::same_secret;
 
-/// Where the class, the schedule and the results are kept.
+/// Names of the files in the [`JobStore`](crate::JobStore).
 pub(super) const CLASS: &str = "class.toml";
 pub(super) const SCHEDULE: &str = "schedule.toml";
 pub(super) const ROSTER: &str = "roster.json";
 pub(super) const RESULTS: &str = "results.json";
 const DAMAGED: &str = "results-damaged.json";
-/// The name under which wrong PINs are counted. No pupil has it: names have no control characters.
+/// Key under which wrong PINs are counted. Cannot collide with a pupil: names contain no control
+/// characters.
 const TEACHER: &str = "\n";
-/// A job of an arm that is frozen comes to its pause within this time, at the end of a short step; else it ends.
+/// Time for the job of a frozen arm to pause, at the end of a short step. Then the job is ended.
 const PAUSE: Duration = Duration::from_secs(1);
-/// Slots of the schedule are counted out anew so often.
+/// Interval of expanding the schedule into slots again. Slots are expanded eight days ahead, so
+/// once a day suffices.
 pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
 
-/// The class of a station.
+/// State of the class of a station.
 #[derive(Debug, Default)]
 pub(super) struct Class {
     pub(super) file: Option<ClassFile>,
-    /// The teacher's PIN of the class that the stations behind a hub have.
+    /// Teacher's PIN of the class held by the stations behind a hub.
     pub(super) elsewhere: Option<String>,
     pub(super) schedule: Option<Schedule>,
-    /// Why the schedule of the last start or of the flag cannot be read. Until another is set, no
-    /// arm is open to anybody but teachers: a damaged file must not give pupils more than a good one.
+    /// Reason why the schedule from the last start or from the flag cannot be read. Until another
+    /// one is set, the arms are open to teachers alone: a damaged file must not give pupils more
+    /// than a good one.
     pub(super) schedule_error: Option<ClassError>,
-    /// The arms that are expected on the site.
+    /// Arms expected on the site.
     pub(super) roster: Roster,
-    /// When its slots are to be counted out again.
+    /// Instant at which slots have to be expanded again.
     pub(super) anew: Option<HostInstant>,
-    /// When the jobs of frozen arms have had their time to pause.
+    /// Instants at which the jobs of frozen arms have had their time to pause.
     pub(super) pauses_end: BTreeMap<ArmId, HostInstant>,
-    /// Who has a number, by it.
+    /// Known persons. The index is the [`PersonId`].
     pub(super) persons: Vec<Person>,
     pub(super) wrong: WrongCodes,
-    /// What bounds the arms of all but teachers.
+    /// Fence for all arms while others than teachers move them.
     pub(super) fence: Option<Fence>,
-    /// The fence that each arm has now.
+    /// Fence that each arm has now.
     pub(super) fences: Vec<Option<Fence>>,
-    /// What the jobs that wait do.
+    /// Programs of the jobs that wait.
     pub(super) queue: BTreeMap<JobId, QueuedJob>,
-    /// True once the program ends: the queue waits for its next start.
+    /// True once the program ends: the queue is kept for its next start.
     pub(super) closed: bool,
-    /// Jobs that run and came from the queue.
+    /// Running jobs that came from the queue.
     pub(super) from_queue: BTreeMap<JobId, (JobClaim, QueuedJob)>,
     pub(super) results: Vec<Value>,
-    /// Requests for the pictures of results.
+    /// Requests that wait for the picture of a result.
     pub(super) pictures: BTreeMap<RequestId, String>,
     pub(super) files: ClassFiles,
-    /// True if turns have changed since they were told.
+    /// True if turns have changed since the last notification.
     pub(super) turns_changed: bool,
 }
 
-/// Somebody who takes turns.
+/// Person who takes turns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Person {
     Pupil(String),
-    /// Whoever has a token of this name.
+    /// Holder of a token with this name.
     Token(String),
 }
 
@@ -92,23 +100,25 @@ impl Person {
 }
 
 impl Class {
-    /// What the flags say, else what an earlier station has kept.
+    /// Reads the class from the flags, or else from the files of an earlier station.
     pub(super) fn load(config: &StationConfig) -> Self {
         let kept = |name| { config.jobs.kept(name) }.map_err(|error| ClassError(error.to_string()));
         let noted =
             |what: &str, error: &ClassError| tracing::warn!(%error, "the {what} is not used");
         let before = match kept(CLASS) {
-            // What ends a class is an empty file.
+            // An empty file is written when a class is ended.
             Ok(text) => {
                 { text.filter(|text| !text.trim().is_empty()) }.map(|text| ClassFile::parse(&text))
             }
             Err(error) => Some(Err(error)),
         };
         let given = config.class.as_deref().map(ClassFile::parse);
+        // A file from the flags replaces the stored one, except for its codes (below).
         let mut file = given.or_else(|| before.clone()).map(|file| {
             file.unwrap_or_else(|error| {
                 noted("class", &error);
-                // There is one that cannot be read: until another is set, nobody without the PIN is a teacher.
+                // A class that cannot be read counts as an empty class. So anonymous clients of
+                // this machine stay viewers until another class is set.
                 ClassFile::default()
             })
         });
@@ -123,6 +133,7 @@ impl Class {
                 );
             }
         }
+        // Only a warning: the file may be shared by several stations.
         let has = |arm: &str| config.arms.iter().any(|known| known.name == arm);
         if let Some(Err(ClassError(error))) =
             { file.as_ref() }.map(|file| file.check_arms("this station", has))
@@ -171,7 +182,7 @@ impl Class {
             schedule,
             schedule_error,
             roster,
-            // The first look at the clock counts them out.
+            // Expanded at the first call with a time, because the station has no clock.
             anew: Some(HostInstant::ZERO),
             fences: config.arms.iter().map(|arm| arm.fence).collect(),
             results,
@@ -197,6 +208,7 @@ impl Station {
         if self.class.anew.is_some_and(|anew| anew <= now) {
             let first = self.class.anew == Some(HostInstant::ZERO);
             self.class.anew = None;
+            // A schedule from the flag replaces the stored one, unless it is damaged.
             let is_good = self.class.schedule_error.is_none();
             if let Some(text) = self.config.schedule.clone().filter(|_| first && is_good) {
                 self.class.files.write(SCHEDULE, text);
@@ -210,10 +222,11 @@ impl Station {
         }
     }
 
-    /// What the hello of a pupil says: its name.
+    /// Signs in a pupil by name and code. Returns the pupil's name, or `None` if the hello has no
+    /// `pupil`.
     ///
     /// # Errors
-    /// A name or code that is not good, or too many of those.
+    /// The name or the code is wrong, or there were too many wrong codes.
     pub(super) fn sign_in(
         &mut self,
         now: HostInstant,
@@ -231,6 +244,8 @@ impl Station {
             let why = "this station has no class: sign in without `pupil`, or ask the teacher";
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         };
+        // The key of the rate limit: case must not give a name further tries, nor its length
+        // memory.
         let key = name.chars().take(40).collect::<String>().to_lowercase();
         let is_pupil = file.has(&key);
         let mut found = None;
@@ -241,6 +256,7 @@ impl Station {
         match tried {
             Ok(CodeTry::Right) => Ok(found),
             Ok(CodeTry::Wrong) => {
+                // The same sentence for both, which does not reveal whether the name exists.
                 let why = "name or code is not good: both are on the slip of paper";
                 Err(RpcError::new(RpcError::FORBIDDEN, why))
             }
@@ -254,7 +270,8 @@ impl Station {
         }
     }
 
-    /// Whether a hello has the teacher's PIN, and not a pupil's code or a token beside it.
+    /// Returns true if a hello contains the teacher's PIN. It must not contain a pupil or a token
+    /// then.
     ///
     /// # Errors
     /// As [`try_pin`](Self::try_pin).
@@ -274,8 +291,8 @@ impl Station {
         self.try_pin(now, pin, peer).map(|()| true)
     }
 
-    /// Tries the teacher's PIN. It counts on this machine alone: six digits are too few for a network, for which there are
-    /// tokens, and nobody beyond this machine can use up the teacher's tries.
+    /// Checks the teacher's PIN. It is valid on this machine alone: six digits are too few for a
+    /// network, where tokens are used, and so a remote client cannot use up the teacher's tries.
     ///
     /// # Errors
     /// -32001 for a wrong PIN, without a class, and from elsewhere; -32006 after too many wrong ones.
@@ -301,7 +318,7 @@ impl Station {
         }
     }
 
-    /// The teacher's PIN, once the class has one.
+    /// Returns the teacher's PIN. `None` without a class, or before the PIN was made.
     #[must_use]
     pub fn pin(&self) -> Option<&str> {
         let own = self.class.file.as_ref().map(|file| &file.class.pin);
@@ -309,14 +326,17 @@ impl Station {
         (!pin.is_empty()).then_some(pin)
     }
 
-    /// Says which PIN the class of the stations behind this one has; none if they have no class. If that changes, the sockets
-    /// of this machine's people and of the PIN are closed, and come back with the role that they have now.
+    /// Sets the PIN of the class held by the stations behind this one.
+    ///
+    /// `None` if they have no class. If it changes, the sockets of anonymous clients of this
+    /// machine, and of those with the PIN, are closed and reconnect with their new role.
     pub fn set_class_elsewhere(&mut self, now: HostInstant, pin: Option<String>) {
         if self.class.elsewhere == pin {
             return;
         }
         self.class.elsewhere = pin;
         let out: Vec<_> = { self.sessions.iter() }
+            // Only these have their role from the class.
             .filter(|(_, session)| matches!(session.entry, Entry::Place | Entry::Pin))
             .map(|(id, session)| (*id, session.socket))
             .collect();
@@ -329,14 +349,15 @@ impl Station {
         self.settle(now);
     }
 
-    /// A class begins or ends, and with it changes what this machine's people without a name may do: their leases end as
-    /// those of a revoked token, and they are viewers; or they are teachers again.
+    /// Adjusts the role of anonymous clients of this machine when a class begins or ends. With a
+    /// class they become viewers, and their leases end like those of a revoked token; without one
+    /// they are teachers again.
     fn place_role_changed(&mut self, now: HostInstant) {
         let role = self.place_role();
         let mut changed = Vec::new();
         for (id, session) in &mut self.sessions {
             if role == Role::Teacher && session.entry == Entry::Pin {
-                // Its class is over.
+                // Signed in with the PIN of a class that is over.
                 session.entry = Entry::Place;
             }
             let own = role.min(session.most);
@@ -352,9 +373,10 @@ impl Station {
                 continue;
             }
             for arm in self.control.held_by(session).collect::<Vec<_>>() {
+                // Evicted and not released: motion of a session that becomes a viewer has to stop.
                 self.control.evict(now, arm);
             }
-            // What it waits for is over as well; the session itself stays, and looks on.
+            // Its waits and questions end too. The session itself stays as a viewer.
             self.control.leave(now, session);
             if self.sessions[&session].socket.is_some() {
                 self.control.rejoin(now, session);
@@ -363,7 +385,7 @@ impl Station {
         }
     }
 
-    /// Says to control whose a session is.
+    /// Reports the person of a session to control. Teachers are not reported.
     pub(super) fn identify(&mut self, now: HostInstant, session: SessionId) {
         let Some(known) = self.sessions.get(&session) else {
             return;
@@ -380,8 +402,8 @@ impl Station {
         self.control.identify(now, session, person);
     }
 
-    /// The number of a person. A token that is called like a pupil is the pupil, at another page:
-    /// two numbers would be two turns for one name.
+    /// Returns the number of a person. A token with the name of a pupil is that pupil, on another
+    /// page: two numbers would mean two turns for one name.
     pub(super) fn number_of(&mut self, person: Person) -> PersonId {
         let file = self.class.file.as_ref();
         let person = match person {
@@ -394,14 +416,16 @@ impl Station {
         let persons = &mut self.class.persons;
         let at = persons.iter().position(|known| *known == person);
         let at = at.unwrap_or_else(|| {
+            // Numbers are never reused, because claims and turns refer to them.
             persons.push(person);
             persons.len() - 1
         });
         PersonId(at as u64)
     }
 
-    /// Says anew whose the sessions of tokens are: another class may have a pupil of that name, or none
-    /// any more. Who becomes another person has no turn, place or job of the queue any more.
+    /// Identifies the sessions of tokens again after a change of the class, which may have added or
+    /// removed a pupil with that name. A session that becomes another person loses turn, place and
+    /// queued jobs.
     fn identify_tokens(&mut self, now: HostInstant) {
         let tokens: Vec<_> = { self.sessions.iter() }
             .filter(|(_, session)| session.pupil.is_none())
@@ -459,7 +483,7 @@ impl Station {
                     self.stop_before_found(now, arm, &error);
                 }
                 let told = json!({"arms": self.names_of(&arms)});
-                // It counts already; the answer says that it outlives this program.
+                // In effect at once. The answer waits until the next start would know it as well.
                 return Ok(self.answer_when_kept(call, arms, told, IfUnkept::Stand));
             }
             "class.send" => return self.send_to_arms(call),
@@ -488,7 +512,7 @@ impl Station {
         Ok(Handled::Now(answer))
     }
 
-    /// Begins the class that a request gives, as a file or by names, or ends the class.
+    /// Sets the class from a file or from names, or ends it.
     fn set_class(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let (text, names) = (call.params.text("text"), call.params.texts("names"));
         let (param, read) = match (text, &names) {
@@ -517,6 +541,8 @@ impl Station {
                 arms.map_err(|error| wrong(param, error))?;
             }
             if let Some(before) = &self.class.file {
+                // Pupils already have their codes on paper: a new file does not change them unless
+                // asked to.
                 codes_kept = file.keep_codes(before, call.params.is_on("use_codes"));
             }
             file.make_codes(self.config.random);
@@ -539,13 +565,13 @@ impl Station {
         }
     }
 
-    /// A class begins, in the place of the one before, or there is none any more.
+    /// Replaces the class. `None` ends it.
     pub(super) fn begin_class(&mut self, now: HostInstant, file: Option<ClassFile>) {
         let rules = file.as_ref().map(ClassFile::turns);
         self.class.fence = file.as_ref().and_then(|file| file.fence().ok()?);
         let before = std::mem::replace(&mut self.class.file, file);
         let file = self.class.file.as_ref();
-        // Who signed in with a code that is not good any more has to sign in again.
+        // Pupils whose code has changed have to sign in again.
         let is_same = |name: &str| {
             let (was, is) = (
                 before.as_ref().and_then(|file| file.named(name)),
@@ -553,6 +579,7 @@ impl Station {
             );
             is.is_some() && was.is_none_or(|was| is.is_some_and(|is| was.code == is.code))
         };
+        // Without a class before or after, no session has to sign in with another PIN.
         let is_pin_same = match (&before, file) {
             (Some(before), Some(file)) => before.class.pin == file.class.pin,
             _ => true,
@@ -593,6 +620,7 @@ impl Station {
         self.identify_tokens(now);
         self.bar_groups(now);
         self.place_role_changed(now);
+        // Last, because it grants turns to the persons identified above.
         self.control.set_turns(now, rules);
     }
 
@@ -633,7 +661,7 @@ impl Station {
         })
     }
 
-    /// The arm of a request, else those that `arms` names, else all.
+    /// Returns the arm of a request, or those in `arms`, or all.
     pub(super) fn arms_meant(&self, call: &Call<'_>) -> Result<Vec<ArmId>, RpcError> {
         if let Some(arm) = call.arm {
             return Ok(vec![arm]);
@@ -642,7 +670,7 @@ impl Station {
             return Ok(self.arm_ids().collect());
         };
         let arms = names.iter().map(|name| self.arm_named(Some(name)));
-        // One that is named twice is meant once.
+        // A set: an arm that is named twice is used once.
         let arms: Result<BTreeSet<_>, _> = arms.collect();
         Ok(arms?.into_iter().collect())
     }
@@ -658,13 +686,13 @@ impl Station {
         RpcError::new(RpcError::FROZEN, why).with("arm", name.clone())
     }
 
-    /// True if a pupil has signed in and is there.
+    /// True if the pupil has signed in and has a socket.
     fn is_here(&self, pupil: &str) -> bool {
         let mut sessions = self.sessions.values();
         sessions.any(|session| session.socket.is_some() && session.pupil.as_deref() == Some(pupil))
     }
 
-    /// The group of a pupil.
+    /// Returns the group of a pupil. `None` if the pupil has none.
     pub(super) fn group_of(&self, pupil: &str) -> Option<&str> {
         self.class.file.as_ref()?.named(pupil)?.group.as_deref()
     }

@@ -1,5 +1,9 @@
-//! The files of a class: what of them is to be written, and changes that count once they are on the disk. So an answer to
-//! such a change promises that it outlives the program, and a change that the disk does not take has changed nothing.
+//! Files of a class, and changes that wait for them.
+//!
+//! A change takes effect when its file is on the disk, and is answered then. So a positive answer
+//! promises that the change survives the program, and a change that the disk refuses has changed
+//! nothing. One change of a file waits at a time: a second one would be based on a version that may
+//! never take effect.
 
 use std::collections::BTreeMap;
 
@@ -18,17 +22,17 @@ use crate::class::{ClassFile, Schedule};
 use crate::control::{RequestId, SessionId};
 use crate::roster::Roster;
 
-/// What of the files waits.
+/// Files to write, and changes that wait for them.
 #[derive(Debug, Default)]
 pub(super) struct ClassFiles {
-    /// Number of the last text of any of them.
+    /// Revision of the last text, over all files.
     revision: u64,
-    /// The newest texts that were not handed out yet.
+    /// Newest texts that were not handed out yet, by name.
     waiting: BTreeMap<&'static str, FileToKeep>,
     held: Vec<HeldChange>,
 }
 
-/// A change that counts, and is answered, once its file is on the disk.
+/// Change that takes effect, and is answered, once its file is on the disk.
 #[derive(Debug)]
 struct HeldChange {
     request: RequestId,
@@ -40,20 +44,20 @@ struct HeldChange {
 #[derive(Debug)]
 pub(super) enum ClassChange {
     Class {
-        /// Another class, or none.
+        /// The new class. `None` ends the class.
         file: Option<Box<ClassFile>>,
-        /// The session that made it.
+        /// Session that made the change.
         maker: Option<SessionId>,
-        /// The pupils for whom the file had another code than the one that counts.
+        /// Pupils for whom the file has another code than the valid one.
         codes_kept: Vec<String>,
     },
     Schedule(Schedule),
-    /// The arms that are expected on the site.
+    /// Arms expected on the site.
     Roster(Roster),
 }
 
 impl ClassFiles {
-    /// Has a file written. Returns the number of its text.
+    /// Queues a file for writing. Returns the revision of its text.
     pub(super) fn write(&mut self, name: &'static str, text: String) -> u64 {
         self.revision += 1;
         let revision = self.revision;
@@ -63,13 +67,13 @@ impl ClassFiles {
 }
 
 impl Station {
-    /// Files that have changed and are to be kept, by their names, each for its owner alone.
-    /// [`file_kept`](Self::file_kept) takes what comes of it.
+    /// Returns the files that have changed and must be written, by name, each readable by its owner
+    /// alone. [`file_kept`](Self::file_kept) takes the results.
     pub fn poll_kept(&mut self) -> BTreeMap<&'static str, FileToKeep> {
         std::mem::take(&mut self.class.files.waiting)
     }
 
-    /// What came of writing a file of this name, up to this number of its text.
+    /// Takes the result of writing a file up to this revision.
     pub fn file_kept(
         &mut self,
         now: HostInstant,
@@ -77,6 +81,7 @@ impl Station {
         revision: u64,
         outcome: Result<(), String>,
     ) {
+        // A file is written whole, so a later revision contains the change as well.
         let is_meant = |held: &mut HeldChange| held.name == name && held.revision <= revision;
         let held: Vec<_> = { &mut self.class.files.held }
             .extract_if(.., is_meant)
@@ -87,6 +92,7 @@ impl Station {
         {
             let outcome = match &outcome {
                 Ok(()) => Ok(self.put_into_effect(now, change)),
+                // The change is dropped, so that the station and the disk stay equal.
                 Err(why) => Err(unkept(why)),
             };
             self.finish(now, request, outcome);
@@ -94,10 +100,11 @@ impl Station {
         self.settle(now);
     }
 
-    /// Writes the file of a change; the change and its answer wait for that.
+    /// Writes the file of a change. Change and answer wait for the disk.
     ///
     /// # Errors
-    /// [`ErrorKind::QueueFull`] while another change of the same file waits: the new one was made without it.
+    /// [`ErrorKind::QueueFull`] while another change of the same file waits, because the new one is
+    /// not based on it.
     pub(super) fn change_class(
         &mut self,
         call: &Call<'_>,
@@ -124,7 +131,7 @@ impl Station {
         Ok(Handled::Later(call.request, Awaited::Kept))
     }
 
-    /// Returns the answer.
+    /// Applies a change. Returns the answer to its request.
     fn put_into_effect(&mut self, now: HostInstant, change: ClassChange) -> Value {
         match change {
             ClassChange::Class {
@@ -136,7 +143,8 @@ impl Station {
                     && file.is_some()
                     && maker.entry == Entry::Place
                 {
-                    // Whoever makes the class is told its PIN by the answer.
+                    // The answer contains the PIN, so the maker of the class counts as signed in
+                    // with it and stays a teacher.
                     maker.entry = Entry::Pin;
                 }
                 self.begin_class(now, file.map(|file| *file));

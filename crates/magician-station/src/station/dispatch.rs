@@ -1,4 +1,9 @@
-//! From the text of a message to what is done: the checks, in the order in which the first that fails is the answer.
+//! Dispatch of messages: parsing, the common checks in a fixed order, and the answer.
+//!
+//! The order of the checks is part of the API, because the first one that fails is the answer:
+//! rate, JSON, method, id, hello, parameters, arm, role, requests in flight; then the checks of the
+//! method itself. Methods marked `always` (stops, and keeping a jog alive) skip the limits: a
+//! client that floods the station can still stop the arm.
 
 use magician::message;
 use std::collections::BTreeSet;
@@ -12,51 +17,54 @@ use super::{Awaited, Grant, JournalLine, Pending, SocketId, Station};
 use crate::api::{Message, MessageId, Method, Needs, Params, Role, RpcError, answer_due};
 use crate::control::{ArmId, Busy, RequestId, SessionId};
 
-/// What became of a request.
+/// Result of handling a request.
 pub(super) enum Handled {
-    /// It is answered now.
+    /// Answered now.
     Now(Value),
-    /// It is answered later; it waits under this number.
+    /// Answered later, under this id.
     Later(RequestId, Awaited),
 }
 
-/// A request that has passed its checks.
+/// Request that has passed the common checks.
 pub(super) struct Call<'a> {
     pub(super) now: HostInstant,
     pub(super) socket: SocketId,
     pub(super) session: SessionId,
     pub(super) grant: Grant,
-    /// The arm that is meant, of methods that take one.
+    /// Arm of the request. `None` for methods without an arm, or that mean all.
     pub(super) arm: Option<ArmId>,
     pub(super) params: &'a Params,
     pub(super) request: RequestId,
 }
 
 impl Call<'_> {
-    /// Whether the person said that it is meant, and may.
+    /// True if the request confirms a dangerous command.
     pub(super) fn yes(&self) -> bool {
         self.params.is_on("yes")
     }
 }
 
 impl Station {
-    /// Takes a message of a socket.
+    /// Processes a message of a socket.
     pub(super) fn take(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         let Some(open) = self.sockets.get_mut(&socket) else {
             return;
         };
+        // After a fatal error nothing more is processed, though messages may be in flight.
         if open.outbox.is_closing() {
             return;
         }
+        // Every message counts, also one that is not JSON.
         let pace = open.hears(now);
         let session = open.session;
         if let Some(session) = session {
+            // Before parsing: even an invalid message proves that the client is alive.
             self.control.keep_alive(now, session);
         }
         let parsed = Message::parse(text);
         let overtakes = matches!(&parsed, Ok(message)
             if Method::named(&message.method).is_some_and(|method| method.always));
-        // Stops, and what keeps a jog up, are obeyed in any number.
+        // Stops, and messages that keep a jog alive, are exempt from the rate limit.
         if !overtakes {
             match pace {
                 Pace::Fine => {}
@@ -69,6 +77,7 @@ impl Station {
                     };
                     return self.answer(socket, id, &Err(error));
                 }
+                // A client that ignored refusals for seconds will not slow down.
                 Pace::Close => return self.end_socket(socket, CloseCode::TOO_MANY),
             }
         }
@@ -76,6 +85,7 @@ impl Station {
             Ok(message) => message,
             Err(bad) => {
                 self.answer(socket, bad.id.as_ref(), &Err(bad.error));
+                // Without a session this is not a client of this API: close the socket.
                 if session.is_none() {
                     self.end_socket(socket, CloseCode::HELLO);
                 }
@@ -85,7 +95,7 @@ impl Station {
         self.dispatch(now, socket, message);
     }
 
-    /// Takes the only message of a socket.
+    /// Processes the only message of a one-shot socket. Returns true if an answer follows.
     pub(super) fn take_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
         let message = match Message::parse(text) {
             Ok(message) => message,
@@ -119,7 +129,7 @@ impl Station {
         session.is_some_and(|session| session.one_shot)
     }
 
-    /// A request without a session of its own takes the lease that it needs, when it is free.
+    /// Acquires the lease for a request without a session of its own, if the lease is free.
     pub(super) fn take_lease(&mut self, call: &Call<'_>, arm: ArmId) {
         if self.is_one_shot(call) && self.control.holder(arm).is_none() {
             let request = RequestId(self.next_id());
@@ -137,6 +147,7 @@ impl Station {
             let error = RpcError::new(RpcError::METHOD, format!("unknown method `{shown}`"));
             return self.answer(socket, id.as_ref(), &Err(error));
         };
+        // A client that forgets the id would never learn of an error.
         if id.is_none() && !method.always {
             let why = format!("{} needs an `id`", method.name);
             return self.answer(socket, None, &Err(RpcError::request(why)));
@@ -150,8 +161,10 @@ impl Station {
             return self.answer(socket, id.as_ref(), &Err(error));
         };
         let request = RequestId(self.next_id());
+        // Checked before the rights, so that a wrong parameter is reported by name.
         let params = Params::check(method.params, params);
         let mut line = self.line_of(now, session, method, params.as_ref().ok());
+        // A link translates calls of its program: the journal names the call and not the method.
         let calls = self
             .sockets
             .get_mut(&socket)
@@ -162,12 +175,13 @@ impl Station {
         let handled =
             params.and_then(|params| self.handle(now, socket, session, method, &params, request));
         self.handled(now, socket, id, line, handled);
+        // After the answer, so that the client knows the id of its subscription.
         if method.name == "arm.subscribe" {
             self.first_states(now, socket);
         }
     }
 
-    /// The first message of a socket.
+    /// Handles `session.hello`, the first message of a socket.
     fn greet(
         &mut self,
         now: HostInstant,
@@ -195,12 +209,12 @@ impl Station {
         if outcome.is_ok() {
             self.tell_of_end(now, socket);
         } else {
-            // After the code that says more, if it has one.
+            // Ignored if a more specific code was set before.
             self.end_socket(socket, CloseCode::HELLO);
         }
     }
 
-    /// The checks behind the parameters' own, then what the method does.
+    /// Makes the checks after those of the parameters, then calls the method.
     fn handle(
         &mut self,
         now: HostInstant,
@@ -210,7 +224,7 @@ impl Station {
         params: &Params,
         request: RequestId,
     ) -> Result<Handled, RpcError> {
-        // Without a name a stop means all of them.
+        // Without the parameter `arm` these methods apply to all arms.
         let arm = match (method.takes_arm(), method.name) {
             (false, _) => None,
             (true, "arm.stop" | "turn.join" | "turn.end" | "turn.next" | "jog.stop")
@@ -225,6 +239,7 @@ impl Station {
         if grant.role < method.role {
             return Err(forbidden(&grant, method.role, method.name));
         }
+        // A link has its own limit on unanswered calls, in `magician-link`.
         let open = self.sockets.get(&socket).filter(|open| !open.link);
         let under_way = open.map_or(0, |open| open.under_way);
         if under_way >= UNDER_WAY && !method.always {
@@ -248,7 +263,7 @@ impl Station {
         self.call(method, &call)
     }
 
-    /// Answers a request, or remembers it.
+    /// Answers a request, or stores it until its answer is known.
     fn handled(
         &mut self,
         now: HostInstant,
@@ -281,7 +296,7 @@ impl Station {
         self.answer(socket, id.as_ref(), &outcome);
     }
 
-    /// A request that waited is over.
+    /// Answers a stored request.
     pub(super) fn finish(
         &mut self,
         now: HostInstant,
@@ -301,12 +316,13 @@ impl Station {
             self.heard_at_end(now, session, false);
         }
         if let Some(open) = self.sockets.get_mut(&pending.socket) {
+            // Saturating, because a link does not count.
             open.under_way = open.under_way.saturating_sub(1);
         }
         self.answer(pending.socket, pending.id.as_ref(), &outcome);
     }
 
-    /// Answers, unless it was a notification, which has no answer.
+    /// Sends an answer, unless the message was a notification.
     fn answer(
         &mut self,
         socket: SocketId,
@@ -321,7 +337,8 @@ impl Station {
         }
     }
 
-    /// The line of a request that counts: stops, and what needs the lease.
+    /// Returns the journal line of a request that is recorded: stops, and everything that needs the
+    /// lease or changes rights.
     fn line_of(
         &self,
         now: HostInstant,
@@ -336,6 +353,7 @@ impl Station {
             || method.name.starts_with("lease.")
             || method.is_of_class()
             || matches!(method.name, "job.delete" | "job.reorder")
+            // `jog.keep` comes many times per second and says nothing new.
             || (method.always && method.name != "jog.keep");
         if !counts {
             return None;
@@ -344,6 +362,7 @@ impl Station {
         let mut line = self.line(now, Some(session), method.name, shown);
         let named = params.and_then(|params| params.text("arm"));
         let of_job = params.and_then(|params| self.records.find(params.text("job")?));
+        // Methods of jobs name the arm through the job.
         let named = named.or_else(|| Some(of_job?.arm.as_str()));
         line.arm = self
             .arm_named(named)
@@ -365,7 +384,7 @@ impl Station {
         self.lines.push_back(line);
     }
 
-    /// The arm of a name; without one the only arm.
+    /// Returns the arm with this name. Without a name, the only arm.
     pub(super) fn arm_named(&self, name: Option<&str>) -> Result<ArmId, RpcError> {
         let found = match name {
             Some(name) => self.arm_ids().find(|arm| self.arm(*arm).entry.name == name),
@@ -390,7 +409,7 @@ impl Station {
         })
     }
 
-    /// Why the lease is needed.
+    /// Converts a refusal of control to an error.
     pub(super) fn refused(&self, arm: ArmId, refusal: crate::control::Refusal) -> RpcError {
         use crate::control::Refusal;
         match refusal {
@@ -418,7 +437,7 @@ impl Station {
             let name = &self.arm(arm).entry.name;
             format!("moving {name} needs its lease")
         });
-        // Which method gets it is for programs: a person reads the sentence alone.
+        // The method to call is for programs, so it is a field. People read the sentence alone.
         let method = match holder {
             Some(_) => "lease.ask",
             None => "lease.acquire",
@@ -427,14 +446,14 @@ impl Station {
         error.with("holder", self.name_of(holder))
     }
 
-    /// Sentence that names the holder of a lease. `None` without a holder.
+    /// Returns a sentence that names the holder of a lease. `None` without a holder.
     pub(super) fn held_by_another(&self, arm: ArmId, holder: Option<SessionId>) -> Option<String> {
         let holder = self.sessions.get(&holder?)?;
         let arm = &self.arm(arm).entry.name;
         Some(format!("{} has the lease of {arm}", holder.name))
     }
 
-    /// All arms, or the one that is meant.
+    /// Returns the arm, or all arms if `None`.
     pub(super) fn meant(&self, arm: Option<ArmId>) -> BTreeSet<ArmId> {
         match arm {
             Some(arm) => BTreeSet::from([arm]),
@@ -443,7 +462,7 @@ impl Station {
     }
 }
 
-/// A role that is too low.
+/// Returns the error for a role that is too low.
 pub(super) fn forbidden(grant: &Grant, needs: Role, what: &str) -> RpcError {
     RpcError::forbidden(grant.role, needs, what)
 }

@@ -1,4 +1,4 @@
-//! What follows from the decisions of [`Control`](crate::control::Control): orders, answers, notifications.
+//! Carries out the effects of [`Control`](crate::control::Control): orders, answers, notifications.
 
 use magician_job::PauseReason;
 use magician_protocol::HostInstant;
@@ -21,6 +21,8 @@ impl Station {
                     .is_some_and(|pending| matches!(pending.waits, Awaited::Lease { asked: true }));
                 let lease = self.lease_id(lease);
                 let ttl = TTL.as_secs();
+                // `lease.ask` answers `granted`, the other methods answer with the lease alone or
+                // an error.
                 let result = if asked {
                     json!({"granted": true, "lease": lease, "ttl_s": ttl})
                 } else {
@@ -40,6 +42,7 @@ impl Station {
                     { session.zip(arm) }
                         .and_then(|(session, arm)| self.not_admitted(now, session, arm))
                 };
+                // The end of the station explains a denial better than any other reason.
                 let outcome = match (self.refuses_at_end(), &pending.waits) {
                     (Some(ends), _) => Err(ends),
                     (None, Awaited::Lease { asked: true }) => Ok(json!({"granted": false})),
@@ -50,6 +53,7 @@ impl Station {
                         let why = match held {
                             #[cfg(feature = "class")]
                             _ if not_admitted.is_some() => not_admitted.unwrap_or_default(),
+                            // Names the holder, whom a person can go and ask.
                             Some(held) => held,
                             None => "the lease was not granted".to_owned(),
                         };
@@ -57,6 +61,8 @@ impl Station {
                         let error = error.with("holder", self.name_of(holder));
                         Err(
                             match holder.and_then(|holder| self.control.back_until(holder)) {
+                                // A holder without a socket loses the lease by itself: asking it
+                                // would be in vain.
                                 Some(until) => error.with("free_in_s", (until - now).as_secs_f64()),
                                 None if holder.is_some() => error.with("method", "lease.ask"),
                                 None => error,
@@ -118,13 +124,16 @@ impl Station {
                 why,
             } => {
                 if stop {
+                    // The stop first, then the answers.
                     self.order(arm, ArmOrder::Stop { request: None });
+                    // Only a stop counts: a holder that let go in time was not cut off.
                     self.note_cut_off(arm);
                 }
                 for request in requests {
                     let error = self.ended(arm, why);
                     self.finish(now, request, Err(error));
                 }
+                // A stop by a client has its event already, with its session.
                 if stop && let WorkEnd::Lease(_) = why {
                     self.event(now, arm, ArmEvent::Stop, vec![("by", Value::Null)]);
                 }
@@ -150,7 +159,7 @@ impl Station {
         }
     }
 
-    /// Why a request under way is over.
+    /// Returns the error for a request that was ended early.
     pub(super) fn ended(&self, arm: ArmId, why: WorkEnd) -> RpcError {
         match why {
             WorkEnd::Lease(holder) => {
@@ -168,19 +177,19 @@ impl Station {
         }
     }
 
-    /// The id of a session, or null.
+    /// Returns the id of a session as JSON. Null without a session.
     pub(super) fn by(&self, session: Option<SessionId>) -> Value {
         session.map_or(Value::Null, |session| json!(self.session_id(session)))
     }
 
-    /// Tells that a jog is over.
+    /// Sends the end of a jog.
     fn jog_over(&mut self, now: HostInstant, arm: ArmId, jog: JogId, why: JogEnd) {
         let beginning = self.pending.iter().find_map(|(request, pending)| {
             matches!(pending.waits, Awaited::Jog(_, id) if id == jog).then_some(*request)
         });
         let id = self.jog_id(jog);
         if let Some(request) = beginning {
-            // It was asked for and ended before the arm had answered.
+            // The jog ended before the arm answered, so its start is answered with an error.
             let error = match why {
                 JogEnd::Lease => self.ended(arm, WorkEnd::Lease(self.control.holder(arm))),
                 JogEnd::Stopped => self.ended(arm, WorkEnd::Stop(None)),
@@ -199,7 +208,7 @@ impl Station {
         self.state_has_changed(arm);
     }
 
-    /// Numbers an event, and tells the subscribers of its arm.
+    /// Appends an event to the log of an arm and sends it to the subscribers.
     pub(super) fn event(
         &mut self,
         now: HostInstant,

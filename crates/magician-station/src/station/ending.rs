@@ -1,5 +1,8 @@
-//! The end of a station: its clients are told first, and who holds an arm gets a bounded time to end
-//! what it runs over it. What a client does not end the station ends, as for a holder that is gone.
+//! The end of a station.
+//!
+//! Clients are notified first. A holder then has a bounded time to end what it runs over its arm,
+//! because the station cannot lift a pen that it does not know. After that the station ends the
+//! lease, as for a holder that is gone, which stops the arm.
 
 use magician::message;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,41 +15,42 @@ use super::{SocketId, Station};
 use crate::api::{Notice, RpcError};
 use crate::control::{ArmId, SessionId};
 
-/// Time in which a holder has to stop its arm. One that has not by then does not know the
-/// notification, or hangs.
+/// Time in which a holder has to stop its arm. A holder that has not by then hangs, or does not
+/// know the notification.
 const REACTS: Duration = Duration::from_secs(1);
-/// Time without a request after which a holder that has stopped its arm has no more to end.
+/// Time without a request after which a holder that has stopped its arm is done.
 const SILENT: Duration = Duration::from_secs(1);
-/// Time for everything: the arm comes to rest, the pen goes up by at most 2 s, settings are restored.
+/// Time for everything: the arm comes to rest, the pen rises (at most 2 s), settings are restored.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// The end of a station, from its announcement on.
+/// State of the end, from its announcement on.
 #[derive(Debug)]
 pub(super) struct Ending {
     began: HostInstant,
     /// True once no more time is given.
     at_once: bool,
-    /// Holders that have stopped their arm since, and when each of them was heard last.
+    /// Holders that have stopped their arm since the announcement, and the instant of their last
+    /// message.
     stopped: BTreeMap<SessionId, HostInstant>,
-    /// Holders whose lease was ended, by arm.
+    /// Names of holders whose lease was ended, by arm.
     evicted: BTreeMap<ArmId, String>,
-    /// Sessions whose lease was ended: the arm is the station's alone.
+    /// Sessions whose lease was ended.
     put_out: BTreeSet<SessionId>,
-    /// Arms that were moving then, and whose they were.
+    /// Arms that were still moving then, with their holders.
     cut_off: Vec<CutOff>,
 }
 
-/// An arm that the station had to stop itself as it ended.
+/// Arm that the station had to stop under a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CutOff {
     /// Name of the arm.
     pub arm: String,
-    /// Name of the client that held it, and did not stop it in time.
+    /// Name of the client that held it and did not stop it in time.
     pub holder: String,
 }
 
-/// Outcome of the end of a station.
+/// Result of the end of a station.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RunsEnd {
@@ -57,10 +61,12 @@ pub struct RunsEnd {
 }
 
 impl Station {
-    /// The station begins to end. Sessions are told by `server.ending`; jogs end; nothing new begins.
-    /// Who holds an arm has a moment to stop it and then a few seconds to end its run well (pen up,
-    /// settings restored), until it gives the lease back; then its lease ends, which stops the arm.
-    /// Programs that cannot be told lose it at once. A second call gives nobody any more time.
+    /// Starts the end of the station.
+    ///
+    /// Sessions get the notification `server.ending`; jogs end; nothing new starts. A holder of an
+    /// arm has a moment to stop it, and then a few seconds to end its run properly (pen up,
+    /// settings restored) and give the lease back. Otherwise its lease ends, which stops the arm.
+    /// Programs that cannot be notified lose the lease at once. A second call ends all waits.
     pub fn end(&mut self, now: HostInstant) {
         if let Some(ending) = &mut self.ending {
             ending.at_once = true;
@@ -76,42 +82,43 @@ impl Station {
         });
         let sockets = self.sessions.values().filter_map(|session| session.socket);
         for socket in sockets.collect::<Vec<_>>() {
+            // Before control closes, so that the notice precedes denials that result from it.
             self.tell_of_end(now, socket);
         }
         self.control.close();
         self.settle(now);
     }
 
-    /// True if nobody is more than a viewer.
+    /// True if every session is limited to the role of a viewer.
     pub(crate) fn is_read_only(&self) -> bool {
         self.config.read_only
     }
 
-    /// Names of the arms, in their order.
+    /// Returns the names of the arms, by index.
     pub(crate) fn arm_names(&self) -> Vec<String> {
         let arms = self.arm_ids();
         arms.map(|arm| self.arm(arm).entry.name.clone()).collect()
     }
 
-    /// True once it ends.
+    /// True once the station ends.
     pub(crate) fn is_ending(&self) -> bool {
         self.ending.is_some()
     }
 
-    /// True once it ends and no session holds an arm any more.
+    /// True once the station ends and no session holds an arm.
     #[must_use]
     pub fn has_let_go(&self) -> bool {
         let mut arms = self.arm_ids();
         self.ending.is_some() && arms.all(|arm| self.control.holder(arm).is_none())
     }
 
-    /// The arms that were stopped under clients which did not stop them in time.
+    /// Returns the arms that were stopped under a client that did not stop them in time.
     #[must_use]
     pub fn cut_off(&self) -> &[CutOff] {
         self.ending.as_ref().map_or(&[], |ending| &ending.cut_off)
     }
 
-    /// Tells a session that the station ends, if it does.
+    /// Notifies a socket that the station ends, if it does.
     pub(super) fn tell_of_end(&mut self, now: HostInstant, socket: SocketId) {
         if let Some(ending) = &self.ending {
             let left = (ending.began + LONGEST - now).as_secs_f64();
@@ -120,21 +127,21 @@ impl Station {
         }
     }
 
-    /// Why nothing begins any more, if the station ends.
+    /// Returns the error that refuses everything new while the station ends. `None` otherwise.
     pub(super) fn refuses_at_end(&self) -> Option<RpcError> {
         let why = RpcError::new(RpcError::STOPPED, message!("the station ends"));
         self.ending.as_ref().map(|_| why.with("by", Value::Null))
     }
 
-    /// The same for the reads of a session whose lease was ended: it would take the queue that the
-    /// station empties for a fault of its own.
+    /// Returns the same error for reads of a session whose lease was ended. Such a client would
+    /// take the emptied queue for a fault of its own.
     pub(super) fn refuses_put_out(&self, session: SessionId) -> Option<RpcError> {
         let ending = self.ending.as_ref()?;
         ending.put_out.get(&session)?;
         self.refuses_at_end()
     }
 
-    /// A session asks for something, or was answered. `stops`: it has stopped its arm.
+    /// Records a request or an answer of a session. `stops`: the session has stopped its arm.
     pub(super) fn heard_at_end(&mut self, now: HostInstant, session: SessionId, stops: bool) {
         if let Some(ending) = &mut self.ending {
             match ending.stopped.get_mut(&session) {
@@ -145,14 +152,14 @@ impl Station {
         }
     }
 
-    /// When the next holder has had its time.
+    /// Returns the instant at which the time of the next holder is over.
     pub(super) fn end_due(&self) -> Option<HostInstant> {
         let ending = self.ending.as_ref()?;
         let holders = self.arm_ids().filter_map(|arm| self.control.holder(arm));
         holders.map(|holder| self.time_of(ending, holder)).min()
     }
 
-    /// Ends the leases of those who have had their time.
+    /// Ends the leases of holders whose time is over.
     pub(super) fn evict_overdue(&mut self, now: HostInstant) {
         for arm in self.arm_ids() {
             let Some(ending) = &self.ending else {
@@ -165,11 +172,14 @@ impl Station {
                 continue;
             }
             let lasting = self.sessions.get(&holder);
+            // A request by POST has no client that could be named.
             let lasting = lasting.filter(|session| !session.one_shot);
             let name = lasting.map(|session| session.name.clone());
             if let Some(ending) = &mut self.ending {
                 ending.put_out.insert(holder);
                 if let Some(name) = name {
+                    // Before the eviction: `note_cut_off` looks the holder up when the stop is
+                    // ordered.
                     ending.evicted.insert(arm, name);
                 }
             }
@@ -177,7 +187,7 @@ impl Station {
         }
     }
 
-    /// The arm has to be stopped because its lease has ended.
+    /// Records that an arm had to be stopped because its lease was ended.
     pub(super) fn note_cut_off(&mut self, arm: ArmId) {
         let name = self.arm(arm).entry.name.clone();
         if let Some(ending) = &mut self.ending
@@ -187,11 +197,11 @@ impl Station {
         }
     }
 
-    /// Until when a holder has time.
+    /// Returns the instant until which a holder has time.
     fn time_of(&self, ending: &Ending, holder: SessionId) -> HostInstant {
         let session = self.sessions.get(&holder);
         let socket = session.and_then(|session| session.socket.filter(|_| !session.one_shot));
-        // The protocol of a link has no word for it, and a request by POST hears nothing.
+        // DobotLink has no message for it, and a request by POST receives no notifications.
         let told = socket.filter(|socket| {
             let open = self.sockets.get(socket);
             open.is_some_and(|open| !open.link && !open.outbox.is_closing())
@@ -202,7 +212,9 @@ impl Station {
         let last = ending.began + LONGEST;
         match ending.stopped.get(&holder) {
             None => ending.began + REACTS,
+            // A request in flight, such as lifting the pen, may take all the time there is.
             Some(_) if self.waits_for_answer(socket) => last,
+            // Never beyond the time for everything.
             Some(heard) => last.min(*heard + SILENT),
         }
     }

@@ -1,4 +1,4 @@
-//! The last events of an arm, each with its number.
+//! Log of the last events of an arm, numbered.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -6,22 +6,23 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
-/// Events that are kept, and given at once.
+/// Number of events that are kept, and returned at once. A choice that bounds memory and the size
+/// of an answer.
 const KEPT: usize = 1000;
-/// Stops are obeyed in any number; of those that come within this time one is told. A loop of stops would push all other
-/// events out of the log, and its listeners off their sockets.
+/// Shortest interval between two events of a stop. Every stop is obeyed, but a loop of stops would
+/// push all other events out of the log and overflow the outboxes of its subscribers.
 const STOP_INTERVAL: Duration = Duration::from_millis(50);
 
 #[derive(Debug, Default)]
 pub(super) struct EventLog {
     seq: u64,
     events: VecDeque<(u64, Value)>,
-    /// When a stop was told last.
+    /// Instant of the last event of a stop.
     stopped: Option<HostInstant>,
 }
 
 impl EventLog {
-    /// Numbers an event and keeps it.
+    /// Appends an event. Returns it with its number.
     pub(super) fn push(
         &mut self,
         arm: &str,
@@ -50,7 +51,7 @@ impl EventLog {
         event
     }
 
-    /// True if a stop is to be told: none was a moment ago.
+    /// Returns true if a stop is to be recorded, because the last record is old enough.
     pub(super) fn tells_stop(&mut self, now: HostInstant) -> bool {
         let due = self.stopped.is_none_or(|told| now - told >= STOP_INTERVAL);
         if due {
@@ -59,7 +60,7 @@ impl EventLog {
         due
     }
 
-    /// Those that happened from then on, Unix seconds.
+    /// Returns the events from `t` on, Unix seconds.
     pub(super) fn after(&self, t: f64) -> impl Iterator<Item = &Value> {
         let events = self.events.iter().map(|(_, event)| event);
         events.filter(move |event| event["t"].as_f64().is_some_and(|at| at >= t))
@@ -69,7 +70,7 @@ impl EventLog {
         self.events.len()
     }
 
-    /// Those behind a number, and the number of the last.
+    /// Returns the events after a number, and the last number.
     pub(super) fn since(&self, seq: u64) -> Value {
         let behind = self.events.iter().filter(|(number, _)| *number > seq);
         let events: Vec<_> = behind.map(|(_, event)| event.clone()).collect();

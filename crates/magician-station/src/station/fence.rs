@@ -1,4 +1,5 @@
-//! The fence of an arm: anybody sees it, teachers change it, and it holds for every session.
+//! Methods of the fence: every client may read it, teachers may change it, and it applies to all
+//! sessions.
 
 #[cfg(feature = "class")]
 use magician::Fence;
@@ -22,6 +23,7 @@ impl Station {
             return Ok(Handled::Now(json!({ "fence": fence })));
         };
         let fence = fence::changed(before, change)?;
+        // Reading needs no role, so it is checked here and not in the table.
         if call.grant.role < Role::Teacher {
             return Err(forbidden(
                 &call.grant,
@@ -29,7 +31,8 @@ impl Station {
                 "a change of the fence",
             ));
         }
-        // A job and a jog were planned by the fence that was there when they began.
+        // A job and a jog were checked against the fence at their start, so the fence must not
+        // change under them.
         if let Some((job, _)) = self.job_at(arm) {
             let error = RpcError::new(RpcError::BUSY, message!("a job has the arm: stop it first"));
             return Err(error.with("job", job.id.clone()));
@@ -40,6 +43,7 @@ impl Station {
         }
         self.arm_mut(arm).entry.fence = fence;
         let (request, by) = (call.request, Some(call.session));
+        // Removing a fence, or an equal one, endangers nothing in progress.
         let stops = fence.is_some() && fence != before;
         #[cfg(feature = "class")]
         let fence = self.fence_now(arm);
@@ -52,7 +56,7 @@ impl Station {
             },
         );
         if stops {
-            // What is under way was checked against the earlier one.
+            // Requests in progress were checked against the earlier fence.
             for ended in self.control.stop(call.now, arm) {
                 let error = self.ended(arm, WorkEnd::Stop(by));
                 self.finish(call.now, ended, Err(error));
@@ -62,10 +66,11 @@ impl Station {
     }
 }
 
-/// In a class the fence of an arm changes with its holder: that of the class holds for all but teachers.
+/// The fence in a class: the fence of the class applies in addition while others than teachers hold
+/// the arm.
 #[cfg(feature = "class")]
 impl Station {
-    /// The fence by which an arm moves for this side: the class's counts for all but teachers.
+    /// Returns the fence of an arm for a teacher, or for anyone else.
     pub(super) fn fence_for(&self, arm: ArmId, teacher: bool) -> Option<Fence> {
         let own = self.arm(arm).entry.fence;
         match self.class.fence {
@@ -74,7 +79,7 @@ impl Station {
         }
     }
 
-    /// Has an arm move by this fence from here on.
+    /// Orders a fence for an arm, if it differs from the current one.
     pub(super) fn put_fence(&mut self, arm: ArmId, fence: Option<Fence>) {
         if self.class.fences[arm.0 as usize] != fence {
             self.class.fences[arm.0 as usize] = fence;
@@ -91,20 +96,21 @@ impl Station {
         }
     }
 
-    /// The fence that an arm has from here on, which is ordered by the caller.
+    /// Returns the fence that the arm has from now on. The caller orders it.
     pub(super) fn fence_now(&mut self, arm: ArmId) -> Option<Fence> {
         let fence = self.fence_for(arm, self.is_taught(arm));
         self.class.fences[arm.0 as usize] = fence;
         fence
     }
 
-    /// Whether a teacher has the arm.
+    /// True if a teacher holds the arm.
     fn is_taught(&self, arm: ArmId) -> bool {
         let holder = self.control.holder(arm);
         holder.is_some_and(|holder| !self.control.is_bound(holder))
     }
 
-    /// Each arm gets the fence of whoever has it. A job ends by the fence that it began with.
+    /// Orders the fence of the current holder for each arm. A running job keeps the fence with
+    /// which it started.
     pub(super) fn put_fences(&mut self) {
         for arm in self.arm_ids() {
             let runs = self

@@ -1,4 +1,4 @@
-//! What is kept of jobs that are over: told, deleted, and taken up by the next station.
+//! Jobs that are over: history, deletion, and taking over those of earlier stations.
 
 use magician::ErrorKind;
 use magician::message;
@@ -12,16 +12,16 @@ use super::records::{JobOwner, JobRecord};
 use crate::api::{Role, RpcError};
 use crate::control::{ArmId, JobId};
 
-/// Jobs that `job.history` tells of at once, unless it is asked for less.
+/// Default number of jobs in an answer to `job.history`.
 const TOLD: usize = 50;
 
 impl Station {
-    /// Takes up what earlier stations and runs of the command line have left.
+    /// Takes over the jobs of earlier stations, and interrupted runs of the command line.
     pub(super) fn take_up_jobs(&mut self) {
         let runs: Vec<_> = { 0..self.arms.len() }
             .map(|arm| self.config.jobs.runs(arm))
             .collect();
-        // A run that is over by now, or that begins anew elsewhere, is not there any more.
+        // Runs of the command line that were finished or started again meanwhile are dropped.
         self.records.retain(|record| {
             let run = record.hidden.run.as_deref();
             let there = &runs[record.at.0 as usize];
@@ -30,10 +30,11 @@ impl Station {
         });
         for (at, runs) in (0..).map(ArmId).zip(runs) {
             for run in runs {
+                // Taken over by an earlier start of this station.
                 let is_known =
                     |record: &JobRecord| record.hidden.run.as_deref() == Some(run.name.as_str());
                 if let Some(known) = { self.records.each() }.find(|record| is_known(record)) {
-                    // It may have come further since.
+                    // Known from an earlier start; the run may have progressed since.
                     known.ran_on(&run);
                     continue;
                 }
@@ -50,7 +51,7 @@ impl Station {
         }
     }
 
-    /// `job.history`: the jobs that are kept, in parts, and the sums over all that ran.
+    /// `job.history`: returns a part of the stored jobs, and totals over all that ran.
     pub(super) fn job_history(&self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
         let number = |name| {
             let given = call.params.integer(name).map(usize::try_from);
@@ -61,7 +62,7 @@ impl Station {
         Ok(Handled::Now(told))
     }
 
-    /// `job.delete`: takes a job that is over out of the list. The totals stay.
+    /// `job.delete`: removes a job that is over. The totals do not change.
     pub(super) fn delete_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let record = self.job_named(call)?;
         let (id, arm) = (record.id.clone(), record.at);
@@ -80,11 +81,12 @@ impl Station {
         let Some((at, record)) = self.records.remove(&id) else {
             return Err(RpcError::internal("a job that is not there"));
         };
+        // Deleting takes effect at once; if the disk refuses, the job is put back.
         let or = IfUnkept::PutBack(at, Box::new(record), totals);
         Ok(self.answer_when_kept(call, [arm], Value::Null, or))
     }
 
-    /// Whose a job of this request is; `None`: a teacher's.
+    /// Returns the owner of a job of this request. `None` for a teacher.
     pub(super) fn owner_of(&self, call: &Call<'_>) -> Option<JobOwner> {
         if call.grant.role == Role::Teacher {
             return None;

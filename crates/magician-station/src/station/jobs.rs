@@ -1,4 +1,8 @@
-//! The methods of jobs, and what becomes of jobs.
+//! Methods of jobs, and reports about jobs from the arms.
+//!
+//! A job has a record ([`JobRecord`]) from its start on. A request about a job waits for a state
+//! (`Wants`); reports of the arm change the record and answer the requests that wait for it.
+//! `job.start` may wait three times: for the library, for the disk, for the check.
 
 use magician::message;
 use std::sync::Arc;
@@ -24,16 +28,16 @@ use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKin
 use crate::job::{Source, SourceBytes, setup_and_preset};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
 
-/// What a request about a job waits for.
+/// State of a job for which a request waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wants {
-    /// That its check is over: the answer is its id.
+    /// The check is over. The answer is the id of the job.
     Checked,
-    /// That it is paused.
+    /// The job is paused.
     Paused,
-    /// That it runs.
+    /// The job runs.
     Running,
-    /// Its end.
+    /// The job is over.
     End,
 }
 
@@ -64,7 +68,7 @@ impl Station {
         }
     }
 
-    /// Starts a job; `found` is whether it is known that its program is there.
+    /// Starts a job. `found` is true if program and preset are known to exist.
     pub(super) fn start_job(
         &mut self,
         call: &Call<'_>,
@@ -79,7 +83,9 @@ impl Station {
         let source = source(call)?;
         let order = JobOrder {
             source,
+            // 0 means endless in the API.
             loops: Some(params.integer("loops").unwrap_or(1)).filter(|loops| *loops > 0),
+            // Clients count steps from 1. The parameter's range excludes 0.
             from: params.integer("from").map_or(0, |step| step - 1),
             keep: params.is_on("keep"),
             require_homed: params.is_on("require_homed"),
@@ -90,6 +96,7 @@ impl Station {
         if key == Some("") {
             return Err(RpcError::param("key", "`key` must not be empty"));
         }
+        // A repeated start with the same key starts nothing.
         if let Some(again) = key.and_then(|key| self.started_before(call, arm, key, &order)) {
             return again;
         }
@@ -104,7 +111,8 @@ impl Station {
             Some("stop") => OnLost::Stop,
             Some("continue") => OnLost::Continue,
             Some(_) => OnLost::Pause,
-            // Its lease ends with the request.
+            // The lease of a single request ends with the request, and the job must not end with
+            // it.
             None if self.is_one_shot(call) => OnLost::Continue,
             None => OnLost::Pause,
         };
@@ -133,7 +141,9 @@ impl Station {
         self.records.push(record);
         self.keyed(job, key);
         self.begin_job(call, arm, job, order, None);
+        // After the record changed, so that the revision includes it.
         self.note_fresh(arm, job);
+        // The caller does not want to wait for the check.
         if call.params.switch("after_check") == Some(false) {
             self.control.finish(call.now, arm, call.request);
             let result = json!({"job": id});
@@ -145,7 +155,7 @@ impl Station {
         ))
     }
 
-    /// The job of an arm that has this key already, as the first start of it was answered. `None` if none has.
+    /// Returns the answer to a start whose key is known at this arm. `None` if the key is new.
     fn started_before(
         &mut self,
         call: &Call<'_>,
@@ -155,6 +165,7 @@ impl Station {
     ) -> Option<Result<Handled, RpcError>> {
         let record = self.records.keyed(arm, key)?;
         let result = json!({"job": record.id});
+        // Same key and same order is a retry; another order is a mistake of the caller.
         if record.hidden.digest != Some(digest(order)) {
             let why = message!(
                 "the key is of {id}, which does something else: each job has a key of its own",
@@ -183,7 +194,7 @@ impl Station {
         )))
     }
 
-    /// Gives a new job the key of its caller.
+    /// Assigns the caller's key to a new job.
     fn keyed(&mut self, job: JobId, key: Option<&str>) {
         if let (Some(record), Some(key)) = (self.records.numbered(job), key) {
             record.hidden.digest = record.order.as_deref().map(digest);
@@ -191,7 +202,8 @@ impl Station {
         }
     }
 
-    /// A job that has a record begins, or begins anew where it ended, so far before that (mm).
+    /// Starts a job that has a record. `resumes` is `Some` for a resumed job: the distance before
+    /// the place of interruption at which it starts again, mm.
     fn begin_job(
         &mut self,
         call: &Call<'_>,
@@ -222,13 +234,15 @@ impl Station {
             laser: self.job_laser(call, arm),
             danger: job_danger(call),
         };
+        // A new job is written to disk before the arm moves.
         let is_new = resumes.is_none();
         let start = ArmOrder::StartJob(Box::new(start));
         self.job_changed(now, arm, job);
         if is_new {
             self.order_start(arm, job, start);
         } else {
-            // One that goes on has its journal: what moves is not done twice.
+            // A resumed job has a journal already, so nothing is done twice if the program dies
+            // now.
             self.order(arm, start);
         }
         #[cfg(feature = "class")]
@@ -246,6 +260,7 @@ impl Station {
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
             return Err(self.not_steered(call, arm, "the job is over"));
         };
+        // Pausing is idempotent.
         if state == "paused" {
             self.control.finish(call.now, arm, call.request);
             return Ok(Handled::Now(self.shown(job)));
@@ -291,6 +306,7 @@ impl Station {
             };
             let job = JobId(self.next_id());
             if let Some(record) = self.records.named(&id) {
+                // If the resume fails, the record returns to this state.
                 record.before = Some(Box::new(record.clone()));
                 record.number = Some(job);
                 if one_shot {
@@ -316,6 +332,7 @@ impl Station {
         let order = ArmOrder::ResumeJob {
             request: call.request,
             job,
+            // Approaching is safe in any case, so it is the default.
             approach: call.params.switch("approach").unwrap_or(true),
             laser,
         };
@@ -348,7 +365,7 @@ impl Station {
         ))
     }
 
-    /// The lease that a request about a job needs, and that nothing else has the arm.
+    /// Starts a request about a job: it needs the lease, and an arm that nothing else occupies.
     fn begin_for_job(
         &mut self,
         call: &Call<'_>,
@@ -366,13 +383,13 @@ impl Station {
         RpcError::arm(magician::ErrorKind::InvalidInput, why)
     }
 
-    /// What is answered to a job that would burn: nothing where it may.
+    /// Checks whether a job may burn. `Err` holds the refusal.
     fn job_laser(&self, call: &Call<'_>, arm: ArmId) -> Result<(), Box<RpcError>> {
         let may = self.may_burn(call, arm, Risk::of_job("job.start"));
         may.map_err(Box::new)
     }
 
-    /// The job that a request names.
+    /// Returns the record of the job named in a request.
     pub(super) fn job_named(&self, call: &Call<'_>) -> Result<&JobRecord, RpcError> {
         let id = call.params.text("job").unwrap_or_default();
         let found = self.records.find(id);
@@ -384,25 +401,25 @@ impl Station {
         record.map_or(Value::Null, |record| record.shown())
     }
 
-    /// The job of an arm that is not over, and whether it runs.
+    /// Returns the current job of an arm, and true if it is running.
     pub(super) fn job_at(&self, arm: ArmId) -> Option<(&JobRecord, bool)> {
         let record = self.records.under_way(arm)?;
         Some((record, record.state == "running"))
     }
 
-    /// The id of a job, as clients know it.
+    /// Returns the id of a job as known to clients.
     pub(super) fn job_id(&self, job: JobId) -> String {
         let known = self.records.id_of(job);
         known.unwrap_or_else(|| self.text_id('j', job.0))
     }
 
-    /// What a job does.
+    /// Takes a report about a job.
     pub(super) fn job_news(&mut self, now: HostInstant, arm: ArmId, job: JobId, news: JobNews) {
         let t = self.unix(now);
         let Some(record) = self.records.numbered(job) else {
             return;
         };
-        // The station may have ended it before its arm did.
+        // The station may have ended the job before the arm reported.
         if !is_under_way(&record.state) {
             return;
         }
@@ -415,7 +432,7 @@ impl Station {
                 (record.title, record.steps) = (Some(title), Some(steps));
                 record.is_read = true;
                 if let Some((order, start)) = record.order.as_mut().zip(start) {
-                    // It goes on from there, wherever the arm is by then.
+                    // A later resume starts from here, wherever the arm is then.
                     Arc::make_mut(order).start.get_or_insert(start);
                 }
                 record.first_step = record.order.as_ref().map(|order| order.from + 1);
@@ -433,7 +450,7 @@ impl Station {
             }
             JobNews::State(state, text) => {
                 let name = match state {
-                    // The pen goes up, and the settings are restored.
+                    // Still moving: the pen rises and settings are restored.
                     JobState::Ending => "running",
                     state => state.name(),
                 };
@@ -446,7 +463,8 @@ impl Station {
                 }
                 let mut was_resumed = false;
                 if matches!(state, JobState::Running | JobState::Paused { .. }) {
-                    // From here on it is another job than before: it moves.
+                    // A resumed job has moved now, so its earlier state cannot be restored any
+                    // more.
                     was_resumed = record.before.take().is_some();
                     record.hidden.ran = true;
                     record.hidden.went_on = record.hidden.run.is_some();
@@ -480,10 +498,12 @@ impl Station {
                 }
                 if let Some(record) = self.records.numbered(job) {
                     match record.before.take() {
+                        // A resume that ended before any motion changes nothing.
                         Some(before) if end.state != "done" => {
                             *record = *before;
                             record.number = Some(job);
                         }
+                        // A job that ran, or a first start that failed.
                         _ => record.is_over(t, &end),
                     }
                 }
@@ -491,12 +511,13 @@ impl Station {
                 self.keep_result(arm, job, order.as_ref());
                 self.job_changed(now, arm, job);
                 self.answer_end(now, arm, job, end.state, end.error);
+                // A stop may wait for the end of this job.
                 self.tell_stands(now);
             }
         }
     }
 
-    /// Answers who waits for this of a job.
+    /// Answers the requests that wait for one of these states of a job.
     fn answer_job(&mut self, now: HostInstant, job: JobId, wanted: &[Wants]) {
         let shown = self.shown(job);
         for (request, wants) in self.waiting_for(job) {
@@ -511,7 +532,7 @@ impl Station {
         }
     }
 
-    /// Answers who waits for anything of a job that is over.
+    /// Answers all requests that wait for a job that is over.
     pub(super) fn answer_end(
         &mut self,
         now: HostInstant,
@@ -529,6 +550,7 @@ impl Station {
                     magician::ErrorKind::InvalidInput,
                     message!("the job is over"),
                 )),
+                // Independent of who stopped it, the requester learns that its request did not finish.
                 (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
                 _ => Err(error
                     .clone()
@@ -549,7 +571,7 @@ impl Station {
         waiting.collect()
     }
 
-    /// What came of an order about a job: what it does follows as news of it.
+    /// Takes the result of an order about a job. Its effects follow as reports.
     pub(super) fn job_done(
         &mut self,
         now: HostInstant,
@@ -571,7 +593,7 @@ impl Station {
         }
     }
 
-    /// Tells that a job does something else, and has it count.
+    /// Publishes a change of a job: to control, the store, subscribers and the event log.
     pub(super) fn job_changed(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
         let Some(record) = self.records.numbered(job) else {
             return;
@@ -582,7 +604,8 @@ impl Station {
             _ => None,
         };
         let (on_lost, shown) = (record.on_lost, record.shown());
-        // One that waits has no arm yet, and one that is over without having begun leaves it to another.
+        // A queued job has no arm yet, and a job that ended before it began must not touch the arm
+        // of another one.
         if phase.is_some() || self.control.has_job(arm, job) {
             self.control.job_is(now, arm, job, on_lost, phase);
         }
@@ -597,17 +620,17 @@ impl Station {
     }
 }
 
-/// Whether a job of this state is not over.
+/// True for the states of a job that has begun and is not over.
 pub(super) fn is_under_way(state: &str) -> bool {
     ["checking", "running", "pausing", "paused", "stopping"].contains(&state)
 }
 
-/// What is answered to a job with a dangerous command: nothing where it may.
+/// Checks whether a job may contain dangerous commands. `Err` holds the refusal.
 fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
     may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).map_err(Box::new)
 }
 
-/// The program that a request brings: one.
+/// Returns the program of a request. Exactly one form must be given.
 pub(super) fn source(call: &Call<'_>) -> Result<Source, RpcError> {
     let params = call.params;
     let given = ["program", "text", "data"].map(|name| params.text(name));
@@ -617,7 +640,7 @@ pub(super) fn source(call: &Call<'_>) -> Result<Source, RpcError> {
         }
         [None, Some(text), None] => SourceBytes::Text(text.to_owned()),
         [None, None, Some(data)] => {
-            // What is no base64 is told at once.
+            // Checked here, so that the error comes before the job is created.
             let wrong = |_| RpcError::param("data", "`data` must be bytes in base64");
             STANDARD.decode(data).map_err(wrong)?;
             SourceBytes::Data(data.to_owned())

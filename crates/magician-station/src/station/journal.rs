@@ -1,28 +1,28 @@
-//! Who did what: a line for each request that counts.
+//! Journal: one line for each request that moves, sets or stops something or changes rights.
 
 use serde_json::Value;
 
-/// A line of the journal. It never holds a token, a code, or bytes of a program.
+/// Line of the journal. Never contains tokens, codes, or programs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JournalLine {
-    /// When, Unix seconds.
+    /// Time of the answer, Unix seconds.
     pub t: f64,
-    /// The session, if there is one.
+    /// Id of the session. `None` if there is no session.
     pub session: Option<String>,
-    /// Its name.
+    /// Name of the session.
     pub name: String,
-    /// Its role.
+    /// Role of the session.
     pub role: Option<&'static str>,
-    /// Its address.
+    /// Address of the client.
     pub peer: String,
-    /// The arm that is meant.
+    /// Name of the arm.
     pub arm: Option<String>,
-    /// The method; `session.end` for the end of a socket.
+    /// Method, or `session.end` for the end of a socket.
     pub method: String,
-    /// Its parameters, without secrets.
+    /// Parameters without secrets.
     pub params: Value,
     /// `ok`, or the kind of the error.
     pub result: String,
-    /// How long it took, ms.
+    /// Duration from request to answer, ms.
     pub ms: f64,
 }

@@ -1,6 +1,10 @@
-//! What waits for the disk. A start that is answered is on the disk first, and so is one that moves the arm: whatever ends
-//! this program, nothing answered is lost, and nothing that the next station lists as waiting has moved before. A resume
-//! that is answered is on the disk as well.
+//! Durability of jobs: answers and starts that wait for the disk.
+//!
+//! Three promises hold whenever the program dies. A job whose start was answered is on the disk. A
+//! job that moves the arm is on the disk as started, so the next station does not list it as
+//! waiting. A resume that was answered is on the disk. To keep them, an answer or a start order is
+//! held back until [`Station::jobs_kept`] reports the revision that contains it. Stops are never
+//! held back.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -17,55 +21,56 @@ use crate::api::RpcError;
 use crate::control::{ArmId, JobId, RequestId};
 use crate::order::{ArmOrder, JobEnd};
 
-/// Longest time that the answer to a stop waits for the end of the job that it stopped. The arm stands by then.
+/// Longest time that the answer to a stop waits for the end of the stopped job. The arm already
+/// stands by then.
 const STOPPED_JOB: Duration = Duration::from_secs(2);
 
-/// What waits for the disk, or for a job to be over.
+/// Everything that waits for the disk, or for the end of a job.
 #[derive(Debug, Default)]
 pub(super) struct Keeping {
     answers: Vec<HeldAnswer>,
-    /// Jobs that are not on the disk yet.
+    /// New jobs that are not on the disk yet: arm, revision, job.
     fresh: Vec<(ArmId, u64, JobId)>,
     starts: Vec<HeldStart>,
     stands: Vec<HeldStand>,
 }
 
-/// An answer that promises something.
+/// Answer that promises durability.
 #[derive(Debug)]
 struct HeldAnswer {
     request: RequestId,
-    /// Change of each arm that has to be on the disk.
+    /// Revision of each arm's jobs that has to be on the disk.
     needs: BTreeMap<ArmId, u64>,
     result: Value,
     or: IfUnkept,
 }
 
-/// What becomes of a change that the disk does not take.
+/// Consequence if the disk refuses a change.
 #[derive(Debug)]
 pub(super) enum IfUnkept {
-    /// The answer is the error.
+    /// The change is undone and the answer is the error.
     Refuse,
-    /// It stands, and the answer says that the next station may not know it.
+    /// The change stays. The answer says that the next station may not know it.
     Stand,
-    /// A job is back at this place, with the totals as they were.
+    /// The deleted job returns to this position, with the earlier totals.
     PutBack(usize, Box<JobRecord>, JobTotals),
-    /// A job that waits is back at this place of its queue, from 0.
+    /// The queued job returns to this position, from 0.
     #[cfg(feature = "class")]
     Reorder(JobId, usize),
 }
 
-/// A job that begins once it is on the disk that it does.
+/// Start of a job, held until the disk has the job as started.
 #[derive(Debug)]
 struct HeldStart {
     arm: ArmId,
     job: JobId,
     revision: u64,
     start: ArmOrder,
-    /// Orders about it that came meanwhile.
+    /// Orders about the job that came meanwhile.
     then: Vec<ArmOrder>,
 }
 
-/// An arm that stands after a stop, and whose job is not over yet.
+/// Stop of an arm that stands, while its job is not over yet.
 #[derive(Debug)]
 struct HeldStand {
     arm: ArmId,
@@ -75,7 +80,7 @@ struct HeldStand {
 }
 
 impl Station {
-    /// What came of writing the jobs of an arm, up to this change of them.
+    /// Takes the result of writing an arm's jobs up to this revision.
     pub fn jobs_kept(
         &mut self,
         now: HostInstant,
@@ -102,6 +107,7 @@ impl Station {
             .extract_if(.., |start| start.arm == arm && start.revision <= revision)
             .collect();
         for held in starts {
+            // The start first, then what came meanwhile, such as a pause.
             self.order(arm, held.start);
             for order in held.then {
                 self.order(arm, order);
@@ -147,6 +153,7 @@ impl Station {
             .extract_if(.., |(of, at, _)| *of == arm && *at <= revision)
             .collect();
         for (_, _, job) in fresh {
+            // A job that is not on the disk must not start.
             self.keeping.starts.retain(|start| start.job != job);
             #[cfg(feature = "class")]
             self.drop_queued(now, arm, job);
@@ -155,7 +162,7 @@ impl Station {
             let t = self.unix(now);
             if let Some(record) = self.records.numbered(job) {
                 record.is_over(t, &end);
-                // Its caller may try again.
+                // Without the key the caller may try again.
                 (record.hidden.key, record.order, record.place) = (None, None, None);
             }
             self.job_changed(now, arm, job);
@@ -165,6 +172,7 @@ impl Station {
             .extract_if(.., |start| start.arm == arm && start.revision <= revision)
             .collect();
         for held in starts {
+            // Stopped while it waited for the disk.
             let stopped = { held.then.iter() }.any(|order| matches!(order, ArmOrder::StopJob(_)));
             #[cfg(feature = "class")]
             if !stopped && self.wait_again(now, held.job) {
@@ -177,13 +185,13 @@ impl Station {
         }
     }
 
-    /// Notes a job that is new: it is refused if the disk does not take it.
+    /// Registers a new job, which is refused if the disk does not take it.
     pub(super) fn note_fresh(&mut self, arm: ArmId, job: JobId) {
         let revision = self.records.revision(arm);
         self.keeping.fresh.push((arm, revision, job));
     }
 
-    /// Orders the start of a job once it is on the disk that it begins.
+    /// Holds the start of a job until the disk has the job as started.
     pub(super) fn order_start(&mut self, arm: ArmId, job: JobId, start: ArmOrder) {
         let revision = self.records.revision(arm);
         self.keeping.starts.push(HeldStart {
@@ -195,7 +203,8 @@ impl Station {
         });
     }
 
-    /// An order that is about a job which has not begun waits for it. `None` if it waits.
+    /// Holds an order about a job whose start is held. Returns the order if it does not concern
+    /// one.
     pub(super) fn behind_start(&mut self, arm: ArmId, order: ArmOrder) -> Option<ArmOrder> {
         let mut starts = self.keeping.starts.iter_mut();
         let Some(held) = starts.find(|held| held.arm == arm) else {
@@ -205,6 +214,7 @@ impl Station {
             ArmOrder::PauseJob { job, .. }
             | ArmOrder::ResumeJob { job, .. }
             | ArmOrder::StopJob(job) => *job == held.job,
+            // A stop goes to the arm at once and also ends the job that is not there yet.
             ArmOrder::Stop { .. } => {
                 held.then.push(ArmOrder::StopJob(held.job));
                 false
@@ -222,7 +232,7 @@ impl Station {
         Some(order)
     }
 
-    /// Answers a request once the jobs of these arms are on the disk as they are now.
+    /// Answers a request once the current jobs of these arms are on the disk.
     pub(super) fn answer_when_kept(
         &mut self,
         call: &Call<'_>,
@@ -234,6 +244,7 @@ impl Station {
             .into_iter()
             .map(|arm| (arm, self.records.revision(arm)));
         let needs: BTreeMap<_, _> = revisions
+            // Arms whose jobs are on the disk already need no wait.
             .filter(|(arm, revision)| !self.records.is_kept(*arm, *revision))
             .collect();
         if needs.is_empty() {
@@ -248,8 +259,8 @@ impl Station {
         Handled::Later(call.request, Awaited::Kept)
     }
 
-    /// Answers those who wait for a job to go on once it is on the disk that it does: until then the file has the job as it
-    /// was before its resume.
+    /// Answers the requests that wait for a resumed job once the disk has it as running. Until then
+    /// the file has the job as it was before.
     pub(super) fn answer_resumed_when_kept(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
         let needs = BTreeMap::from([(arm, self.records.revision(arm))]);
         let result = self.shown(job);
@@ -257,7 +268,7 @@ impl Station {
             if !matches!(wants, Wants::Running) {
                 continue;
             }
-            // It has begun; what is left is its answer.
+            // The work of the request is done; only its answer is held.
             self.control.finish(now, arm, request);
             if let Some(pending) = self.pending.get_mut(&request) {
                 pending.waits = Awaited::Kept;
@@ -271,7 +282,7 @@ impl Station {
         }
     }
 
-    /// An arm stands after a stop, as its job will be: that is answered when the job is over. `None` if it waits.
+    /// Holds the answer to a stop until the job is over. Returns the answer if it need not wait.
     pub(super) fn behind_job(
         &mut self,
         now: HostInstant,
@@ -280,7 +291,7 @@ impl Station {
         stood: Value,
     ) -> Option<Value> {
         let job = self.records.under_way(arm);
-        // Reading a program may take its time, and has nothing to stop.
+        // While a program is read there is no motion to wait for.
         if !job.is_some_and(|job| job.is_read) {
             return Some(stood);
         }
@@ -293,7 +304,7 @@ impl Station {
         None
     }
 
-    /// Tells of arms that stand whose job is over, or has had its time.
+    /// Answers stops whose job is over, or has had its time.
     pub(super) fn tell_stands(&mut self, now: HostInstant) {
         let records = &self.records;
         let is_over = |held: &mut HeldStand| {
@@ -313,14 +324,15 @@ impl Station {
         }
     }
 
-    /// When something of this is due.
+    /// Returns the next deadline.
     pub(super) fn keeping_due(&self) -> Option<HostInstant> {
         let stands = self.keeping.stands.iter().map(|held| held.due);
         stands.chain(self.records.due()).min()
     }
 
-    /// Jobs that are not over at the end of the program, after the last stop: those of arms that did not confirm it are
-    /// interrupted. What the disk has not taken up to now is tried once more.
+    /// Ends the jobs that are left at the end of the program, after the last stop. Jobs of arms
+    /// that did not confirm the stop count as interrupted. Changes that the disk has refused are
+    /// tried once more.
     pub(crate) fn end_jobs(&mut self, now: HostInstant, unconfirmed: &[String]) {
         for arm in self.arm_ids() {
             let Some(job) = self.records.under_way(arm).and_then(|record| record.number) else {
@@ -331,6 +343,7 @@ impl Station {
             let news = crate::order::JobNews::Over(Box::new(JobEnd::new(state)));
             self.job_news(now, arm, job, news);
         }
+        // The last chance: the program ends.
         self.records.try_again(now, true);
         self.settle(now);
     }
@@ -342,13 +355,13 @@ impl Station {
     }
 }
 
-/// The error of what was done, and is not on the disk.
+/// Error of a change that was made but is not on the disk.
 fn forgotten(why: &str) -> RpcError {
     let message = format!("it is done, but not kept: after a power failure it is as before: {why}");
     RpcError::arm(ErrorKind::Closed, message).with("reason", json!("unkept"))
 }
 
-/// The error of what the disk did not take.
+/// Error of a change that the disk refused.
 pub(super) fn unkept(why: &str) -> RpcError {
     let message = format!("the change is not kept, so it does not count: {why}");
     RpcError::arm(ErrorKind::Closed, message).with("reason", json!("unkept"))

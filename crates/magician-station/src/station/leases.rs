@@ -1,4 +1,4 @@
-//! The methods of the lease.
+//! Methods of the lease.
 
 use magician::message;
 use std::time::Duration;
@@ -16,6 +16,7 @@ impl Station {
         match (name, call.arm) {
             ("lease.acquire", Some(arm)) => {
                 let wait = call.params.number("wait_s").unwrap_or(0.0);
+                // The check of parameters bounds the number, so the conversion does not fail.
                 let wait = Duration::try_from_secs_f64(wait).unwrap_or_default();
                 self.control.acquire(now, session, arm, request, wait);
                 Ok(Handled::Later(request, Awaited::Lease { asked: false }))
@@ -31,6 +32,8 @@ impl Station {
             ("lease.answer", Some(arm)) => self.answer_ask(call, arm),
             ("lease.renew", _) => {
                 let lease = self.lease(call)?;
+                // Any message renews the lease. This one also reports whether the lease still
+                // exists.
                 let renewed = self.control.renew(session, lease);
                 renewed
                     .map_err(|_| RpcError::new(RpcError::LEASE, message!("the lease has ended")))?;
@@ -38,6 +41,8 @@ impl Station {
             }
             ("lease.release", _) => {
                 let lease = self.lease(call)?;
+                // A lease that has already ended gets the same answer, so a repeated release is
+                // harmless.
                 self.control.release(now, session, lease);
                 Ok(Handled::Now(Value::Null))
             }
@@ -55,14 +60,14 @@ impl Station {
             .answer(call.now, call.session, arm, asker, grant);
         match answered {
             Ok(()) => {}
-            // It has given up meanwhile, or was granted the lease by the clock.
+            // The asker gave up meanwhile, or the clock granted it the lease.
             Err(Refusal::Unknown) if self.sessions.contains_key(&asker) => {}
             Err(refusal) => return Err(self.refused(arm, refusal)),
         }
         Ok(Handled::Now(Value::Null))
     }
 
-    /// The lease that is named.
+    /// Returns the lease named in the request.
     fn lease(&self, call: &Call<'_>) -> Result<LeaseId, RpcError> {
         let text = call.params.text("lease").unwrap_or_default();
         let number = self.number('l', text);

@@ -1,4 +1,7 @@
-//! What takes its time beside the arms: a few at once, one for each session, the rest in order. It never holds up a stop.
+//! Long-running requests: checks and conversions of programs, and the library.
+//!
+//! They run off the station's thread. Few run at once and at most one per session and kind, so that
+//! one client cannot occupy the machine; the rest waits in order. They never delay a stop.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -10,24 +13,25 @@ use crate::control::{ArmId, RequestId, SessionId};
 use crate::library::{LibraryAct, LibraryOrder};
 use crate::order::ArmOrder;
 
-/// Checks and conversions at once.
+/// Checks and conversions that compute at once. Two leave processors free for the arms on a small
+/// machine; a choice.
 const CHECKS: usize = 2;
-/// Looks into the library, and changes of it, at once.
+/// Library operations that read or write at once.
 const FILES: usize = 4;
-/// What waits for its turn, at most.
+/// Most requests that wait. Further ones are refused.
 const WAITING: usize = 64;
 
-/// Something that takes its time.
+/// Long-running request.
 #[derive(Debug)]
 pub(super) enum Lengthy {
-    /// A check of a program.
+    /// Check of a program.
     Check(ArmId, ArmOrder),
-    /// Something of the library, for a session of this role.
+    /// Operation on the library by a session of this role.
     Library(Role, LibraryAct),
 }
 
 impl Lengthy {
-    /// Whether it computes, and does not only read or write.
+    /// True if the request computes, false if it only reads or writes.
     fn computes(&self) -> bool {
         matches!(
             self,
@@ -36,16 +40,16 @@ impl Lengthy {
     }
 }
 
-/// What is under way, and what waits.
+/// Long-running requests, waiting and running.
 #[derive(Debug, Default)]
 pub(super) struct LengthyWork {
     waiting: VecDeque<(RequestId, SessionId, Lengthy)>,
-    /// What is under way, whose it is, and whether it computes.
+    /// Running requests: session, and true if the request computes.
     running: BTreeMap<RequestId, (SessionId, bool)>,
 }
 
 impl LengthyWork {
-    /// The first whose turn it is.
+    /// Returns the first request that may run now.
     fn next(&mut self) -> Option<(RequestId, Lengthy)> {
         let running = &self.running;
         let computing = running.values().filter(|(_, computes)| *computes).count();
@@ -53,11 +57,14 @@ impl LengthyWork {
             if computes {
                 computing < CHECKS
             } else {
+                // Kinds have separate limits, so that a long check does not delay a list of
+                // programs.
                 running.len() - computing < FILES
             }
         };
         let of = |session, computes| running.values().any(|run| *run == (session, computes));
         let at = self.waiting.iter().position(|(_, session, what)| {
+            // A session may compute and read at the same time, but do neither twice.
             free(what.computes()) && !of(*session, what.computes())
         })?;
         let (request, session, what) = self.waiting.remove(at)?;
@@ -65,14 +72,14 @@ impl LengthyWork {
         Some((request, what))
     }
 
-    /// As many wait or run.
+    /// Returns the number of waiting and running requests.
     pub(super) fn len(&self) -> usize {
         self.waiting.len() + self.running.len()
     }
 }
 
 impl Station {
-    /// Does something beside the arms when its turn has come.
+    /// Queues a request and starts it when its turn comes.
     pub(super) fn in_turn(&mut self, call: &Call<'_>, what: Lengthy) -> Result<Handled, RpcError> {
         if self.lengthy.waiting.len() >= WAITING {
             let why = format!("{WAITING} checks and changes of programs wait already");
@@ -88,7 +95,7 @@ impl Station {
         Ok(Handled::Later(request, awaited))
     }
 
-    /// Begins what can begin.
+    /// Starts everything that can start.
     fn take_turns(&mut self) {
         while let Some((request, what)) = self.lengthy.next() {
             match what {
@@ -100,14 +107,14 @@ impl Station {
         }
     }
 
-    /// A request is over, if it was one of these.
+    /// Handles the end of a request, if it was a long-running one.
     pub(super) fn turn_is_over(&mut self, request: RequestId) {
         if self.lengthy.running.remove(&request).is_some() {
             self.take_turns();
         }
     }
 
-    /// What was asked by a socket that is gone does not begin.
+    /// Drops waiting requests of sockets that are gone.
     pub(super) fn forget_turns(&mut self) {
         let pending = &self.pending;
         { &mut self.lengthy.waiting }.retain(|(request, ..)| pending.contains_key(request));

@@ -1,4 +1,4 @@
-//! The methods of the library of programs.
+//! Methods of the library of programs.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -24,6 +24,7 @@ impl Station {
     ) -> Result<Handled, RpcError> {
         let params = call.params;
         if name == "program.options" {
+            // Answered at once: a table holds the options, so no file is read.
             let format = params.text("format").unwrap_or_default().parse();
             let format: Format =
                 format.map_err(|error: String| RpcError::param("format", error))?;
@@ -66,8 +67,8 @@ impl Station {
 }
 
 impl Station {
-    /// A job waits until it is known that its program and its preset are there: what is wrong with parameters is answered before
-    /// all else.
+    /// Checks that a job's program and preset exist before anything else happens, so that errors in
+    /// parameters are answered first.
     pub(super) fn find_first(
         &mut self,
         call: &Call<'_>,
@@ -76,6 +77,7 @@ impl Station {
         preset: Option<String>,
     ) -> Result<Handled, RpcError> {
         let find = LibraryAct::Find { program, preset };
+        // In turn as well, because looking up a file may block.
         self.in_turn(call, Lengthy::Library(call.grant.role, find))?;
         let params = Box::new(call.params.clone());
         Ok(Handled::Later(call.request, Awaited::Program(arm, params)))
@@ -86,20 +88,22 @@ impl Station {
         pending.is_some_and(|pending| matches!(pending.waits, Awaited::Program(..)))
     }
 
-    /// The program of a job is there: the rest of its checks, and its start.
+    /// Continues a start whose program was found: the remaining checks, and the start itself.
     pub(super) fn start_found(&mut self, now: HostInstant, request: RequestId) {
         let Some(pending) = self.pending.get_mut(&request) else {
             return;
         };
         let socket = pending.socket;
+        // A placeholder until the start says what the request waits for.
         let waits = std::mem::replace(&mut pending.waits, Awaited::Library);
         let Awaited::Program(arm, params) = waits else {
             return;
         };
+        // Looked up again: the rights of now count, because they may have been withdrawn meanwhile.
         let session = self.session_of(socket);
         let known = session.and_then(|session| Some((session, self.sessions.get(&session)?)));
         let Some((session, grant)) = known.map(|(id, session)| (id, session.grant.clone())) else {
-            // Its socket is gone.
+            // The socket is gone.
             self.pending.remove(&request);
             return;
         };
@@ -123,7 +127,7 @@ impl Station {
         }
     }
 
-    /// A stop came before it was known whether there is a program: its job does not begin.
+    /// Answers starts that still wait for their program, because a stop came first.
     pub(super) fn stop_before_found(&mut self, now: HostInstant, arm: ArmId, error: &RpcError) {
         let waiting = self.pending.iter().filter_map(|(request, pending)| {
             let waits = matches!(&pending.waits, Awaited::Program(of, _) if *of == arm);
@@ -135,7 +139,7 @@ impl Station {
     }
 }
 
-/// The program that a parameter names.
+/// Returns the program named by a parameter.
 pub(super) fn program(call: &Call<'_>, param: &str) -> Result<ProgramName, RpcError> {
     let name = call.params.text(param).unwrap_or_default();
     ProgramName::new(name).ok_or_else(|| {
@@ -147,7 +151,7 @@ pub(super) fn program(call: &Call<'_>, param: &str) -> Result<ProgramName, RpcEr
     })
 }
 
-/// What a method of presets does.
+/// Returns the operation of a preset method.
 fn preset_act(method: &str, call: &Call<'_>) -> Result<PresetAct, RpcError> {
     let params = call.params;
     let name = params.text("name").unwrap_or_default().to_owned();

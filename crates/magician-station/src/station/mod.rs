@@ -1,4 +1,11 @@
-//! The station: text of clients in, text and orders to arms out. Without I/O and clock.
+//! The station: JSON-RPC text of clients in, text for clients and orders for arms out. No I/O, no
+//! clock.
+//!
+//! [`Station`] joins the parts: sockets and sessions, [`Control`](crate::control::Control) for all
+//! decisions about motion, records of jobs, subscriptions, recordings, and with the feature `class`
+//! a class. Every public method that changes something ends in `settle`, which carries out the
+//! effects of control until none is left. The results are collected in queues and polled by the
+//! shell: orders, journal lines, jobs and files to write, sockets with something to send.
 
 mod calls;
 #[cfg(feature = "class")]
@@ -84,79 +91,80 @@ use crate::reading::{ArmReading, StateContext};
 use crate::recording::{NoRecordings, RecordOrder, RecordingStore};
 use crate::surface::{MemorySurfaces, SurfaceStore};
 
-/// A connection of a client.
+/// Id of a client's connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SocketId(pub u64);
 
-/// What somebody may do, and by which right.
+/// Rights of a client, and their source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grant {
-    /// Its role.
+    /// Role.
     pub role: Role,
-    /// The name of the token; none for who needs no token.
+    /// Name of the token. `None` for a client that needs no token.
     pub token: Option<String>,
 }
 
-/// An arm of a station.
+/// Arm of a station.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmEntry {
-    /// Its name: `[a-z0-9][a-z0-9_-]{0,31}`.
+    /// Name: `[a-z0-9][a-z0-9_-]{0,31}`.
     pub name: String,
-    /// Where it is, as a person wrote it.
+    /// Port, as given by the user.
     pub port: String,
-    /// Whether it is a virtual arm of this process: nothing of it burns.
+    /// True for a virtual arm of this process. It burns nothing.
     pub is_virtual: bool,
-    /// Whether a laser may be mounted at its pins.
+    /// True if a laser may be mounted at the arm's pins.
     pub laser_pins: bool,
-    /// Its fence. [`RunningStation`](crate::RunningStation) takes that of the arm itself.
+    /// Fence. [`RunningStation`](crate::RunningStation) sets it from the arm.
     pub fence: Option<magician::Fence>,
 }
 
-/// What a station is made of.
+/// Configuration of a station.
 pub struct StationConfig {
-    /// Its arms.
+    /// Arms.
     pub arms: Vec<ArmEntry>,
-    /// What ids begin with: another text for each start of a station, so that none is used twice.
+    /// Prefix of all ids. Must differ for each start of a station, so that no id is used twice.
     pub epoch: String,
-    /// Unix seconds at [`HostInstant::ZERO`].
+    /// Unix time at [`HostInstant::ZERO`], s.
     pub unix_zero: f64,
     /// Version of the program.
     pub version: String,
-    /// Whether nobody is more than a viewer.
+    /// True to limit every session to the role of a viewer.
     pub read_only: bool,
-    /// Whether students may have the laser of a real arm burn.
+    /// True to let students burn with the laser of a real arm.
     pub student_laser: bool,
-    /// Reads programs.
+    /// Reader of programs.
     pub reader: Arc<dyn Reader>,
-    /// Keeps jobs.
+    /// Store of jobs.
     pub jobs: Arc<dyn JobStore>,
-    /// Keeps the heights of work surfaces that were touched.
+    /// Store of measured work surfaces.
     pub surfaces: Arc<dyn SurfaceStore>,
-    /// Keeps recordings.
+    /// Store of recordings.
     pub recordings: Arc<dyn RecordingStore>,
-    /// How often an arm is read for the last ten minutes, at most, 1/s; 0 for what others have read alone.
+    /// Most readings per second for the history of the last ten minutes. With 0 only readings made
+    /// for other purposes are kept.
     pub ring: u32,
-    /// Whether an alarm has the last minutes written into a file, where the arm is read for them.
+    /// True to save the history to a file when an alarm is raised.
     pub save_on_alarm: bool,
-    /// What passes on the lines of the arms, in their order; none where nobody listens.
+    /// Traffic of the arms' lines, by index. Empty if no line is tapped.
     pub lines: Vec<Arc<FrameRing>>,
-    /// Keeps programs.
+    /// Library of programs.
     pub programs: Arc<dyn ProgramStore>,
     /// Presets of drawing and engraving.
     pub presets: Presets,
-    /// The file of the class; without it the one that was kept.
+    /// Text of the class file. `None` uses the stored one.
     #[cfg(feature = "class")]
     pub class: Option<String>,
-    /// The file of the schedule; without it the one that was kept.
+    /// Text of the schedule file. `None` uses the stored one.
     #[cfg(feature = "class")]
     pub schedule: Option<String>,
-    /// Gives numbers that nobody can guess, for codes.
+    /// Source of unpredictable numbers, for codes.
     #[cfg(feature = "class")]
     pub random: fn() -> u64,
 }
 
 impl ArmEntry {
-    /// A virtual arm of this process.
+    /// Creates the entry of a virtual arm of this process.
     #[must_use]
     pub fn simulated(name: impl Into<String>) -> Self {
         Self {
@@ -170,14 +178,14 @@ impl ArmEntry {
 }
 
 impl StationConfig {
-    /// These arms for anybody who is let in: without tokens, with jobs of the formats that are built in, which are not kept
-    /// beyond its end, and a clock that counts from 1970 on.
+    /// Creates a configuration with these arms and defaults: no tokens, built-in formats, nothing
+    /// stored beyond the station's lifetime, a clock that starts in 1970.
     #[must_use]
     pub fn new(arms: Vec<ArmEntry>, epoch: impl Into<String>) -> Self {
         Self::reading_by(arms, epoch, Arc::new(FormatReader::default()))
     }
 
-    /// The same, with this reader of programs.
+    /// Creates the same configuration with this reader of programs.
     #[must_use]
     pub fn reading_by(
         arms: Vec<ArmEntry>,
@@ -219,26 +227,26 @@ impl fmt::Debug for StationConfig {
     }
 }
 
-/// What a request waits for.
+/// Event for which a request waits.
 #[derive(Debug)]
 enum Awaited {
-    /// The outcome of an order.
+    /// Result of an order.
     Arm(ArmId),
-    /// That what it promises is on the disk.
+    /// The change is on the disk.
     Kept,
-    /// What the library has done.
+    /// Result of the library.
     Library,
-    /// Whether there are the program and the preset of a job, which begins then with these parameters.
+    /// Check that a job's program and preset exist. Then the job starts with these parameters.
     Program(ArmId, Box<Params>),
     /// The lease.
     Lease { asked: bool },
-    /// A jog that begins.
+    /// Start of a jog.
     Jog(ArmId, JogId),
-    /// What a job does.
+    /// State of a job.
     Job(ArmId, JobId, Wants),
-    /// What a file comes to.
+    /// Result of the recorder.
     Record(Recorded),
-    /// Arms that come to a stand.
+    /// Stop of several arms.
     Stops {
         left: BTreeSet<ArmId>,
         arms: Vec<Value>,
@@ -246,7 +254,7 @@ enum Awaited {
     },
 }
 
-/// A request that is not answered yet.
+/// Request without an answer so far.
 #[derive(Debug)]
 struct Pending {
     socket: SocketId,
@@ -256,30 +264,31 @@ struct Pending {
     began: HostInstant,
 }
 
-/// An arm as the station knows it.
+/// State of an arm within the station.
 #[derive(Debug)]
 struct ArmPlace {
     entry: ArmEntry,
     reading: Option<ArmReading>,
     recordings: ArmRecordings,
-    /// What was made of that reading for subscribers.
+    /// Forms of that reading for subscribers.
     state: Option<SharedState>,
-    /// When that reading came.
+    /// Instant of that reading.
     read_at: HostInstant,
     link: bool,
-    /// When the line broke or was found last: what was read before is not the state any more.
+    /// Instant at which the line broke or was found. Earlier readings are outdated.
     found_at: HostInstant,
     events: EventLog,
-    /// How often it is read at present.
+    /// Current rate of reading, and pins.
     watched: (Option<u32>, Vec<magician::Pin>),
 }
 
-/// One or more arms for many clients.
+/// One or more arms, shared by many clients.
 ///
-/// A listener gives it what clients send ([`open`](Self::open), [`receive`](Self::receive), [`close`](Self::close)) and sends what
-/// [`poll_send`](Self::poll_send) has for each; arms get the orders of [`poll_order`](Self::poll_order) and
-/// [`report`](Self::report) what comes of them. Time is what the calls say; [`poll_timeout`](Self::poll_timeout) tells when
-/// [`handle_timeout`](Self::handle_timeout) is due.
+/// A listener passes in what clients send ([`open`](Self::open), [`receive`](Self::receive),
+/// [`close`](Self::close)) and sends what [`poll_send`](Self::poll_send) returns for each socket.
+/// Arms get the orders of [`poll_order`](Self::poll_order), and their reports go to
+/// [`report`](Self::report). Time comes from the calls; [`poll_timeout`](Self::poll_timeout)
+/// returns when [`handle_timeout`](Self::handle_timeout) is due.
 ///
 /// ```
 /// use magician::admission::Origin;
@@ -303,7 +312,7 @@ pub struct Station {
     arms: Vec<ArmPlace>,
     sockets: BTreeMap<SocketId, Socket>,
     sessions: BTreeMap<SessionId, Session>,
-    /// Sockets of listeners, and which of them gives way.
+    /// Sockets of listeners. Decides which one is evicted.
     admission: AdmissionTable<SocketId>,
     telling: Telling,
     pending: BTreeMap<RequestId, Pending>,
@@ -313,13 +322,13 @@ pub struct Station {
     lengthy: LengthyWork,
     #[cfg(feature = "class")]
     class: class::Class,
-    /// The arms of jogs, also of those that have ended.
+    /// Arms of jogs, including jogs that have ended.
     jogs: BTreeMap<JogId, ArmId>,
     records: Records,
     keeping: Keeping,
     lines: VecDeque<JournalLine>,
     awake: BTreeSet<SocketId>,
-    /// Its end, once that has begun.
+    /// State of the end of the station, once it has begun.
     ending: Option<Ending>,
     ids: u64,
 }
@@ -335,7 +344,7 @@ impl fmt::Debug for Station {
 }
 
 impl Station {
-    /// A station whose arms are connected, and nobody else.
+    /// Creates a station whose arms are connected and which has no clients.
     #[must_use]
     pub fn new(config: StationConfig) -> Self {
         let place = |entry: &ArmEntry| ArmPlace {
@@ -373,21 +382,24 @@ impl Station {
             ending: None,
             ids: 0,
         };
+        // Before the first client, who may list or resume them.
         station.take_up_jobs();
-        // Arms are read for the last minutes from the beginning on.
+        // Reading for the history starts now, before the first client.
         station.watch_anew();
         station
     }
 
-    /// The arms, in the order of their ids.
+    /// Returns the arms, by id.
     #[must_use]
     pub fn arms(&self) -> &[ArmEntry] {
         &self.config.arms
     }
 
-    /// A client connects to a listener. Until it says hello it has no claim to a place: of those that are silent the oldest
-    /// gives way to a new one. `None` if there are as many sessions as the station takes, and none of them is a viewer's, which
-    /// gives way to a higher role.
+    /// Admits a client of a listener.
+    ///
+    /// A socket has no claim to its place until its hello: if there are too many of those, the
+    /// oldest is evicted. `None` if all sessions are in use and no viewer can be evicted for a
+    /// client with a higher role.
     pub fn admit(&mut self, now: HostInstant, peer: Peer) -> Option<SocketId> {
         let origin = peer.origin;
         if !self.may_have_room(now, origin) {
@@ -400,8 +412,10 @@ impl Station {
         Some(socket)
     }
 
-    /// When a client from there may be [admitted](Self::admit) so that one that gives way to it has had its time to say hello.
-    /// `None` if that is now, or if there are as many sessions as the station takes.
+    /// Returns the earliest instant at which a client can be [admitted](Self::admit) without
+    /// evicting a socket that has not had its time for a hello.
+    ///
+    /// `None` if it can be admitted now, or if all sessions are in use.
     #[must_use]
     pub fn admits_at(&self, now: HostInstant, origin: Origin) -> Option<HostInstant> {
         if !self.may_have_room(now, origin) {
@@ -410,25 +424,28 @@ impl Station {
         self.admission.opens_at(now, origin, Socket::grace(origin))
     }
 
-    /// True if a client from there may get a place by its hello.
+    /// True if a client from there may get a session by its hello.
     fn may_have_room(&self, now: HostInstant, origin: Origin) -> bool {
         self.admission.has_room(now, origin) || self.yielding_viewer(now, origin).is_some()
     }
 
-    /// A message of a client has come, which is looked at before it is [received](Self::receive): the client is silent no more.
+    /// Records that a message has arrived, before it is [received](Self::receive). The client no
+    /// longer counts as silent.
     pub fn heard(&mut self, now: HostInstant, socket: SocketId) {
         self.admission.heard(now, socket);
     }
 
-    /// A client of this process connects, or of a listener that bounds its clients itself.
+    /// Connects a client of this process, or of a listener that limits its clients itself.
     pub fn open(&mut self, now: HostInstant, peer: Peer) -> SocketId {
         let id = SocketId(self.next_id());
         self.sockets.insert(id, Socket::new(now, peer));
         id
     }
 
-    /// The token of a `session.hello`. Tokens lie in files, and others wait for the station: whoever carries messages finds out
-    /// what it allows, and says so by [`vouch`](Self::vouch) before the message.
+    /// Returns the token of a `session.hello`. `None` for other messages.
+    ///
+    /// Tokens are stored in files, and reading one must not delay the station. So the listener
+    /// looks the token up and passes its rights to [`vouch`](Self::vouch) before the message.
     #[must_use]
     pub fn token_of(text: &str) -> Option<String> {
         let message = Message::parse(text).ok()?;
@@ -436,14 +453,14 @@ impl Station {
         (message.method == "session.hello").then(|| token.to_owned())
     }
 
-    /// What the token of a client's hello allows; none for one that is not good.
+    /// Sets the rights of the token in a client's hello. `None` for an invalid token.
     pub fn vouch(&mut self, socket: SocketId, grant: Option<Grant>) {
         if let Some(open) = self.sockets.get_mut(&socket) {
             open.vouched = grant;
         }
     }
 
-    /// A program of DobotLink connects (feature `link`).
+    /// Connects a program for DobotLink (feature `link`).
     #[cfg(feature = "link")]
     pub(crate) fn open_link(&mut self, now: HostInstant, peer: Peer) -> SocketId {
         let id = self.open(now, peer);
@@ -453,7 +470,8 @@ impl Station {
         id
     }
 
-    /// A message of a link, made for this call of its program: the journal tells of that.
+    /// Processes a message that the link translated from this call of its program. The journal
+    /// names the call.
     #[cfg(feature = "link")]
     pub(crate) fn receive_for(
         &mut self,
@@ -468,16 +486,17 @@ impl Station {
         self.receive(now, socket, text);
     }
 
-    /// A text message of a client.
+    /// Processes a text message of a client.
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
-        // What is over by now is over for this message too.
+        // Deadlines first: a message must not revive what is over.
         self.handle_timeout(now);
         self.take(now, socket, text);
         self.settle(now);
     }
 
-    /// The only message of a client that says no hello: one request, by a session that ends with the socket. The lease that it
-    /// needs is taken when it is free. Whether an answer comes.
+    /// Processes the only message of a client without a hello. Its session ends with the socket;
+    /// the lease that the request needs is acquired if it is free. Returns true if an answer
+    /// follows.
     pub fn receive_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
         self.handle_timeout(now);
         let answered = self.take_once(now, socket, text);
@@ -485,7 +504,7 @@ impl Station {
         answered
     }
 
-    /// The answer to a ping: a word, as a message is one.
+    /// Records the reply to a ping, which keeps the lease alive as a message does.
     pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
         self.handle_timeout(now);
         if let Some(session) = self.session_of(socket) {
@@ -493,16 +512,19 @@ impl Station {
         }
     }
 
-    /// A client is gone, or was closed.
+    /// Handles the end of a socket, by the client or by the station.
     pub fn close(&mut self, now: HostInstant, socket: SocketId) {
         let Some(gone) = self.sockets.remove(&socket) else {
             return;
         };
         self.admission.close(socket);
+        // Looked at before requests without a line are dropped below.
         let unanswered = self
             .pending
             .values()
             .any(|pending| pending.socket == socket);
+        // Requests with a journal line stay until they are over, so that the journal gets their
+        // results.
         self.pending
             .retain(|_, pending| pending.socket != socket || pending.line.is_some());
         if let Some(session) = gone.session {
@@ -512,17 +534,18 @@ impl Station {
             }
         }
         self.forget_turns();
+        // Its subscriptions are gone as well, so some arms can be read less often.
         self.watch_anew();
         self.settle(now);
     }
 
-    /// An arm reports.
+    /// Processes a report of an arm.
     pub fn report(&mut self, now: HostInstant, arm: ArmId, report: ArmReport) {
         self.take_report(now, arm, report);
         self.settle(now);
     }
 
-    /// Something that is due by now.
+    /// Handles everything that is due.
     pub fn handle_timeout(&mut self, now: HostInstant) {
         #[cfg(feature = "class")]
         self.class_timeout(now);
@@ -541,7 +564,8 @@ impl Station {
         self.settle(now);
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    /// Returns the instant at which [`handle_timeout`](Self::handle_timeout) is due. `None` if
+    /// nothing is pending.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let hellos = self.sockets.values().filter_map(|socket| {
@@ -560,17 +584,17 @@ impl Station {
         due
     }
 
-    /// An order for an arm.
+    /// Returns the next order for an arm.
     pub fn poll_order(&mut self) -> Option<(ArmId, ArmOrder)> {
         self.orders.pop_front()
     }
 
-    /// Something to do with the library of programs.
+    /// Returns the next operation on the library.
     pub fn poll_library(&mut self) -> Option<LibraryOrder> {
         self.library.pop_front()
     }
 
-    /// What came of it.
+    /// Takes the result of an operation on the library.
     pub fn library_done(
         &mut self,
         now: HostInstant,
@@ -585,32 +609,35 @@ impl Station {
         self.settle(now);
     }
 
-    /// A line for the journal.
+    /// Returns the next line for the journal.
     pub fn poll_journal(&mut self) -> Option<JournalLine> {
         self.lines.pop_front()
     }
 
-    /// What is to be kept of the jobs of an arm, where that has changed. [`jobs_kept`](Self::jobs_kept) takes what comes of it.
+    /// Returns the jobs of an arm that have changed and must be written.
+    /// [`jobs_kept`](Self::jobs_kept) takes the result.
     pub fn poll_jobs(&mut self) -> Option<JobsToKeep> {
         self.records.take_changed()
     }
 
-    /// A socket that has something to send since it was asked last.
+    /// Returns a socket that has something new to send.
     pub fn poll_awake(&mut self) -> Option<SocketId> {
         self.awake.pop_first()
     }
 
-    /// What a client is to be sent next. Ask when it can take it: a state is the newest one then.
+    /// Returns the next message to a client. Call it when the client can take the message: states
+    /// are then made from the newest reading.
     pub fn poll_send(&mut self, socket: SocketId) -> Option<Outgoing> {
         loop {
             match self.sockets.get_mut(&socket)?.outbox.pop()? {
                 Next::Text(text) => return Some(Outgoing::Text(text)),
                 Next::Close(code) => return Some(Outgoing::Close(code)),
-                // They are told with the time that is left of them, and so never wait.
+                // Turns are sent as they change, with the time left, and so never wait here.
                 #[cfg(feature = "class")]
                 Next::State(Newest::Turns) => {}
                 Next::State(Newest::Sessions) => return Some(Outgoing::Text(self.session_list())),
                 Next::State(Newest::Job(job)) => {
+                    // A job may have been deleted since. Then the next message follows.
                     if let Some(text) = self.job_notice(job) {
                         return Some(Outgoing::Text(text));
                     }
@@ -624,8 +651,9 @@ impl Station {
         }
     }
 
-    /// Carries out what follows from what happened.
+    /// Carries out all consequences of what happened.
     fn settle(&mut self, now: HostInstant) {
+        // First, because it produces effects.
         self.evict_overdue(now);
         while let Some(effect) = self.control.poll_effect() {
             self.carry_out(now, effect);
@@ -633,11 +661,13 @@ impl Station {
         #[cfg(feature = "class")]
         {
             self.put_fences();
+            // Starting a job has effects of its own, so control is settled again.
             if self.begin_queued(now) {
                 return self.settle(now);
             }
             self.tell_turns(now);
         }
+        // Last, so that it reports the state after all effects.
         self.tell_newest(now);
     }
 
@@ -670,6 +700,7 @@ impl Station {
                 | ArmOrder::StartJob(_)
                 | ArmOrder::ResumeJob { .. }
         );
+        // The history is read faster before the arm moves, or its start would be missing.
         if moves && self.arm_mut(arm).recordings.expect_motion() {
             self.watch_anew();
         }
@@ -678,9 +709,10 @@ impl Station {
         }
     }
 
-    /// Unix seconds.
+    /// Converts an instant to Unix seconds.
     fn unix(&self, now: HostInstant) -> f64 {
         let micros = (self.config.unix_zero + now.as_micros() as f64 / 1e6) * 1e6;
+        // Rounded to microseconds, or the sum shows digits that were never measured.
         micros.round() / 1e6
     }
 
@@ -700,16 +732,16 @@ impl Station {
         self.text_id('l', id.0)
     }
 
-    /// The number of an id of this kind.
+    /// Parses an id of this kind. `None` if it is not an id of this station.
     fn number(&self, mark: char, text: &str) -> Option<u64> {
         let rest = text.strip_prefix(mark)?;
         let (epoch, number) = rest.rsplit_once('-')?;
         let number: u64 = number.parse().ok()?;
-        // In one form only: an id is compared as text by clients.
+        // Only the exact form is valid, because clients compare ids as text.
         (epoch == self.config.epoch && self.text_id(mark, number) == text).then_some(number)
     }
 
-    /// What every state of an arm says beside its reading.
+    /// Returns the part of an arm's state that is not in its reading.
     fn beside(&self, arm: ArmId) -> StateContext {
         let job = self.job_at(arm);
         StateContext {
@@ -722,7 +754,7 @@ impl Station {
         }
     }
 
-    /// The holder of an arm's lease as JSON has it.
+    /// Returns the holder of an arm's lease as JSON.
     fn holder(&self, arm: ArmId) -> Value {
         self.name_of(self.control.holder(arm))
     }
@@ -734,7 +766,7 @@ impl Station {
         }
     }
 
-    /// Tells a session something.
+    /// Sends a notification to a session, if it has a socket.
     fn notify(&mut self, session: SessionId, notice: Notice, params: &Value) {
         let socket = self
             .sessions
@@ -752,7 +784,7 @@ impl Station {
         }
     }
 
-    /// Tells all sessions something.
+    /// Sends a notification to all sessions.
     fn notify_all(&mut self, notice: Notice, params: &Value) {
         let text = notice.message(params);
         let sockets: Vec<_> = { self.sessions.values() }

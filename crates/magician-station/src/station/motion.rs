@@ -1,4 +1,4 @@
-//! The methods of the arm's mathematics: they need no arm.
+//! Methods of kinematics. They compute and need no arm.
 
 use magician::{ArmModel, Geometry, JointAngles, ToolBias};
 use magician_motion::Pose;
@@ -12,7 +12,7 @@ impl Station {
     pub(super) fn motion_call(name: &str, params: &Params) -> Result<Value, RpcError> {
         let bias = tool(params)?;
         let geometry = Geometry::magician(bias);
-        // Without the sign of a zero.
+        // Adding zero turns -0 into 0.
         let plain = |values: [f64; 4]| values.map(|value| value + 0.0);
         match name {
             "motion.forward" => {
@@ -45,7 +45,7 @@ fn four(params: &Params, name: &str) -> Result<[f64; 4], RpcError> {
     four.map_err(|_| RpcError::param(name, format!("`{name}` must be 4 numbers")))
 }
 
-/// The tool whose tip is meant; the flange itself unless given.
+/// Returns the tool of a request. Without one, the flange itself.
 fn tool(params: &Params) -> Result<ToolBias, RpcError> {
     let bias = match (params.text("tool"), params.numbers("tool").as_deref()) {
         (Some(name), _) => ToolBias::named(name),

@@ -1,6 +1,9 @@
-//! Notifications that tell how something is now, and change as often as clients like: the list of sessions, the progress of
-//! a job and its place in the queue. They go out at once, and then no more often than their interval; what a client is sent is
-//! made when it takes it.
+//! Notifications that carry a current value: the list of sessions, progress of a job, its position
+//! in the queue.
+//!
+//! Clients can make these values change as often as they like. So each is sent at once and then at
+//! most once per interval, and its text is made when the client takes it: a slow client gets the
+//! newest value instead of a backlog.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -12,26 +15,28 @@ use super::Station;
 use crate::api::Notice;
 use crate::control::JobId;
 
-/// Least time from one list to the next for a client, as people cannot read it faster. A queue of jobs is a list.
+/// Shortest interval between two lists for a client. People cannot read faster. The queue of jobs
+/// is such a list.
 pub const LIST_INTERVAL: Duration = Duration::from_millis(200);
-/// Least time from one progress of a job to the next: a bar that grows by the eye.
+/// Shortest interval between two notifications of a job's progress: fast enough for a smooth
+/// progress bar.
 pub(super) const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
-/// What a client has the newest of.
+/// Value of which a client gets only the newest version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Newest {
-    /// The list of sessions.
+    /// List of sessions.
     Sessions,
-    /// Turns, where the jobs that wait for arms are others.
+    /// Turns, when the jobs that wait for arms have changed.
     #[cfg(feature = "class")]
     Turns,
-    /// A job.
+    /// Job.
     Job(JobId),
-    /// The state of an arm, for the subscription of this number.
+    /// State of an arm, by subscription.
     State(u16),
 }
 
-/// What was told of late, and what is to be told.
+/// Values that were sent recently, and values that are due.
 #[derive(Debug, Default)]
 pub(super) struct Telling {
     told: BTreeMap<Newest, HostInstant>,
@@ -39,28 +44,29 @@ pub(super) struct Telling {
 }
 
 impl Telling {
-    /// Has it told, once this interval has passed since it was told last.
+    /// Marks a value as changed. It is sent when `interval` has passed since it was sent last.
     pub(super) fn changed(&mut self, what: Newest, interval: Duration) {
         let told = self.told.get(&what);
         let due = told.map_or(HostInstant::ZERO, |told| *told + interval);
         let waiting = self.due.entry(what).or_insert(due);
+        // The earlier of two intervals wins.
         *waiting = due.min(*waiting);
     }
 
-    /// Notes that it is told, in whatever way.
+    /// Records that a value has been sent.
     pub(super) fn is_told(&mut self, now: HostInstant, what: Newest) {
         self.due.remove(&what);
         self.told.insert(what, now);
     }
 
-    /// When something is to be told. `None` if nothing has changed.
+    /// Returns the next deadline. `None` if nothing has changed.
     pub(super) fn due(&self) -> Option<HostInstant> {
         self.due.values().min().copied()
     }
 
-    /// Takes what is to be told now.
+    /// Removes and returns the values that are due.
     fn take_due(&mut self, now: HostInstant) -> Vec<Newest> {
-        // After the longest interval it makes no difference any more.
+        // Older entries no longer delay anything.
         self.told.retain(|_, told| *told + LIST_INTERVAL > now);
         let is_due = |(_, due): &(&Newest, &HostInstant)| **due <= now;
         let due: Vec<_> = self
@@ -77,8 +83,8 @@ impl Telling {
 }
 
 impl Station {
-    /// Tells all sessions what has changed and is due. It is made when it is sent: of a client that reads slowly one of each
-    /// waits, which is the newest.
+    /// Queues the values that are due for all sessions. The text is made when it is sent, so at
+    /// most one of each value waits for a slow client.
     pub(super) fn tell_newest(&mut self, now: HostInstant) {
         for what in self.telling.take_due(now) {
             #[cfg(feature = "class")]
@@ -97,7 +103,8 @@ impl Station {
         }
     }
 
-    /// Tells all sessions a job as it is now: each state is told. What waited of it is older.
+    /// Sends a job to all sessions in its current state. Every change of state is sent; a waiting
+    /// progress of the same job is dropped as outdated.
     pub(super) fn tell_job(&mut self, now: HostInstant, job: JobId) {
         let Some(text) = self.job_notice(job) else {
             return;
@@ -114,7 +121,7 @@ impl Station {
         }
     }
 
-    /// A job as a notification. `None` if it is deleted by now.
+    /// Returns the notification of a job. `None` if the job was deleted.
     pub(super) fn job_notice(&mut self, job: JobId) -> Option<String> {
         let shown = self.records.numbered(job)?.shown();
         Some(Notice::JobChanged.message(&json!({"job": shown})))

@@ -1,12 +1,16 @@
-//! What waits to be sent to a client: bounded, and of states the newest.
+//! Queue of messages to one client, bounded in bytes.
+//!
+//! Answers and notifications are limited separately; a client that reads too slowly is closed.
+//! States are not stored as text: the queue holds a marker, and the text is made when the client
+//! takes it, so a slow client misses states instead of collecting them.
 
 use std::collections::VecDeque;
 
 use super::CloseCode;
 
-/// Unsent notifications and frames, bytes.
+/// Most bytes of unsent notifications. A choice that bounds memory per client.
 const NOTICES: usize = 256 * 1024;
-/// Unsent answers, bytes.
+/// Most bytes of unsent answers: some of the largest ones, such as the preview of a program.
 const ANSWERS: usize = 8 * 1024 * 1024;
 
 #[derive(Debug)]
@@ -17,27 +21,27 @@ enum Waiting<K> {
     State(K),
 }
 
-/// What a socket sends next.
+/// Next message to a socket.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Next<K = u16> {
-    /// A text.
+    /// Text message.
     Text(String),
-    /// The state of this, as it is now.
+    /// State of this subscription, to be made now.
     State(K),
-    /// The end.
+    /// Close.
     Close(CloseCode),
 }
 
-/// What waits to be sent to a client, with states of what `K` names. One that reads too little is at its end: by then nothing
-/// else is sent.
+/// Queue of messages to one client. `K` identifies states. A client that exceeds a limit is closed,
+/// and nothing else is sent to it.
 #[derive(Debug)]
 pub struct Outbox<K = u16> {
     waiting: VecDeque<Waiting<K>>,
     notices: usize,
     answers: usize,
-    /// It is over when what waits was sent.
+    /// Code of the close that follows the waiting messages.
     closing: Option<CloseCode>,
-    /// The end was sent.
+    /// True once the close was sent.
     ended: bool,
 }
 
@@ -54,27 +58,28 @@ impl<K> Default for Outbox<K> {
 }
 
 impl<K: Copy + PartialEq> Outbox<K> {
-    /// Whether it comes to its end.
+    /// True if the socket is being closed.
     #[must_use]
     pub fn is_closing(&self) -> bool {
         self.closing.is_some()
     }
 
-    /// Ends it when what waits was sent.
+    /// Closes the socket after the waiting messages. Keeps the code of an earlier call.
     pub fn close(&mut self, code: CloseCode) {
         self.closing.get_or_insert(code);
     }
 
-    /// Ends it now: what waits is not sent.
+    /// Closes the socket at once and drops all waiting messages.
     fn cut(&mut self, code: CloseCode) {
+        // Frees the memory at once: a client that slow would not read the rest in time.
         self.waiting.clear();
         (self.notices, self.answers) = (0, 0);
         self.closing = Some(code);
     }
 
-    /// An answer.
+    /// Appends an answer.
     pub fn answer(&mut self, text: String) {
-        // Nothing comes behind the end.
+        // Nothing may follow a close.
         if self.ended {
             return;
         }
@@ -85,8 +90,9 @@ impl<K: Copy + PartialEq> Outbox<K> {
         }
     }
 
-    /// A notification.
+    /// Appends a notification. No effect while closing.
     pub fn notice(&mut self, text: String) {
+        // A client that is being closed still gets its answers, but no news.
         if self.closing.is_some() {
             return;
         }
@@ -97,13 +103,15 @@ impl<K: Copy + PartialEq> Outbox<K> {
         }
     }
 
-    /// A notification that goes with the state that is sent just now.
+    /// Prepends a notification, to be sent together with the state that is being sent.
     pub fn notice_next(&mut self, text: String) {
         self.notices += text.len();
+        // In front, because the state's frame is sent by the caller just now.
         self.waiting.push_front(Waiting::Notice(text));
     }
 
-    /// A state is due. One that waits already is the newest when it is sent.
+    /// Marks a state as due. Returns false if it is waiting already, because it will be the newest
+    /// anyway, or while closing.
     pub fn state_due(&mut self, what: K) -> bool {
         let waits = |waiting: &Waiting<K>| matches!(waiting, Waiting::State(id) if *id == what);
         if self.closing.is_some() || self.waiting.iter().any(waits) {
@@ -113,13 +121,13 @@ impl<K: Copy + PartialEq> Outbox<K> {
         true
     }
 
-    /// A state that was due is not sent.
+    /// Removes a state that was due.
     pub fn state_is_void(&mut self, what: K) {
         self.waiting
             .retain(|waiting| !matches!(waiting, Waiting::State(id) if *id == what));
     }
 
-    /// What waits to be sent: bytes, without states.
+    /// Returns the size of waiting texts, bytes. States do not count.
     #[must_use]
     pub fn unsent(&self) -> usize {
         let text = |waiting: &Waiting<K>| match waiting {
@@ -129,7 +137,7 @@ impl<K: Copy + PartialEq> Outbox<K> {
         self.waiting.iter().map(text).sum()
     }
 
-    /// What is to be sent next: a text, a state, or the end.
+    /// Removes and returns the next message. `None` if none waits.
     pub fn pop(&mut self) -> Option<Next<K>> {
         match self.waiting.pop_front() {
             Some(Waiting::Answer(text)) => {

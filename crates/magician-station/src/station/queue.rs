@@ -1,4 +1,9 @@
-//! Jobs that wait for their arm, and what came of those of pupils.
+//! Queue of jobs: jobs that wait for their arm.
+//!
+//! Order and owner of a waiting job are in [`control`](crate::control); this module holds its
+//! program and starts it when control says so. A job may wait for a person's word (`held`): after a
+//! stop, after a restart of the station, or because it burns. Nothing in the queue starts by itself
+//! after a stop.
 
 use magician_program::Format;
 use magician_protocol::HostInstant;
@@ -16,36 +21,37 @@ use crate::api::{Danger, RpcError};
 use crate::control::{ArmId, JobClaim, JobId, OnLost, PersonId, QueuedChange};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
-/// Jobs that wait for an arm, at most.
+/// Most jobs that wait for an arm.
 const WAITING: usize = 20;
-/// The place behind all others.
+/// Position after all others.
 const LAST: usize = usize::MAX;
 
-/// What a job that waits does. Whose it is, and its place, is in the queue of [`control`](crate::control).
+/// Waiting job, without its position and owner.
 #[derive(Clone, Debug)]
 pub(super) struct QueuedJob {
     order: JobOrder,
     on_lost: OnLost,
     pupil: Option<String>,
     holder: Value,
-    /// Who may burn said that it may.
+    /// True if a client that may burn has allowed it.
     may_burn: bool,
-    /// A teacher said that its dangerous commands are meant.
+    /// True if a teacher has confirmed its dangerous commands.
     may_endanger: bool,
-    /// It waits for somebody's word: `yes` that it may burn or that its dangerous commands are meant, `stopped` its owner's
-    /// since the arm was stopped, `restart` the same since the station was started anew, `unkept` since the disk did not take
-    /// its start.
+    /// Reason why the job waits for a person. `yes`: confirmation that it may burn, or that its
+    /// dangerous commands are intended. `stopped`: its owner, since the arm was stopped. `restart`:
+    /// its owner, since the station was restarted. `unkept`: its owner, since the disk refused to
+    /// record its start.
     pub(super) held: Option<&'static str>,
 }
 
 impl Station {
-    /// Whether a job would have to wait for its arm.
+    /// True if a job of this request would have to wait for the arm.
     pub(super) fn has_to_wait(&self, call: &Call<'_>, arm: ArmId) -> bool {
         let kind = crate::control::WorkKind::StartJob;
         self.control.may(call.session, arm, kind).is_err()
     }
 
-    /// Puts a job at the end of the queue of an arm.
+    /// Appends a job to the queue of an arm.
     pub(super) fn queue_job(
         &mut self,
         call: &Call<'_>,
@@ -70,7 +76,8 @@ impl Station {
         let id = self.text_id('j', job.0);
         let of = (arm, self.arm(arm).entry.name.clone());
         let mut record = JobRecord::new(id, of, job, order.clone());
-        // It is read when it begins. Up to then its file is what people know it by.
+        // The program is read when the job starts. Until then the name of its file serves as the
+        // title.
         let title = Format::title(order.source.bytes.name());
         record.title = Some(title.to_owned()).filter(|title| !title.is_empty());
         "queued".clone_into(&mut record.state);
@@ -100,7 +107,7 @@ impl Station {
         self.tell_queue(now, claim.arm);
     }
 
-    /// Takes a job out of the queue. None where it does not wait.
+    /// Removes a job from the queue. `None` if it does not wait.
     fn take_from_queue(&mut self, job: JobId) -> Option<(JobClaim, QueuedJob)> {
         let claim = self.control.take_job(job);
         self.telling.changed(Newest::Turns, LIST_INTERVAL);
@@ -111,12 +118,12 @@ impl Station {
         self.sessions.get(&call.session)?.pupil.clone()
     }
 
-    /// Lets no job of the queue begin any more: it waits for the next start of the station.
+    /// Prevents all further starts from the queue. It is kept for the next start of the station.
     pub(crate) fn close_queue(&mut self) {
         self.class.closed = true;
     }
 
-    /// Begins jobs whose arm is free; whether one began.
+    /// Starts jobs whose arm is free. Returns true if any started.
     pub(super) fn begin_queued(&mut self, now: HostInstant) -> bool {
         let mut begun = false;
         if self.class.closed {
@@ -130,6 +137,7 @@ impl Station {
                     .is_none_or(|job| job.held.is_some())
             };
             let next = { self.control.next_job(now, arm, |job| !held(job)) }
+                // Without a line the start would only fail.
                 .filter(|_| self.arm(arm).link)
                 .and_then(|claim| self.take_from_queue(claim.job));
             if let Some((claim, queued)) = next {
@@ -143,6 +151,7 @@ impl Station {
 
     fn begin_from_queue(&mut self, now: HostInstant, claim: JobClaim, queued: QueuedJob) {
         let JobClaim { job, arm, person } = claim;
+        // The fence of the owner, not of the current holder: the job may start without one.
         let fence = self.fence_for(arm, person.is_none());
         self.put_fence(arm, fence);
         let holder = self.control.holder(arm);
@@ -151,7 +160,7 @@ impl Station {
             record.begins(t, queued.holder.clone());
             (record.place, record.reason) = (None, None);
             record.pupil.clone_from(&queued.pupil);
-            // Nobody's lease ends under it, where nobody has one.
+            // Without a holder there is no lease whose end could end the job.
             record.on_lost = holder.map_or(OnLost::Continue, |_| queued.on_lost);
         }
         let needs = |what, danger| Box::new(RpcError::dangerous(what, "job.start", danger));
@@ -167,12 +176,14 @@ impl Station {
         self.class.from_queue.insert(job, (claim, queued));
         self.job_changed(now, arm, job);
         self.order_start(arm, job, ArmOrder::StartJob(Box::new(start)));
+        // No lease will end, so motors have to end with the job.
         if self.control.holder(arm).is_none() {
             self.order(arm, ArmOrder::StopMotors);
         }
     }
 
-    /// A job is over: one that would burn and came from the queue waits for a teacher. Whether it is not over after all.
+    /// Handles the end of a job that came from the queue. A job that must not burn goes back to the
+    /// queue and waits for a teacher. Returns true if it did.
     pub(super) fn queued_is_over(&mut self, now: HostInstant, job: JobId, end: &JobEnd) -> bool {
         let queued = self.class.from_queue.remove(&job);
         let code = end.error.as_ref().map(|error| error.code);
@@ -180,7 +191,8 @@ impl Station {
             .records
             .numbered(job)
             .map_or(ArmId(0), |record| record.at);
-        // After a stop nothing else begins to move by itself.
+        // After a stop nothing else starts to move by itself. A job that failed its check has moved
+        // nothing.
         if end.state != "done"
             && !matches!(code, Some(RpcError::CHECK_FAILED | RpcError::DANGEROUS))
         {
@@ -196,7 +208,8 @@ impl Station {
         true
     }
 
-    /// Puts a job that was to begin in front of the queue of its arm, where it waits for somebody's word.
+    /// Puts a job that was about to start at the front of its arm's queue, where it waits for a
+    /// person.
     fn put_back_in_queue(
         &mut self,
         now: HostInstant,
@@ -214,7 +227,7 @@ impl Station {
         self.put_in_queue(now, claim, 0, QueuedJob { held, ..queued });
     }
 
-    /// What waits for an arm waits until somebody says that it may go on.
+    /// Holds all jobs that wait for an arm until a person resumes them.
     pub(super) fn hold_queue(&mut self, now: HostInstant, arm: ArmId) {
         for claim in self.control.jobs(arm) {
             if let Some(queued) = self.class.queue.get_mut(&claim.job) {
@@ -224,10 +237,10 @@ impl Station {
         self.tell_queue(now, arm);
     }
 
-    /// Whether a request may change a job that waits; the only rule of that.
+    /// Checks whether a request may change a waiting job.
     ///
     /// # Errors
-    /// The refusal, which names those who may.
+    /// The refusal, with the roles that may.
     pub(super) fn check_queued_job(
         &self,
         call: &Call<'_>,
@@ -238,7 +251,8 @@ impl Station {
         claim.map_or(Ok(()), |claim| self.check_queued(call, &claim, change))
     }
 
-    /// A job that waits is let go on: one that burns by whoever may burn, who looks at it now.
+    /// Resumes a waiting job. A job that burns can be resumed only by a client that may burn, at
+    /// the moment at which it can start, because that client watches it.
     pub(super) fn resume_queued(
         &mut self,
         call: &Call<'_>,
@@ -255,6 +269,7 @@ impl Station {
             if !may_endanger_already && self.arm(arm).entry.is_virtual {
                 may_endanger(call, Risk::of_job("job.resume"), Danger::JOB)?;
             }
+            // The confirming person must be there when the laser starts, not some time later.
             if !self.control.may_begin(call.now, &claim) {
                 let why = "the arm is not free for it: say yes when it can begin";
                 return Err(RpcError::new(RpcError::BUSY, why).with("job", self.job_id(job)));
@@ -273,7 +288,7 @@ impl Station {
         Ok(Handled::Now(shown.unwrap_or_default()))
     }
 
-    /// Takes a job out of the queue.
+    /// Removes a job from the queue and ends it.
     pub(super) fn stop_queued(&mut self, now: HostInstant, job: JobId) {
         let Some((claim, _)) = self.take_from_queue(job) else {
             return;
@@ -287,7 +302,7 @@ impl Station {
         self.tell_queue(now, claim.arm);
     }
 
-    /// Takes all jobs of a person out of the queues.
+    /// Removes all jobs of a person from the queues.
     pub(super) fn stop_queued_of(&mut self, now: HostInstant, person: PersonId) {
         let of = |claim: &&JobClaim| claim.person == Some(person);
         let arms = self.arm_ids();
@@ -299,8 +314,8 @@ impl Station {
         }
     }
 
-    /// Ends the job of a person that began from the queue and runs under no lease, as the end of a
-    /// turn does. False if there is none.
+    /// Ends the job of a person that started from the queue and runs without a lease, in the way
+    /// the end of a turn does. Returns false if there is none.
     pub(super) fn end_queued_job(&mut self, arm: ArmId, of: Option<PersonId>) -> bool {
         let mut begun = self.class.from_queue.values();
         let own = begun.find(|(claim, _)| {
@@ -309,12 +324,13 @@ impl Station {
                 && (of.is_none() || claim.person == of)
                 && self.control.has_job(arm, claim.job)
         });
-        // `continue` is about a lease that is lost; the turn is over by somebody's word.
+        // `continue` applies to a lost lease. Here a person has ended the turn.
         let stops = own.map(|(_, queued)| queued.on_lost == OnLost::Stop);
         stops.is_some_and(|stops| self.control.end_unheld_job(arm, stops))
     }
 
-    /// Takes up the jobs that waited when the last station ended, in their order. None begins before a person says so.
+    /// Restores the queue of an earlier station in its order. No job starts before a person resumes
+    /// it.
     pub(super) fn take_up_queue(&mut self) {
         let mut left: Vec<_> = { self.records.each() }
             .filter(|record| record.state == "queued")
@@ -328,7 +344,7 @@ impl Station {
             };
             record.number = Some(job);
             let Some(order) = record.order.as_deref().cloned() else {
-                // Of a version whose programs this one does not read.
+                // Stored by another version, whose program this one cannot read.
                 "interrupted".clone_into(&mut record.state);
                 record.place = None;
                 self.records.has_changed(arm);
@@ -346,6 +362,7 @@ impl Station {
             });
             let held = match reason.as_deref() {
                 Some("yes") => "yes",
+                // After a restart a person has to look at the arm first, whatever the reason was.
                 _ => "restart",
             };
             let is_virtual = self.arm(arm).entry.is_virtual;
@@ -354,6 +371,7 @@ impl Station {
                 on_lost,
                 pupil,
                 holder,
+                // A confirmation given to an earlier station is not carried over.
                 may_burn: is_virtual,
                 may_endanger: false,
                 held: Some(held),
@@ -363,14 +381,15 @@ impl Station {
         }
     }
 
-    /// A job that was never answered leaves the queue.
+    /// Removes a job whose start was never answered.
     pub(super) fn drop_queued(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
         self.take_from_queue(job);
         self.class.from_queue.remove(&job);
         self.tell_queue(now, arm);
     }
 
-    /// A job of the queue that was to begin waits again, because the disk did not take that. False for any other job.
+    /// Returns a job to the queue because the disk refused to record its start. Returns false for a
+    /// job that is not from the queue.
     pub(super) fn wait_again(&mut self, now: HostInstant, job: JobId) -> bool {
         let queued = self.class.from_queue.remove(&job);
         let waits = queued.is_some();
@@ -380,7 +399,7 @@ impl Station {
         waits
     }
 
-    /// Gives a job that waits another place in the queue of its arm.
+    /// Moves a waiting job within the queue of its arm.
     pub(super) fn reorder_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let record = self.job_named(call)?;
         let (arm, number, state) = (record.at, record.number, record.state.clone());
@@ -399,7 +418,7 @@ impl Station {
         Ok(self.answer_when_kept(call, [arm], shown, or))
     }
 
-    /// Moves a job to a place of its arm's queue, from 0; the place before.
+    /// Moves a job to a position, from 0. Returns the position before. `None` if it does not wait.
     pub(super) fn move_queued(
         &mut self,
         now: HostInstant,
@@ -413,7 +432,7 @@ impl Station {
         before
     }
 
-    /// Tells those whose place or state in the queue of an arm has changed.
+    /// Publishes changed positions and states of an arm's queue.
     fn tell_queue(&mut self, now: HostInstant, arm: ArmId) {
         let held = |job| self.class.queue.get(&job).and_then(|queued| queued.held);
         let jobs = self
@@ -434,7 +453,7 @@ impl Station {
             let moves_alone = before.0.is_some() && before.1 == after.1;
             (record.place, record.reason) = after;
             if moves_alone {
-                // Another place is no other state: the log of the arm does not have it.
+                // A changed position is not a change of state, so it stays out of the event log.
                 self.records.has_changed(arm);
                 self.telling.changed(Newest::Job(job), LIST_INTERVAL);
             } else {
@@ -443,7 +462,7 @@ impl Station {
         }
     }
 
-    /// Puts a program to arms, for a teacher.
+    /// Queues a program at several arms, for a teacher.
     pub(super) fn send_to_arms(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let source = source(call)?;
         let arms = self.arms_meant(call)?;
@@ -459,6 +478,7 @@ impl Station {
                 start: None,
             };
             let name = self.arm(arm).entry.name.clone();
+            // One refusal does not stop the others: each arm gets its own result.
             let queued = self.queue_job(call, arm, order, OnLost::Continue);
             jobs.push((name, queued));
         }

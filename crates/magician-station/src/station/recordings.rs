@@ -1,4 +1,8 @@
-//! Recordings of arms: which are under way, and what was read in the last minutes.
+//! Recordings: which are running, and the history of the last ten minutes.
+//!
+//! All readings, for whatever purpose they were made, go into a ring. An arm at rest is read slowly
+//! for it and faster as soon as it may move, so that an idle arm costs little. An alarm saves the
+//! ring to a file, together with the seconds that follow.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -15,40 +19,41 @@ use crate::api::{ArmEvent, RpcError};
 use crate::control::{ArmId, RequestId};
 use crate::recording::{KEEPS, Note, RecordOrder, RecordReport, Sample};
 
-/// How long readings are kept, s.
+/// Length of the history, s.
 const KEPT: f64 = 600.0;
-/// Readings that are kept: as many as there are at the highest rate.
+/// Most readings in the history: ten minutes at the highest rate, 50/s.
 const MOST: usize = 30_000;
-/// An arm that stands is read so often for the last minutes: what moves it from elsewhere is seen by that.
+/// Rate at which an arm at rest is read for the history, 1/s. Motion that another host causes is
+/// noticed by it.
 const AT_REST: u32 = 5;
-/// One that has moved is read as often as then for so long.
+/// Time after the last sign of motion for which an arm is read at the full rate.
 const STIRRED: Duration = Duration::from_secs(2);
-/// How much of what follows an alarm is written with it.
+/// Time after an alarm that its file includes.
 const BEHIND: Duration = Duration::from_secs(5);
-/// Alarms have no more than a file in so long.
+/// Shortest interval between two files of alarms, so that a bouncing alarm does not fill the disk.
 const BETWEEN: Duration = Duration::from_secs(60);
-/// The alarm begins what led to it: with less than so many seconds before it there is nothing to tell.
+/// Shortest history for which an alarm is worth a file, s.
 const BEFORE: f64 = 1.0;
 
-/// What an arm has of recordings.
+/// Recordings of an arm.
 #[derive(Debug, Default)]
 pub(super) struct ArmRecordings {
     under_way: Option<Recording>,
-    /// What was read last, whoever asked for it.
+    /// Last readings, for whatever purpose they were made.
     ring: VecDeque<Sample>,
-    /// The second that the last file is named for.
+    /// Unix second in the name of the last file, because names must differ.
     named: u64,
-    /// Until when the arm is read often.
+    /// Instant until which the arm is read at the full rate.
     stirred: Option<HostInstant>,
-    /// Something was sent that may move it.
+    /// True if something that may move the arm was sent since the last reading.
     expects: bool,
-    /// The most free places that its queue had.
+    /// Largest number of free places that the arm's queue has had.
     space: u32,
-    /// An alarm has come: when its file is written.
+    /// Instant at which the file of an alarm is written.
     alarm: Option<HostInstant>,
-    /// When the last file for an alarm was begun, and the Unix seconds to which it goes.
+    /// Start of the last file of an alarm, and the Unix time to which it reaches.
     saved: Option<(HostInstant, f64)>,
-    /// The file for an alarm that is being written.
+    /// File of an alarm that is being written.
     saving: Option<(RequestId, String)>,
 }
 
@@ -59,13 +64,13 @@ struct Recording {
     due: HostInstant,
     /// Unix seconds.
     began: f64,
-    /// The request that began it.
+    /// Request that started it.
     request: RequestId,
-    /// Why it is not written any more.
+    /// Reason why writing has failed.
     lost: Option<String>,
 }
 
-/// What a request about recordings comes to.
+/// Result of a request about recordings.
 #[derive(Debug)]
 pub(super) enum Recorded {
     Begun { name: String },
@@ -85,7 +90,7 @@ impl Recorded {
 }
 
 impl ArmRecordings {
-    /// How often the arm has to be read for it.
+    /// Returns the rate at which the arm must be read for a running recording.
     pub(super) fn rate(&self) -> Option<u32> {
         let under_way = self.under_way.as_ref();
         under_way
@@ -93,12 +98,12 @@ impl ArmRecordings {
             .map(|one| one.rate)
     }
 
-    /// When something is to be done for it.
+    /// Returns the next deadline.
     pub(super) fn due(&self) -> Option<HostInstant> {
         self.alarm
     }
 
-    /// Something is sent that may move the arm; whether that was not expected.
+    /// Records that something was sent that may move the arm. Returns true if that is new.
     pub(super) fn expect_motion(&mut self) -> bool {
         !std::mem::replace(&mut self.expects, true)
     }
@@ -107,10 +112,12 @@ impl ArmRecordings {
         self.expects || self.stirred.is_some()
     }
 
-    /// The arm was read, and moves or not; whether it is read more or less often from now on.
+    /// Records a reading. Returns true if the rate of reading has to change.
     fn stir(&mut self, now: HostInstant, moving: bool, left_space: u32) -> bool {
         let before = self.is_stirred();
         self.space = self.space.max(left_space);
+        // Fewer free places than ever seen means that commands are waiting, possibly of another
+        // host.
         if moving || left_space < self.space || std::mem::take(&mut self.expects) {
             self.stirred = Some(now + STIRRED);
         }
@@ -118,7 +125,7 @@ impl ArmRecordings {
         before != self.is_stirred()
     }
 
-    /// Keeps a reading; whether it is one for the recording under way.
+    /// Appends a reading to the history. Returns true if it is due for the running recording.
     fn keep(&mut self, now: HostInstant, sample: Sample) -> bool {
         let old = |kept: &Sample| sample.t - kept.t > KEPT;
         while self.ring.front().is_some_and(old) || self.ring.len() >= MOST {
@@ -129,20 +136,23 @@ impl ArmRecordings {
             return false;
         };
         let period = Duration::from_secs(1) / recording.rate;
+        // Up to a tenth of a period early counts as due, because readings jitter.
         if recording.lost.is_some() || now + period / 10 < recording.due {
             return false;
         }
         let next = recording.due + period;
+        // On a grid like subscriptions; after a gap it starts anew.
         recording.due = if next <= now { now + period } else { next };
         true
     }
 
-    /// A name for a file that no other has.
+    /// Returns a name for a file that no other file has.
     fn name(&mut self, arm: &str, t: f64) -> String {
+        // Two files within a second would get the same name.
         self.named = (t as u64).max(self.named + 1);
         let moment = UNIX_EPOCH + Duration::from_secs(self.named);
         let moment = humantime::format_rfc3339_seconds(moment).to_string();
-        // `2026-11-23T15:40:00Z` without its signs.
+        // `2026-11-23T15:40:00Z` without separators.
         let digits = |sign: char| sign.is_ascii_digit() || sign == 'T';
         let stamp: String = moment.chars().filter(|sign| digits(*sign)).collect();
         format!("{arm}-{}.mcap", stamp.replace('T', "-"))
@@ -150,7 +160,7 @@ impl ArmRecordings {
 }
 
 impl Station {
-    /// Something that recordings need done.
+    /// Returns the next order for the recorder.
     pub fn poll_record(&mut self) -> Option<(ArmId, RecordOrder)> {
         self.record_orders.pop_front()
     }
@@ -159,7 +169,7 @@ impl Station {
         KEEPS && self.config.recordings.keeps()
     }
 
-    /// Whether an arm is being recorded.
+    /// True if any arm is being recorded.
     pub(super) fn is_recording(&self) -> bool {
         { self.arms.iter() }.any(|place| place.recordings.rate().is_some())
     }
@@ -232,8 +242,9 @@ impl Station {
         Ok(Handled::Later(request, waits))
     }
 
-    /// How often an arm is read for the last minutes.
+    /// Returns the rate at which an arm is read for the history. `None` if there is no history.
     pub(super) fn ring_rate(&self, arm: ArmId) -> Option<u32> {
+        // 50/s is the highest rate at which an arm is read.
         let ring = self.config.ring.min(50);
         if ring == 0 || !self.keeps_recordings() {
             return None;
@@ -242,7 +253,7 @@ impl Station {
         Some(if stirred { ring } else { ring.min(AT_REST) })
     }
 
-    /// An alarm has come: what led to it, and what follows, becomes a file.
+    /// Schedules the file of an alarm: what led to it, and what follows.
     fn alarm_came(&mut self, now: HostInstant, arm: ArmId) {
         let saves = self.config.save_on_alarm && self.ring_rate(arm).is_some();
         let t = self.unix(now);
@@ -255,7 +266,7 @@ impl Station {
         recordings.alarm = Some(soonest.map_or(now + BEHIND, |at| at.max(now + BEHIND)));
     }
 
-    /// Writes the files that alarms ask for.
+    /// Writes the files of alarms that are due.
     pub(super) fn save_for_alarms(&mut self, now: HostInstant) {
         if !KEEPS {
             return;
@@ -266,7 +277,7 @@ impl Station {
                 continue;
             }
             let t = self.unix(now);
-            // What is in a file already is not written again, however many alarms come.
+            // Starts after the previous file, so that a series of alarms writes nothing twice.
             let before = self.arm(arm).recordings.saved.map(|(_, t)| t);
             let from = before.map_or(t - KEPT, |before| before.max(t - KEPT));
             self.arm_mut(arm).recordings.saved = Some((now, t));
@@ -277,12 +288,14 @@ impl Station {
         }
     }
 
-    /// Has what is kept since then written; the name of the file, if anything is.
+    /// Orders the history since `from` as a file. Returns its name. `None` if there are no
+    /// readings.
     fn save(&mut self, request: RequestId, t: f64, arm: ArmId, from: f64) -> Option<String> {
         let place = self.arm_mut(arm);
         let ring = place.recordings.ring.iter();
         let samples: Vec<_> = ring.filter(|sample| sample.t >= from).copied().collect();
         let (first, last) = (samples.first()?, samples.last()?);
+        // The rate in the file is the mean, because the history is read at changing rates.
         let rate = (samples.len() - 1) as f64 / (last.t - first.t).max(1e-3);
         let rate = rate.round().clamp(1.0, 50.0) as u32;
         let name = place.recordings.name(&place.entry.name, t);
@@ -316,7 +329,7 @@ impl Station {
         self.record_orders.push_back((arm, order));
     }
 
-    /// The arm was read.
+    /// Handles a reading of an arm.
     pub(super) fn record_reading(&mut self, now: HostInstant, arm: ArmId) {
         let place = self.arm(arm);
         let Some(reading) = &place.reading else {
@@ -335,7 +348,7 @@ impl Station {
         }
     }
 
-    /// Something happened to the arm: the recording says so.
+    /// Adds an event to the running recording.
     pub(super) fn record_event(
         &mut self,
         now: HostInstant,
@@ -357,7 +370,7 @@ impl Station {
         self.record(arm, RecordOrder::Note(note));
     }
 
-    /// What became of a recording.
+    /// Takes a report of the recorder.
     pub fn recorded(&mut self, now: HostInstant, arm: ArmId, report: RecordReport) {
         if !KEEPS {
             return;
@@ -403,6 +416,7 @@ impl Station {
                 let Some(one) = &mut self.arm_mut(arm).recordings.under_way else {
                     return;
                 };
+                // Kept until `record.stop`, which then answers with the reason.
                 one.lost = Some(why.clone());
                 let fields = vec![("name", json!(one.name)), ("message", json!(why))];
                 self.watch_anew();
@@ -413,13 +427,13 @@ impl Station {
     }
 }
 
-/// The disk does not take it.
+/// Error of a recording that the disk refuses.
 fn unwritten(why: &str) -> RpcError {
     let why = message!("the recording cannot be written: {why}", why);
     RpcError::arm(ErrorKind::Unexpected, why)
 }
 
-/// An event as a recording has it.
+/// Returns an event as a note of a recording.
 fn note_of<'a>(t: f64, name: &str, fields: impl Iterator<Item = (&'a str, &'a Value)>) -> Note {
     let warns = [
         "alarm-raised",
@@ -436,7 +450,7 @@ fn note_of<'a>(t: f64, name: &str, fields: impl Iterator<Item = (&'a str, &'a Va
     Note { t, warning, words }
 }
 
-/// An event that was kept.
+/// Returns a logged event as a note.
 fn noted(event: &Value) -> Option<Note> {
     let (t, name) = (event["t"].as_f64()?, event["event"].as_str()?);
     let known = ["arm", "seq", "t", "event"];

@@ -1,4 +1,4 @@
-//! A job as clients see it and as it is kept.
+//! Record of a job, as clients see it and as it is stored.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::control::{ArmId, JobId, OnLost};
 use crate::job::KeptRun;
 use crate::order::{JobEnd, JobOrder};
 
-/// A job, as clients see it and as it is kept.
+/// Record of a job. Serialized fields are what clients see; the file has more (`to_file`).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct JobRecord {
     #[serde(rename = "job")]
@@ -22,7 +22,7 @@ pub(super) struct JobRecord {
     pub(super) step: u64,
     pub(super) steps: Option<u64>,
     pub(super) first_step: Option<u64>,
-    /// Number of times; 0 until it is stopped.
+    /// Number of loops; 0 for endless.
     #[serde(deserialize_with = "number_or_zero")]
     pub(super) loops: u64,
     #[serde(rename = "loop")]
@@ -36,75 +36,75 @@ pub(super) struct JobRecord {
     pub(super) part: Option<u64>,
     pub(super) reason: Option<String>,
     pub(super) text: Option<String>,
-    /// Its place in the queue of its arm, from 1.
+    /// Position in the queue of its arm, from 1.
     #[serde(default)]
     pub(super) place: Option<u64>,
     pub(super) error: Value,
-    /// What it has left switched on. `None` if nothing is.
+    /// Notes on outputs left switched on. `None` without notes.
     #[serde(default)]
     pub(super) notes: Option<Vec<Value>>,
-    /// What it does; for the file alone.
+    /// Program and options; only in the file.
     #[serde(skip)]
     pub(super) order: Option<Arc<JobOrder>>,
-    /// Its number in this station, since it began here.
+    /// Id within this station. `None` for a job of an earlier station.
     #[serde(skip)]
     pub(super) number: Option<JobId>,
-    /// The arm that it is of, in this station.
+    /// Arm within this station.
     #[serde(skip, default = "first_arm")]
     pub(super) at: ArmId,
     #[serde(skip)]
     pub(super) on_lost: OnLost,
-    /// What the file alone has.
+    /// Fields that only the file has.
     #[serde(skip)]
     pub(super) hidden: Hidden,
-    /// The pupil who began it.
+    /// Pupil who started the job.
     #[cfg(feature = "class")]
     #[serde(skip)]
     pub(super) pupil: Option<String>,
-    /// The job as it was before it was resumed, until it runs: a refused resume changes nothing.
+    /// Record before a resume, until the job runs: a refused resume changes nothing.
     #[serde(skip)]
     pub(super) before: Option<Box<JobRecord>>,
-    /// True once its program was read, since it began last.
+    /// True once the program was read since the last start.
     #[serde(skip)]
     pub(super) is_read: bool,
-    /// Steps that are done, over all loops.
+    /// Finished steps over all loops.
     #[serde(skip)]
     done: u64,
 }
 
-/// What is kept of a job beside what clients see.
+/// Fields of a job that are stored but not shown.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Hidden {
-    /// Name that its caller chose for it.
+    /// Idempotency key of the caller.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) key: Option<String>,
-    /// Digest of its order, which outlives the order.
+    /// Digest of the order. Kept longer than the order itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) digest: Option<String>,
-    /// True once it ran. One that did not moved nothing.
+    /// True if the job ever ran. Otherwise it has moved nothing.
     pub(super) ran: bool,
-    /// Whose it is; `None`: a teacher's.
+    /// Owner. `None` for a teacher.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) owner: Option<JobOwner>,
     /// Policy for the end of the lease.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) on_lost: Option<String>,
-    /// Run of the command line that it was taken over from.
+    /// Journal of the command line's run from which the job was taken over.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) run: Option<String>,
-    /// True once a station has gone on with that.
+    /// True once a station has resumed that run.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(super) went_on: bool,
 }
 
-/// Whose a job is.
+/// Owner of a job.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum JobOwner {
-    /// A pupil of this name.
+    /// Pupil with this name.
     Pupil(String),
-    /// Whoever has the token of this name.
+    /// Holder of the token with this name.
     Token(String),
 }
 
@@ -112,7 +112,7 @@ const fn first_arm() -> ArmId {
     ArmId(0)
 }
 
-/// Older stations wrote null for a job without end.
+/// Reads a number. Files of older stations have null for an endless job.
 fn number_or_zero<'de, D: Deserializer<'de>>(from: D) -> Result<u64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(0))
 }
@@ -159,7 +159,7 @@ impl JobRecord {
         }
     }
 
-    /// A run of the command line that was interrupted.
+    /// Creates the record of an interrupted run of the command line.
     pub(super) fn of_run(id: String, of: (ArmId, String), run: KeptRun) -> Self {
         let mut record = Self::new(id, of, JobId(0), run.order.clone());
         record.number = None;
@@ -171,7 +171,7 @@ impl JobRecord {
         record
     }
 
-    /// How far a run of the command line is.
+    /// Updates the progress of a run of the command line.
     pub(super) fn ran_on(&mut self, run: &KeptRun) {
         if self.state != "interrupted" {
             return;
@@ -182,23 +182,24 @@ impl JobRecord {
         self.reaches(run.done);
     }
 
-    /// It begins, or goes on.
+    /// Marks the job as started or resumed.
     pub(super) fn begins(&mut self, t: f64, holder: Value) {
         "checking".clone_into(&mut self.state);
         self.is_read = false;
+        // A resumed job keeps its first start.
         self.started.get_or_insert(t);
         (self.ended, self.error, self.holder) = (None, Value::Null, holder);
         self.notes = None;
     }
 
-    /// So many steps are done, over all loops. It never goes back.
+    /// Sets the number of finished steps over all loops. Never decreases.
     pub(super) fn reaches(&mut self, done: u64) {
         self.done = self.done.max(done);
         let Some(steps) = self.steps.filter(|steps| *steps > 0) else {
             return;
         };
         let loops = self.done / steps;
-        // The last step of a loop is one of that loop, until the next loop has one.
+        // The last step of a loop still belongs to it until the next loop has finished one.
         let (iteration, step) = match self.done % steps {
             0 if loops > 0 => (loops, steps),
             rest => (loops + 1, rest),
@@ -206,7 +207,7 @@ impl JobRecord {
         (self.iteration, self.step) = (iteration, step);
     }
 
-    /// It is over.
+    /// Marks the job as over.
     pub(super) fn is_over(&mut self, t: f64, end: &JobEnd) {
         end.state.clone_into(&mut self.state);
         (self.reason, self.part, self.text) = (None, None, None);
@@ -221,6 +222,7 @@ impl JobRecord {
             if let Some(steps) = self.steps.filter(|_| self.loops > 0) {
                 self.reaches(steps.saturating_mul(self.loops));
             }
+            // A completed job cannot be resumed, so its program need not be kept.
             self.order = None;
         }
         self.error = end.error.as_ref().map_or(Value::Null, |error| {
@@ -232,18 +234,20 @@ impl JobRecord {
         });
     }
 
-    /// As clients see it.
+    /// Returns the record as clients see it.
     pub(super) fn shown(&self) -> Value {
         serde_json::to_value(self).unwrap_or(Value::Null)
     }
 
-    /// The error with which its start was refused: it ended before it ran. `None` for any other job.
+    /// Returns the error with which the start was refused. `None` unless the job failed before it
+    /// ran.
     pub(super) fn refusal(&self) -> Option<RpcError> {
         if self.state != "failed" || self.hidden.ran {
             return None;
         }
         let mut data = self.error.as_object()?.clone();
         let message = data.remove("message")?.as_str()?.to_owned();
+        // The record stores the kind of the error. Its code follows from the kind.
         let of_kind = |code: &&i32| RpcError::new(**code, "").data.get("kind") == data.get("kind");
         let code = RpcError::CODES.iter().find(of_kind);
         let code = code.copied().unwrap_or(RpcError::ARM);
@@ -254,8 +258,8 @@ impl JobRecord {
         })
     }
 
-    /// What a station that comes after the one that kept it makes of it: what was under way is interrupted, what waited still
-    /// waits, until a person says that it may begin.
+    /// Updates a record of an earlier station: a job that was in progress is interrupted. A queued
+    /// job stays queued until a person resumes it. Returns true if it has changed.
     pub(super) fn left(&mut self, t: f64) -> bool {
         if !is_under_way(&self.state) {
             return false;
@@ -268,18 +272,21 @@ impl JobRecord {
     }
 }
 
-/// Digest of what a job does: FNV-1a with 128 bits of it as JSON. Where it began, which the station adds, does not count.
+/// Returns a digest of an order: 128-bit FNV-1a of its JSON. The start position, which the station
+/// adds, is left out.
 pub(super) fn digest(order: &JobOrder) -> String {
     let mut order = order.clone();
     order.start = None;
     let text = serde_json::to_string(&order).unwrap_or_default();
+    // Offset basis and prime of FNV-1a for 128 bits. Only accidental reuse of a key has to be
+    // found, so a fast hash suffices.
     let offset: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     let prime = 0x0100_0000_0000_0000_0000_013b;
     let step = |hash: u128, byte: u8| (hash ^ u128::from(byte)).wrapping_mul(prime);
     format!("{:032x}", text.bytes().fold(offset, step))
 }
 
-/// A job as its file has it: with what it does, so that it can go on.
+/// Record in the form of the file.
 #[derive(Serialize)]
 struct Kept<'a> {
     #[serde(flatten)]
@@ -289,7 +296,8 @@ struct Kept<'a> {
     order: Option<&'a JobOrder>,
 }
 
-/// The form in which a file has it. A job that is being resumed has moved nothing yet: it is kept as it was.
+/// Returns a record in the form of the file. A job that is being resumed has not moved yet, so it
+/// is written as it was before.
 pub(super) fn to_file(record: &JobRecord) -> Value {
     let record = record.before.as_deref().unwrap_or(record);
     let mut kept = Kept {
@@ -303,8 +311,8 @@ pub(super) fn to_file(record: &JobRecord) -> Value {
     serde_json::to_value(kept).unwrap_or(Value::Null)
 }
 
-/// Names of the parts of a job in a file that [`from_file`] leaves out, because they are damaged or of a version that knew
-/// other parameters.
+/// Returns the names of the parts that [`from_file`] drops, because they are damaged or belong to a
+/// version with other parameters.
 pub(super) fn lost_parts(item: &Value) -> Vec<&'static str> {
     let mut lost = Vec::new();
     if item
@@ -322,7 +330,8 @@ pub(super) fn lost_parts(item: &Value) -> Vec<&'static str> {
     lost
 }
 
-/// Reads one. An order of a version that knew other parameters costs the order alone: the job stays in the list.
+/// Reads a record from a file. `None` if it is damaged. If only the order cannot be read, it is
+/// dropped and the job stays in the list.
 pub(super) fn from_file(mut item: Value, at: ArmId) -> Option<JobRecord> {
     let mut taken = |name| item.as_object_mut().and_then(|fields| fields.remove(name));
     let (order, hidden) = (taken("order"), taken("kept"));
@@ -331,7 +340,7 @@ pub(super) fn from_file(mut item: Value, at: ArmId) -> Option<JobRecord> {
     let order = order.and_then(|order| serde_json::from_value(order).ok());
     record.order = order.map(Arc::new);
     let hidden = hidden.and_then(|hidden| serde_json::from_value(hidden).ok());
-    // Older stations did not say it.
+    // Files of older stations have no `kept`.
     record.hidden = hidden.unwrap_or_else(|| Hidden {
         ran: record.step > 0 || record.state == "done",
         ..Hidden::default()

@@ -1,4 +1,4 @@
-//! What arms report.
+//! Reports of arms.
 
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
@@ -16,13 +16,14 @@ impl Station {
             ArmReport::Reading(reading) => {
                 let place = self.arm_mut(arm);
                 let read_at = now - reading.age;
-                // What was read before the line broke tells nothing of the arm behind it.
+                // A reading from before the line broke says nothing about the arm that is connected
+                // now.
                 if !place.link || read_at < place.found_at {
                     return;
                 }
                 place.read_at = read_at;
                 let mut reading = reading;
-                // What is read once, for an answer, leaves the pins out: they are as they were read for subscribers.
+                // A single reading, made for an answer, has no pins. The last known ones stay.
                 if reading.pins.is_empty()
                     && !place.watched.1.is_empty()
                     && let Some(before) = place.reading.take()
@@ -47,11 +48,13 @@ impl Station {
                 let place = self.arm_mut(arm);
                 let was = std::mem::replace(&mut place.link, up);
                 if was != up {
+                    // Another arm may be behind the line when it is found.
                     (place.reading, place.state) = (None, None);
                     place.found_at = now;
                 }
                 if was && !up {
                     if let Some((jog, _)) = self.control.jog(arm) {
+                        // The arm itself goes on jogging to its limit; no stop can reach it.
                         self.control.jog_ended(arm, jog, JogEnd::Link);
                     }
                     self.has_lost(now, arm);
@@ -88,11 +91,11 @@ impl Station {
         }
         let outcome = outcome.and_then(|outcome| match outcome {
             Outcome::Value(value) => Ok(value),
-            // The line broke behind the reading: it is not the state any more.
+            // The line broke after the reading, so it is no longer the state.
             Outcome::State => self.whole_state(arm).ok_or_else(line_lost),
         });
         let Some(pending) = self.pending.get_mut(&request) else {
-            // Its lease has ended, or a stop came: it was answered then.
+            // Answered already, because the lease ended or the arm was stopped.
             self.control.finish(now, arm, request);
             return;
         };
@@ -112,6 +115,7 @@ impl Station {
                 let id = self.jog_id(jog);
                 match outcome {
                     Ok(_) => {
+                        // The keep-alive period starts with the answer that carries the id.
                         self.control.jog_begun(now, jog);
                         self.finish(now, request, Ok(json!({"jog": id})));
                     }
@@ -135,7 +139,7 @@ impl Station {
             | Awaited::Record(_) => self.finish(now, request, outcome),
         }
     }
-    /// What came of the stop of an arm; the request is answered when all that it meant stand.
+    /// Records that an arm stands after a stop. The request is answered when all its arms do.
     pub(super) fn stood(
         &mut self,
         now: HostInstant,
@@ -153,11 +157,13 @@ impl Station {
         left.remove(&arm);
         match outcome {
             Ok(mut stood) => {
+                // A stop of several arms has one answer, so each part names its arm.
                 if let Value::Object(stood) = &mut stood {
                     stood.insert("arm".to_owned(), name.into());
                 }
                 arms.push(stood);
             }
+            // The answer waits for the other arms even then.
             Err(error) => *failed = Some(error),
         }
         if left.is_empty() {

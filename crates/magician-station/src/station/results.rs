@@ -1,4 +1,4 @@
-//! What came of pupils' jobs.
+//! Results: the completed jobs of pupils, with a picture of each.
 
 use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
@@ -10,13 +10,13 @@ use super::class::RESULTS;
 use crate::control::{ArmId, JobId, RequestId};
 use crate::order::{ArmOrder, JobOrder};
 
-/// Results that are kept, at most.
+/// Most results that are kept.
 const MOST: usize = 500;
-/// The title of a program that has none, such as one that a page sent as text.
+/// Title of a program without one, such as text typed into a page.
 const UNTITLED: &str = "without a title";
 
 impl Station {
-    /// Keeps what came of a pupil's job that is done, and asks for its picture.
+    /// Stores the result of a pupil's completed job and orders its picture.
     pub(super) fn keep_result(&mut self, arm: ArmId, job: JobId, order: Option<&Arc<JobOrder>>) {
         let Some(record) = self.records.numbered(job) else {
             return;
@@ -26,6 +26,7 @@ impl Station {
         };
         let (id, title) = (record.id.clone(), record.title.clone());
         let ended = record.ended.unwrap_or_default();
+        // `from_secs_f64` panics on negative numbers.
         let time = UNIX_EPOCH + Duration::from_secs_f64(ended.max(0.0));
         let drawn = record.drawn_mm;
         let group = self.group_of(&pupil).map(str::to_owned);
@@ -35,10 +36,11 @@ impl Station {
             "drawn_mm": drawn, "strokes": [],
         });
         let results = &mut self.class.results;
-        // A job that is done again counts once.
+        // A job that is resumed and completed again counts once.
         results.retain(|known| known["job"] != json!(id));
         results.push(result);
         let over = results.len().saturating_sub(MOST);
+        // The oldest results go first.
         results.drain(..over);
         if let Some(order) = order {
             let request = RequestId(self.next_id());
@@ -56,7 +58,7 @@ impl Station {
         self.keep_results();
     }
 
-    /// The preview of a result has come; whether it was one.
+    /// Takes the preview for a result. Returns false if the request was not for a picture.
     pub(super) fn took_picture(&mut self, request: RequestId, outcome: Option<&Value>) -> bool {
         let Some(id) = self.class.pictures.remove(&request) else {
             return false;
@@ -69,7 +71,7 @@ impl Station {
         true
     }
 
-    /// What pupils have made, as `class.results` answers it.
+    /// Returns the results as answered by `class.results`.
     #[must_use]
     pub(super) fn shown_results(&self) -> Value {
         let results = self.class.results.iter().map(|kept| {

@@ -1,4 +1,7 @@
-//! Who may do what beyond the role and the lease that the table of methods asks for. Each rule is written here once.
+//! Rights beyond the role and lease in the table of methods: the laser, dangerous commands, jobs in
+//! the queue.
+//!
+//! Each rule is written once, here, and every path to the laser asks it.
 
 use magician::message;
 use magician::{Set, burns};
@@ -10,19 +13,19 @@ use crate::control::ArmId;
 #[cfg(feature = "class")]
 use crate::control::{JobClaim, QueuedChange};
 
-/// What would burn or is dangerous, as refusals name it.
+/// Something that would burn or is dangerous, with its names in refusals.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Risk<'a> {
-    /// What needs the role.
+    /// Name in a refusal because of the role.
     needs_role: &'a str,
-    /// What needs `yes`.
+    /// Name in a refusal because of a missing `yes`.
     needs_yes: &'a str,
-    /// The command or method.
+    /// Command or method.
     command: &'a str,
 }
 
 impl<'a> Risk<'a> {
-    /// A command of the protocol.
+    /// Returns the risk of a command of the protocol.
     pub(super) fn of_command(set: &'a Set) -> Self {
         let name = set.row().set_name;
         Self {
@@ -32,7 +35,7 @@ impl<'a> Risk<'a> {
         }
     }
 
-    /// The dangerous commands of a job.
+    /// Returns the risk of dangerous commands in a job.
     pub(super) const fn of_dangerous_job() -> Self {
         Self {
             needs_role: "a dangerous command",
@@ -41,7 +44,7 @@ impl<'a> Risk<'a> {
         }
     }
 
-    /// The laser of a job, which this method starts or resumes.
+    /// Returns the risk of the laser in a job that this method starts or resumes.
     pub(super) const fn of_job(method: &'a str) -> Self {
         Self {
             needs_role: "a laser",
@@ -52,12 +55,12 @@ impl<'a> Risk<'a> {
 }
 
 impl Station {
-    /// Whether a request may light the laser of an arm: a virtual one lights nothing; of a real arm it takes the role, and
-    /// `yes`. Every way to the laser asks here: commands, jobs, jobs that wait. (Programs for DobotLink have no `yes`: the
-    /// flag `--link-laser` says it for them.)
+    /// Checks whether a request may switch on the laser of an arm. A virtual arm burns nothing. A
+    /// real arm needs the role and `yes`. Commands, jobs and queued jobs all pass this check.
+    /// (Programs for DobotLink cannot send `yes`: the flag `--link-laser` gives it for them.)
     ///
     /// # Errors
-    /// The refusal of the role (-32001), or for want of `yes` (-32005).
+    /// Refusal of the role (-32001), or because `yes` is missing (-32005).
     pub(super) fn may_burn(
         &self,
         call: &Call<'_>,
@@ -75,10 +78,10 @@ impl Station {
         confirmed(&call.grant, call.yes(), needs, risk, Danger::Laser)
     }
 
-    /// Whether the laser may burn by this command of a request.
+    /// Checks a command. Returns true if it may switch the laser on.
     ///
     /// # Errors
-    /// It would burn and may not, or it is dangerous and not allowed.
+    /// The command burns and must not, or it is dangerous and not allowed.
     pub(super) fn laser(
         &self,
         call: &Call<'_>,
@@ -93,15 +96,17 @@ impl Station {
         let burning = command.filter(|set| burns(set, self.arm(arm).entry.laser_pins));
         match burning {
             Some(set) => { self.may_burn(call, arm, Risk::of_command(set)) }.map(|()| true),
-            // What it may not light then it does not.
+            // For a command that does not burn, a missing permission is not an error: it is carried
+            // out without.
             None => Ok(self.may_burn(call, arm, Risk::of_job("arm.set")).is_ok()),
         }
     }
 
-    /// Whether a request may change a job that waits for an arm. [`may_change`](crate::control::Control) decides.
+    /// Checks whether a request may change a job that waits for an arm, as decided by
+    /// [`may_change`](crate::control::Control).
     ///
     /// # Errors
-    /// The refusal (-32001), which names those who may.
+    /// Refusal (-32001) that names who may.
     #[cfg(feature = "class")]
     pub(super) fn check_queued(
         &self,
@@ -139,10 +144,10 @@ impl Station {
     }
 }
 
-/// Whether a request may do what is dangerous for the arm.
+/// Checks whether a request may send a command that is dangerous for the arm.
 ///
 /// # Errors
-/// The refusal of the role (-32001), or for want of `yes` (-32005).
+/// Refusal of the role (-32001), or because `yes` is missing (-32005).
 pub(super) fn may_endanger(
     call: &Call<'_>,
     risk: Risk<'_>,
@@ -151,7 +156,7 @@ pub(super) fn may_endanger(
     confirmed(&call.grant, call.yes(), Role::Teacher, risk, danger)
 }
 
-/// What is dangerous takes a role, and the word of a person that it is meant.
+/// Requires a role, and then a confirmation by a person.
 fn confirmed(
     grant: &Grant,
     yes: bool,
@@ -159,6 +164,7 @@ fn confirmed(
     risk: Risk<'_>,
     danger: Danger,
 ) -> Result<(), RpcError> {
+    // The role first: `yes` from a student must not look like the missing part.
     if grant.role < needs {
         return Err(forbidden(grant, needs, risk.needs_role));
     }
@@ -172,7 +178,7 @@ fn confirmed(
 mod tests {
     use super::*;
 
-    /// The whole rule: role, and `yes`.
+    /// The whole rule: first the role, then `yes`.
     #[test]
     fn danger_needs_the_role_first_and_then_the_word() {
         use Role::{Student, Teacher, Viewer};

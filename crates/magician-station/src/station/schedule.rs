@@ -1,4 +1,4 @@
-//! The schedule: who may have which arm when, by the clock of this station.
+//! Schedule: which persons may have which arm when, by the station's clock.
 
 use std::collections::BTreeSet;
 
@@ -10,36 +10,38 @@ use super::class::{ANEW, Person};
 use crate::class::{ClassError, Schedule, local_time, offset_of};
 use crate::control::{ArmId, PersonId, Slot};
 
-/// A slot that is open.
+/// Open slot.
 pub(super) struct OpenSlot {
-    /// Who may have the arm: pupils, groups, tokens, or `teacher`.
+    /// Names that may have the arm: pupils, groups, tokens, or `teacher`.
     pub(super) who: Vec<String>,
-    /// When it ends, Unix seconds. `None` without end.
+    /// End, Unix seconds. `None` without end.
     pub(super) until: Option<i64>,
 }
 
-/// What the schedule says of an arm.
+/// State of an arm in the schedule.
 pub(super) enum SlotNow {
-    /// Anybody may have it.
+    /// Open to everyone.
     Free,
-    /// It is in a slot.
+    /// In a slot.
     Open(OpenSlot),
-    /// It is between slots. When the next one begins, Unix seconds; `None` if none is known.
+    /// Between slots. Start of the next one, Unix seconds; `None` if none is known.
     Closed(Option<i64>),
 }
 
 impl Station {
-    /// Counts the slots of the schedule out, from now on. An arm that the class does not give to pupils is in none,
-    /// and neither is any arm while the schedule cannot be read.
+    /// Expands the schedule into slots, from now on. An arm that the class does not give to pupils
+    /// has no slots, nor has any arm while the schedule cannot be read.
     pub(super) fn count_out(&mut self, now: HostInstant) {
         let schedule = self.class.schedule.clone().unwrap_or_default();
         let unix = self.unix(now).floor() as i64;
         let at = |time: i64| {
             let since = time as f64 - self.config.unix_zero;
+            // A slot that began before the station started begins at its start.
             HostInstant::from_micros((since.max(0.0) * 1e6) as u64)
         };
         let mut all = Vec::new();
         for arm in self.arm_ids() {
+            // An empty list of slots closes the arm to everyone but teachers; `None` opens it.
             let windows = if self.is_for_pupils(arm) && self.class.schedule_error.is_none() {
                 schedule.windows(&self.arm(arm).entry.name, unix)
             } else {
@@ -68,7 +70,7 @@ impl Station {
         self.class.anew = Some(now + ANEW);
     }
 
-    /// Bars pupils from the arms that their group has not. A group without arms in the file may have all.
+    /// Bars pupils from arms outside their group's list. A group without a list may use all arms.
     pub(super) fn bar_groups(&mut self, now: HostInstant) {
         for arm in self.arm_ids() {
             let name = &self.arm(arm).entry.name;
@@ -92,7 +94,7 @@ impl Station {
         }
     }
 
-    /// Why a person may not have an arm, whatever the schedule says. `None` if that is not so.
+    /// Returns the reason why a person is barred from an arm. `None` if the person is not.
     pub(super) fn barred(&self, arm: ArmId, person: PersonId) -> Option<String> {
         if !self.control.is_barred(arm, person) {
             return None;
@@ -107,20 +109,21 @@ impl Station {
         ))
     }
 
-    /// A time of Unix seconds by the clock on the wall, as the schedule or else the class says how far it is from UTC.
+    /// Formats Unix seconds as local time, with the offset from UTC given by the schedule, or else
+    /// by the class.
     pub(super) fn local_time(&self, time: i64) -> String {
         let of_schedule = self.class.schedule.as_ref().and_then(Schedule::offset);
         let of_class = || offset_of(self.class.file.as_ref()?.class.offset.as_deref()?);
         local_time(time, of_schedule.or_else(of_class))
     }
 
-    /// Whether the class gives an arm to pupils.
+    /// True if the class lets pupils use the arm.
     fn is_for_pupils(&self, arm: ArmId) -> bool {
         let file = self.class.file.as_ref();
         file.is_none_or(|file| file.has_arm(&self.arm(arm).entry.name))
     }
 
-    /// What the schedule says of an arm now, in its own words.
+    /// Returns the current state of an arm in the schedule, with the names used there.
     pub(super) fn slot(&self, now: HostInstant, arm: ArmId) -> SlotNow {
         if !self.is_for_pupils(arm) || self.class.schedule_error.is_some() {
             let who = vec!["teacher".to_owned()];
@@ -133,6 +136,7 @@ impl Station {
             return SlotNow::Free;
         };
         let open = windows.iter().filter(|window| window.from <= unix);
+        // Of several open slots the first to end changes who may have the arm.
         let Some(until) = open.clone().map(|window| window.until).min() else {
             return SlotNow::Closed(windows.first().map(|window| window.from));
         };
@@ -143,7 +147,7 @@ impl Station {
         })
     }
 
-    /// The persons whom names mean: pupils, groups, tokens.
+    /// Returns the persons denoted by names of pupils, groups and tokens.
     pub(super) fn people(&mut self, names: &[String]) -> BTreeSet<PersonId> {
         let mut out = BTreeSet::new();
         for name in names {
@@ -151,6 +155,7 @@ impl Station {
             let of =
                 pupils.filter(|pupil| pupil.name == *name || pupil.group.as_ref() == Some(name));
             let pupils: Vec<_> = of.map(|pupil| Person::Pupil(pupil.name.clone())).collect();
+            // A name may be that of a token, which no file lists.
             let token = Person::Token(name.clone());
             out.extend({ pupils.into_iter().chain([token]) }.map(|person| self.number_of(person)));
         }
@@ -165,10 +170,11 @@ impl Station {
         })
     }
 
-    /// Why nobody but teachers has an arm, and what to do. `None` if the schedule could be read.
+    /// Returns the reason why only teachers may have arms, and what to do. `None` if the schedule
+    /// could be read.
     pub(super) fn unread_schedule(&self) -> Option<String> {
         let ClassError(error) = self.class.schedule_error.as_ref()?;
-        // The reader of TOML says it on several lines, with a picture of the place.
+        // Errors of the TOML reader have several lines, with an excerpt of the file.
         let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
         let error = magician_protocol::visible(&error);
         Some(format!(

@@ -1,4 +1,8 @@
-//! Sessions: hello, coming back, and who is there.
+//! Sessions: hello, resuming, roles, and the limits on their number.
+//!
+//! A session is a client with a name and a role. It survives its socket for a while, so that a
+//! reloaded page finds its lease. Places are limited; viewers and clients without a hello are
+//! evicted before anyone who may stop an arm.
 
 use std::collections::BTreeSet;
 
@@ -15,14 +19,16 @@ use crate::api::{Notice, Params, Role, RpcError};
 use crate::control::SessionId;
 use crate::secret::same_secret;
 
-/// Bytes of a message, at most.
+/// Largest message, bytes.
 pub const MESSAGE: usize = 1024 * 1024;
-/// Sockets of a station that have said hello, at most: sixty pupils with a page that is loaded again, a teacher, a projector.
+/// Most sockets after their hello: sixty pupils whose pages are being reloaded, a teacher, a
+/// projector.
 pub const SOCKETS: usize = 128;
-/// Sockets of viewers, at most: the others are for those who may stop an arm, however many watch.
+/// Most sockets of viewers. The rest is reserved for clients that may stop an arm.
 pub const VIEWERS: usize = 80;
-/// Sockets of listeners. Sixteen that have not said hello are enough for a class that comes back together, each for the time
-/// of one message; loopback keeps room for a teacher's page and programs, before and after hello.
+/// Limits on sockets of listeners. Sixteen without a hello suffice for a class that reconnects at
+/// once, since each needs the time of one message. Loopback has places of its own, before and after
+/// hello, for a teacher's page and programs.
 pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: 4,
     strangers: 12,
@@ -30,54 +36,56 @@ pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     kept_for_loopback: 4,
     idle: None,
 };
-/// Sockets that have not said hello, at most.
+/// Most sockets without a hello.
 #[cfg(feature = "http")]
 pub(crate) const SILENT_SOCKETS: usize = LIMITS.loopback_strangers + LIMITS.strangers;
-/// Sessions without a socket that may come back, at most, beside those with a lease: a whole class whose access point fails.
+/// Most sessions without a socket that can be resumed, besides those with a lease: a whole class
+/// whose access point fails.
 const KEPT: usize = 80;
-/// Bytes of a session's name. The list of all sessions goes to each of them.
+/// Most bytes of a session's name, because the list of sessions is sent to all of them.
 const NAME: usize = 96;
 
-/// By what a session has its role.
+/// Source of a session's role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Entry {
-    /// A token, a pupil's code, or the word of its listener.
+    /// A token, a pupil's code, or the listener's decision.
     Granted,
-    /// It is on this machine, without a name.
+    /// An anonymous client of this machine.
     Place,
     /// The teacher's PIN of the class.
     #[cfg(feature = "class")]
     Pin,
 }
 
-/// A client with a name.
+/// Client with a name.
 #[derive(Debug)]
 pub(super) struct Session {
     pub(super) name: String,
     pub(super) grant: Grant,
     pub(super) entry: Entry,
-    /// The most that it may do: what it asked for, and what the station allows.
+    /// Highest role that the session can get: the role it asked for, within what the station
+    /// allows.
     #[cfg_attr(
         not(feature = "class"),
         expect(dead_code, reason = "only a class changes roles")
     )]
     pub(super) most: Role,
-    /// The secret to come back with.
+    /// Secret for resuming the session.
     secret: String,
     pub(super) since: HostInstant,
     pub(super) socket: Option<SocketId>,
-    /// When its socket ended.
+    /// Instant at which its socket closed.
     left: Option<HostInstant>,
     pub(super) address: String,
-    /// It lasts for one request, and other sessions are not told of it.
+    /// True for a session that lasts for one request. Such sessions are not listed.
     pub(super) one_shot: bool,
-    /// The pupil that it is of.
+    /// Pupil who is signed in.
     #[cfg(feature = "class")]
     pub(super) pupil: Option<String>,
 }
 
 impl Station {
-    /// The first message of a socket.
+    /// Handles the first message of a socket.
     pub(super) fn hello(
         &mut self,
         now: HostInstant,
@@ -93,7 +101,7 @@ impl Station {
         let vouched = open.vouched.clone();
         #[cfg(feature = "class")]
         let pupil = self.sign_in(now, params, &peer.place()).inspect_err(|_| {
-            // After the answer, which says why.
+            // Closed after the answer, which gives the reason.
             if let Some(open) = self.sockets.get_mut(&socket) {
                 open.outbox.close(CloseCode::TOKEN);
             }
@@ -137,7 +145,9 @@ impl Station {
             .text("resume")
             .and_then(|secret| self.resumed(secret, &grant, entry));
         #[cfg(feature = "class")]
+        // A secret alone must not let one pupil resume the session of another.
         let back = back.filter(|session| self.sessions[session].pupil == pupil);
+        // Viewers have a limit below that of all sessions.
         let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= VIEWERS;
         let full = if is_beyond {
             Some(("the station has all its viewers", VIEWERS))
@@ -182,7 +192,7 @@ impl Station {
             },
         );
         if let Some(other) = before.and_then(|before| before.socket) {
-            // Its jog, and what it waited for, were the other socket's.
+            // Jog and waits of the session belonged to the other socket, so they end with it.
             if let Some(open) = self.sockets.get_mut(&other) {
                 open.session = None;
             }
@@ -209,7 +219,8 @@ impl Station {
         }))
     }
 
-    /// By what somebody without a token has a role, and which; none for who needs a token.
+    /// Returns the role of a client without a token, and its source. The grant is `None` if a token
+    /// is needed.
     fn grant_of(&self, peer: &Peer) -> (Entry, Option<Grant>) {
         match &peer.grant {
             Some(grant) => (Entry::Granted, Some(grant.clone())),
@@ -221,7 +232,8 @@ impl Station {
         }
     }
 
-    /// The role of this machine's people without a name: a teacher's, or a viewer's while a class is set.
+    /// Returns the role of anonymous clients of this machine: teacher, or viewer while a class is
+    /// set.
     #[must_use]
     pub fn place_role(&self) -> Role {
         #[cfg(feature = "class")]
@@ -231,7 +243,7 @@ impl Station {
         Role::Teacher
     }
 
-    /// The most that anybody may do.
+    /// Returns the highest role at this station.
     fn most_of_all(&self) -> Role {
         if self.config.read_only {
             Role::Viewer
@@ -240,8 +252,8 @@ impl Station {
         }
     }
 
-    /// Claims the place of a session. If all are taken, a viewer gives way to anybody of a higher role:
-    /// those who only look must not keep out the teacher, or a pupil.
+    /// Claims a place for a session. If all are taken, a viewer is evicted for a higher role:
+    /// viewers must not keep out a teacher or a pupil.
     fn claim_place(
         &mut self,
         now: HostInstant,
@@ -254,16 +266,18 @@ impl Station {
             let Some(viewer) = viewer.filter(|_| role > Role::Viewer) else {
                 return Err(full);
             };
+            // Freed at once: the socket itself closes after its farewell.
             self.admission.close(viewer);
             self.end_socket(viewer, CloseCode::FULL);
         }
         Ok(())
     }
 
-    /// The viewer whose end makes a place for a session from there: one without a name before others,
-    /// and of these the last that came, so that a flood of pages drives out none that was there before.
+    /// Returns the viewer to evict for a session from this origin: anonymous ones first, and among
+    /// those the latest, so that a flood of pages cannot evict earlier viewers.
     pub(super) fn yielding_viewer(&self, now: HostInstant, origin: Origin) -> Option<SocketId> {
         let makes_room = |socket: &SocketId| {
+            // Tried on a copy, because the table alone knows which place frees which.
             let mut others = self.admission.clone();
             others.close(*socket);
             others.has_room(now, origin)
@@ -275,12 +289,14 @@ impl Station {
                 Some((is_nameless, session.since, *id, session.socket?))
             });
         let mut viewers: Vec<_> = viewers.collect();
+        // Descending: anonymous before named, then latest first.
         viewers.sort_unstable_by(|one, other| other.cmp(one));
         let sockets = viewers.into_iter().map(|(.., socket)| socket);
         { sockets }.find(makes_room)
     }
 
-    /// Number of viewers with a socket, without the session that comes back: its old socket is about to end.
+    /// Returns the number of viewers with a socket, except the session that is being resumed, whose
+    /// old socket is about to close.
     fn viewers(&self, back: Option<SessionId>) -> usize {
         let watches =
             |session: &Session| session.grant.role == Role::Viewer && session.socket.is_some();
@@ -288,7 +304,8 @@ impl Station {
         others.filter(|(_, session)| watches(session)).count()
     }
 
-    /// A session for one request of a socket that has said no hello: by the right of its peer.
+    /// Creates a session for the single request of a socket without a hello, with the rights of its
+    /// peer.
     pub(super) fn join_one_shot(
         &mut self,
         now: HostInstant,
@@ -318,7 +335,7 @@ impl Station {
                 most,
                 secret: String::new(),
                 since: now,
-                // Nothing is told to it but its answer.
+                // Gets its answer and no notifications.
                 socket: None,
                 left: None,
                 address: peer.address,
@@ -335,7 +352,8 @@ impl Station {
         Ok(())
     }
 
-    /// The request of a session of one request is over, or its caller is gone: then what it does is stopped.
+    /// Ends a session of one request. If the caller left before the answer, what the request
+    /// started is stopped.
     pub(super) fn left_one_shot(&mut self, now: HostInstant, session: SessionId, unanswered: bool) {
         if !unanswered {
             self.control.release_all(now, session);
@@ -343,7 +361,7 @@ impl Station {
         self.control.expel(now, session);
     }
 
-    /// The session that this secret belongs to, if it is of the same right.
+    /// Returns the session with this secret, if it has the same source of rights.
     fn resumed(&self, secret: &str, grant: &Grant, entry: Entry) -> Option<SessionId> {
         let of = |session: &Session| {
             !secret.is_empty()
@@ -355,7 +373,7 @@ impl Station {
         Some(*id)
     }
 
-    /// The socket of a session has ended.
+    /// Handles the end of a session's socket.
     pub(super) fn left(&mut self, now: HostInstant, session: SessionId) {
         if let Some(gone) = self.sessions.get_mut(&session) {
             gone.socket = None;
@@ -368,8 +386,9 @@ impl Station {
         self.lines.push_back(line);
     }
 
-    /// Bounds the sessions that may come back: who comes and goes in a loop keeps nobody else's. Those of the least role end
-    /// first, and of these the one that left first; a lease lasts its time.
+    /// Limits the sessions that can be resumed: a client that comes and goes in a loop must not
+    /// displace others. The lowest role ends first, and among those the one that left first.
+    /// Sessions with a lease are exempt.
     fn bound_kept(&mut self, now: HostInstant) {
         let kept = self.sessions.iter().filter_map(|(id, session)| {
             let left = session.left.filter(|_| session.socket.is_none())?;
@@ -384,7 +403,7 @@ impl Station {
         }
     }
 
-    /// A session is over for good.
+    /// Removes a session that is over.
     pub(super) fn session_over(&mut self, session: SessionId) {
         let over = self.sessions.remove(&session);
         if over.is_some_and(|over| !over.one_shot) {
@@ -392,7 +411,7 @@ impl Station {
         }
     }
 
-    /// A token is good no more: its sessions end now, and with them their leases.
+    /// Revokes a token: its sessions and their leases end now.
     pub fn revoke(&mut self, now: HostInstant, token: &str) {
         let revoked: Vec<_> = { self.sessions.iter() }
             .filter(|(_, session)| session.grant.token.as_deref() == Some(token))
@@ -407,7 +426,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// The names of the tokens that sessions have come with.
+    /// Returns the names of the tokens that sessions have used.
     #[must_use]
     pub fn tokens(&self) -> BTreeSet<String> {
         let tokens = self.sessions.values();
@@ -437,12 +456,12 @@ impl Station {
         json!({"sessions": list.collect::<Vec<_>>()})
     }
 
-    /// The list of sessions as a notification.
+    /// Returns the list of sessions as a notification.
     pub(super) fn session_list(&self) -> String {
         Notice::SessionChanged.message(&self.list_sessions())
     }
 
-    /// A session as JSON has it: `{session, name}`, or null.
+    /// Returns a session as JSON: `{session, name}`, or null.
     pub(super) fn name_of(&self, session: Option<SessionId>) -> Value {
         let known = session.and_then(|id| Some((id, self.sessions.get(&id)?)));
         known.map_or(
@@ -451,7 +470,7 @@ impl Station {
         )
     }
 
-    /// A line of the journal that has no result yet.
+    /// Creates a line of the journal, without its result.
     pub(super) fn line(
         &self,
         now: HostInstant,
@@ -479,7 +498,7 @@ impl Station {
     }
 }
 
-/// The name of a client.
+/// Returns the checked and shortened name of a client.
 fn client_name(client: &Map<String, Value>) -> Result<String, RpcError> {
     let wrong = |why| Err(RpcError::param("client", why));
     for (key, value) in client {
@@ -495,6 +514,7 @@ fn client_name(client: &Map<String, Value>) -> Result<String, RpcError> {
         Some(name) if !name.is_empty() => {
             let mut name = magician_protocol::visible(name).to_string();
             while name.len() > NAME {
+                // By characters, so that the text stays valid UTF-8.
                 name.pop();
             }
             Ok(name)

@@ -1,32 +1,32 @@
-//! How much a station holds, for tests that it does not grow.
+//! Sizes of a station's state, for tests of bounded memory.
 
 use super::Station;
 
-/// What a station holds at present.
+/// Current sizes of a station's state.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StationSize {
-    /// Sockets.
+    /// Open sockets.
     pub sockets: usize,
-    /// Sessions, also those without a socket.
+    /// Sessions, including those without a socket.
     pub sessions: usize,
-    /// Requests that are not answered.
+    /// Requests without an answer.
     pub pending: usize,
-    /// Jogs that are known by their ids.
+    /// Jogs remembered by id.
     pub jogs: usize,
-    /// Subscriptions of all sockets.
+    /// Subscriptions over all sockets.
     pub subscriptions: usize,
-    /// Bytes of answers and notifications that wait to be sent.
+    /// Bytes of unsent answers and notifications.
     pub unsent: usize,
-    /// Events that are kept of all arms.
+    /// Events in the logs of all arms.
     pub events: usize,
-    /// Orders that the arms have not been given, and what waits for its turn beside them.
+    /// Orders not handed to arms, and requests that wait for their turn.
     pub orders: usize,
 }
 
 impl Station {
-    /// What it holds at present.
+    /// Returns the current sizes.
     #[doc(hidden)]
     #[must_use]
     pub fn size(&self) -> StationSize {

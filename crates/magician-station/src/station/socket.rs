@@ -1,4 +1,4 @@
-//! One connection of a client: its session, its limits, what it subscribes to, and what waits to be sent.
+//! Connection of a client: session, limits, subscriptions, outbox.
 
 #[cfg(feature = "class")]
 use std::net::{IpAddr, SocketAddr};
@@ -15,66 +15,69 @@ use super::outbox::Outbox;
 use super::throttle::{Pace, Throttle};
 use crate::control::{ArmId, SessionId};
 
-/// Messages of a client in any second.
+/// Most messages of a client within any second. A choice, far above what a page sends.
 pub const RATE: usize = 200;
-/// Requests of a client under way.
+/// Most requests of a client in flight.
 pub const UNDER_WAY: usize = 64;
-/// Subscriptions.
+/// Most subscriptions of a socket.
 pub(super) const SUBSCRIPTIONS: usize = 16;
-/// Time to say hello for a client of this machine.
+/// Time for a hello from this machine.
 const HELLO: Duration = Duration::from_secs(5);
-/// Time to say hello for a client from elsewhere. A page says it as soon as it is connected; who only holds a place is shut
-/// out sooner.
+/// Time for a hello from elsewhere. A page sends it as soon as it is connected, so a socket without
+/// one only occupies a place.
 const HELLO_FROM_ELSEWHERE: Duration = Duration::from_secs(2);
 
-/// Time in which a client of this machine gives way to no other: for a program that is slow to say hello on a busy machine.
-/// The four silent sockets of this machine are 40 a second then.
+/// Time for which a socket of this machine is not evicted, so that a program on a busy machine can
+/// say hello. With four places this admits 40 silent sockets per second.
 const GRACE: Duration = Duration::from_millis(100);
-/// The same for a client from elsewhere: a round trip of a bad wireless network. Twelve silent sockets are 24 a second.
+/// The same for a socket from elsewhere: a round trip on a bad wireless network. With twelve places
+/// this admits 24 silent sockets per second.
 const GRACE_FROM_ELSEWHERE: Duration = Duration::from_millis(500);
 
-/// The code of a close, as in RFC 6455, and this API's own.
+/// Close code of a WebSocket, from RFC 6455 or of this API.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CloseCode(pub u16);
 
 impl CloseCode {
-    /// The first message was no good hello.
+    /// The first message was not a valid hello.
     pub const HELLO: Self = Self(4400);
-    /// No token, or a wrong one.
+    /// The token is missing or invalid.
     pub const TOKEN: Self = Self(4401);
-    /// What the client may do has changed: it comes again. (Service restart, RFC 6455's registry.)
+    /// The rights of the client have changed: reconnect. (Service restart in the registry of RFC
+    /// 6455.)
     pub const AGAIN: Self = Self(1012);
     /// The token was revoked.
     pub const REVOKED: Self = Self(4403);
     /// No hello in time.
     pub const LATE: Self = Self(4408);
-    /// The session has another socket now.
+    /// Another socket has resumed the session.
     pub const TAKEN_OVER: Self = Self(4409);
-    /// Too much waits to be read.
+    /// Too many unread messages.
     pub const SLOW: Self = Self(4413);
-    /// Too many messages.
+    /// Too many messages sent.
     pub const TOO_MANY: Self = Self(4429);
-    /// The station has as many sessions, or viewers, as it takes.
+    /// All sessions, or all places for viewers, are in use.
     pub const FULL: Self = Self(4503);
 }
 
-/// Who is at the other end, as the listener knows.
+/// Client at the other end, as known to the listener.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Peer {
-    /// What it may do without a token; none: what its place may do, which is nothing from elsewhere, and on this machine a
-    /// teacher's role, or a viewer's while a class is set.
+    /// Rights without a token. `None` for those of the origin: none from elsewhere; on this machine
+    /// those of a teacher, or of a viewer while a class is set.
     pub grant: Option<Grant>,
-    /// Where it comes from.
+    /// Origin of the connection.
     pub origin: Origin,
-    /// Its address, and behind a blank the name in its certificate if it has shown one; for the journal.
+    /// Address, followed by a space and the name in its certificate if it has shown one; for the
+    /// journal.
     pub address: String,
-    /// A secret for the session to come back with: new for each socket, at least 16 random bytes as text.
+    /// Secret for resuming the session: at least 16 random bytes as text, new for each socket.
     pub secret: String,
 }
 
 impl Peer {
-    /// What tells its place from others where tries are counted: the machine, without the port; of IPv6 the network, of which
-    /// a host has all addresses.
+    /// Returns the key under which tries of this client are counted: the host without the port. For
+    /// IPv6 the /64 network, because a host owns all addresses in it.
     #[cfg(feature = "class")]
     pub(super) fn place(&self) -> String {
         let address = self.address.split(' ').next().unwrap_or_default();
@@ -90,18 +93,18 @@ impl Peer {
     }
 }
 
-/// What a listener sends.
+/// Message to a client.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outgoing {
-    /// A text message.
+    /// Text message.
     Text(String),
-    /// A binary message.
+    /// Binary message.
     Frame(Vec<u8>),
-    /// The end, after which nothing comes.
+    /// Close. Nothing follows.
     Close(CloseCode),
 }
 
-/// A subscription of a socket.
+/// Subscription of a socket.
 #[derive(Debug)]
 pub(super) struct Subscription {
     pub(super) id: u16,
@@ -109,20 +112,20 @@ pub(super) struct Subscription {
     pub(super) period: Duration,
     pub(super) binary: bool,
     pub(super) pins: Vec<magician::Pin>,
-    /// When the next state is due.
+    /// Instant at which the next state is due.
     pub(super) due: HostInstant,
-    /// The state that was sent last, in JSON.
+    /// Last state that was sent as JSON.
     pub(super) sent: Arc<Map<String, Value>>,
-    /// States that were due so far.
+    /// Number of states that were due so far.
     pub(super) sequence: u32,
-    /// Whether its line was told to be lost.
+    /// True if the client was notified that the line is lost.
     pub(super) lost: bool,
 }
 
 #[derive(Debug)]
 pub(super) struct Socket {
     pub(super) peer: Peer,
-    /// What the token of its hello allows.
+    /// Rights of the token in its hello.
     pub(super) vouched: Option<Grant>,
     pub(super) session: Option<SessionId>,
     pub(super) opened: HostInstant,
@@ -131,9 +134,9 @@ pub(super) struct Socket {
     next_subscription: u16,
     pub(super) outbox: Outbox<Newest>,
     throttle: Throttle,
-    /// It is a link's: it has methods of its own, and its own bounds in place of those of a socket.
+    /// True for a link, which has its own methods and limits.
     pub(super) link: bool,
-    /// The program's call that a link's message is made for.
+    /// Call of the program for which a link's message was made.
     pub(super) calls: Option<String>,
 }
 
@@ -154,7 +157,7 @@ impl Socket {
         }
     }
 
-    /// Time in which a client from there gives way to no other.
+    /// Returns the time for which a client from this origin is not evicted.
     pub(super) const fn grace(origin: Origin) -> Duration {
         match origin {
             Origin::Loopback => GRACE,
@@ -162,7 +165,7 @@ impl Socket {
         }
     }
 
-    /// When it is closed if it has not said hello.
+    /// Returns the instant at which the socket is closed unless it has said hello.
     pub(super) fn hello_due(&self) -> HostInstant {
         let time = match self.peer.origin {
             Origin::Loopback => HELLO,
@@ -173,6 +176,7 @@ impl Socket {
 
     /// Counts a message.
     pub(super) fn hears(&mut self, now: HostInstant) -> Pace {
+        // A link limits its program itself.
         if self.link {
             return Pace::Fine;
         }
@@ -182,7 +186,7 @@ impl Socket {
     pub(super) fn next_subscription(&mut self) -> u16 {
         loop {
             self.next_subscription = self.next_subscription.checked_add(1).unwrap_or(1);
-            // After the last number come those that have ended.
+            // After the last number, numbers of ended subscriptions are used again.
             let id = self.next_subscription;
             if self.subscriptions.iter().all(|one| one.id != id) {
                 return id;

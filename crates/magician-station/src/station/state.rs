@@ -1,4 +1,5 @@
-//! The state of an arm as its subscribers get it: made once for each reading, whoever is sent it.
+//! State of an arm as sent to subscribers. Each text is made once per reading, however many
+//! subscribers get it.
 
 use std::sync::Arc;
 
@@ -8,14 +9,15 @@ use super::Station;
 use crate::control::ArmId;
 use crate::reading::{StateContext, beside_frames, changes};
 
-/// A state with the texts that were made of it so far.
+/// State with the texts made from it so far.
 #[derive(Debug)]
 pub(super) struct SharedState {
-    /// What it says beside the reading.
+    /// Part of the state that is not in the reading.
     beside: StateContext,
     fields: Arc<Map<String, Value>>,
     whole: Option<Arc<str>>,
-    /// What has changed since an earlier state; the earlier one is kept, so that no other takes its address.
+    /// Differences to earlier states. Each keeps its earlier state alive, so that no other state
+    /// can take that address: states are compared by pointer.
     changes: Vec<Change>,
 }
 
@@ -40,13 +42,14 @@ impl SharedState {
         &self.fields
     }
 
-    /// All of it, as text.
+    /// Returns the whole state as text.
     pub(super) fn whole(&mut self) -> Arc<str> {
         let fields = &self.fields;
         Arc::clone(self.whole.get_or_insert_with(|| text(fields)))
     }
 
-    /// What has changed since an earlier state, as text; without what frames of bytes carry, none where nothing of the rest has.
+    /// Returns the difference to an earlier state as text. With `beside`, without the fields of
+    /// binary frames; `None` if no other field has changed.
     pub(super) fn change(
         &mut self,
         since: &Arc<Map<String, Value>>,
@@ -59,7 +62,7 @@ impl SharedState {
         }
         let text = if beside {
             let changed = changes(&beside_frames(since), &beside_frames(&self.fields));
-            // `t` is in every change; alone it is none.
+            // `t` is always included; alone it is not a change.
             (changed.len() > 1).then(|| text(&changed))
         } else {
             Some(text(&changes(since, &self.fields)))
@@ -74,11 +77,11 @@ impl SharedState {
 }
 
 fn text(fields: &Map<String, Value>) -> Arc<str> {
-    // Maps of text and numbers are text always.
+    // Cannot fail for maps of text and numbers.
     serde_json::to_string(fields).unwrap_or_default().into()
 }
 
-/// The notification of a state.
+/// Returns the notification of a state.
 pub(super) fn told(subscription: u16, state: &str) -> String {
     format!(
         r#"{{"jsonrpc":"2.0","method":"arm.state","params":{{"subscription":{subscription},"state":{state}}}}}"#
@@ -86,7 +89,7 @@ pub(super) fn told(subscription: u16, state: &str) -> String {
 }
 
 impl Station {
-    /// The state of an arm by its last reading, if there is one since the line was found.
+    /// Returns the state from the last reading. `None` if there was none since the line was found.
     pub(super) fn shared_state(&mut self, arm: ArmId) -> Option<&mut SharedState> {
         let beside = self.beside(arm);
         let place = self.arm_mut(arm);
@@ -123,7 +126,7 @@ mod tests {
         let change = now.change(&since, false).unwrap();
         assert_eq!(&*change, r#"{"t":2.0,"x":2.0}"#);
         assert!(Arc::ptr_eq(&change, &now.change(&since, false).unwrap()));
-        // One of the same fields that is another state is looked at by itself.
+        // Equal fields in another state: compared by pointer, so not shared.
         let same = Arc::new(fields(1.0, 1));
         assert!(!Arc::ptr_eq(&change, &now.change(&same, false).unwrap()));
         assert_eq!(now.change(&since, true), None);

@@ -1,8 +1,9 @@
-//! The jobs of a station as a store: what is kept of each arm, and what is on the disk.
+//! Jobs of all arms in memory, and their revisions on the disk.
 //!
-//! Each change of an arm's jobs has a number, its revision. The station hands out the newest state of an arm
-//! ([`Station::poll_jobs`](super::Station::poll_jobs)) and is told what came of writing it
-//! ([`Station::jobs_kept`](super::Station::jobs_kept)): an answer that promises something waits for that.
+//! Each change of an arm's jobs gets a number, its revision. The station hands out the newest
+//! version of an arm ([`Station::poll_jobs`](super::Station::poll_jobs)) and gets the result of
+//! writing it ([`Station::jobs_kept`](super::Station::jobs_kept)). Answers that promise durability
+//! wait for that revision. If the disk fails, the version is handed out again after a while.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -17,21 +18,22 @@ use crate::api::JOB_STATES;
 use crate::control::{ArmId, JobId};
 use crate::job::JobStore;
 
-/// Form of the file that is written now. Form 1 was a list of jobs of all arms.
+/// Version of the file that is written. Version 1 was a list of jobs of all arms.
 const VERSION: u64 = 2;
-/// Jobs that `job.list` tells of.
+/// Number of jobs in an answer to `job.list`.
 const LISTED: usize = 50;
-/// Jobs of an arm that are kept. What is older counts in the totals alone.
+/// Number of jobs kept per arm. Older ones count in the totals only.
 const KEPT: usize = 500;
-/// Jobs of an arm whose program is kept, so that they can go on.
+/// Number of jobs per arm whose program is kept, so that they can be resumed. Programs may be
+/// large.
 const PROGRAMS: usize = 8;
-/// Time after which a disk that did not take the jobs is tried again.
+/// Interval after which a failed write is repeated.
 const RETRY: Duration = Duration::from_secs(5);
 /// Shortest time between two writes of the progress of a running job: after a crash the list of jobs is
 /// this old at most, and a job of a thousand steps does not write its whole list a thousand times.
 const PROGRESS_KEPT: Duration = Duration::from_secs(2);
 
-/// Sums over jobs that ran.
+/// Totals over jobs that ran.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct JobTotals {
@@ -42,7 +44,7 @@ pub(super) struct JobTotals {
     interrupted: u64,
     drawn_mm: f64,
     travel_mm: f64,
-    /// From the first start of each to its end, pauses included.
+    /// Sum of times from first start to end, pauses included, s.
     seconds: f64,
 }
 
@@ -55,6 +57,7 @@ impl JobTotals {
             "interrupted" => &mut self.interrupted,
             _ => return,
         };
+        // Refused jobs moved nothing and do not count.
         if !record.hidden.ran {
             return;
         }
@@ -63,11 +66,13 @@ impl JobTotals {
         self.drawn_mm += record.drawn_mm.unwrap_or(0.0);
         self.travel_mm += record.travel_mm.unwrap_or(0.0);
         if let Some((started, ended)) = record.started.zip(record.ended) {
+            // The clock may have been set back between start and end.
             self.seconds += (ended - started).max(0.0);
         }
     }
 
     fn rounded(mut self) -> Self {
+        // Digits beyond thousandths are rounding errors of the sum.
         for sum in [&mut self.drawn_mm, &mut self.travel_mm, &mut self.seconds] {
             *sum = (*sum * 1000.0).round() / 1000.0;
         }
@@ -75,25 +80,25 @@ impl JobTotals {
     }
 }
 
-/// What is kept of one arm.
+/// Stored state of one arm.
 #[derive(Clone, Debug, Default)]
 struct ArmShelf {
     /// True while a teacher has frozen the arm.
     frozen: bool,
-    /// Sums over jobs that are kept no more.
+    /// Totals over jobs that are no longer kept.
     earlier: JobTotals,
-    /// Number of the last change.
+    /// Revision of the last change.
     revision: u64,
-    /// The last one that was handed out to be written, and the last one that is on the disk.
+    /// Revision handed out last, and revision on the disk.
     sent: u64,
     kept: u64,
-    /// When a disk that failed is tried again.
+    /// Instant at which a failed write is repeated.
     retry: Option<HostInstant>,
     /// When the progress of the running job was last handed out.
     progress: Option<HostInstant>,
 }
 
-/// The jobs of all arms, in the order in which they began.
+/// Jobs of all arms, in the order of their start.
 #[derive(Debug, Default)]
 pub(super) struct Records {
     all: Vec<JobRecord>,
@@ -101,7 +106,7 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// Those that an earlier station has left, of so many arms: what was under way then is interrupted.
+    /// Loads the jobs of an earlier station. Jobs that were in progress become interrupted.
     pub(super) fn load(store: &dyn JobStore, names: &[&str], t: f64) -> Self {
         let mut records = Self {
             all: Vec::new(),
@@ -111,6 +116,7 @@ impl Records {
             let arm = ArmId(at as u64);
             let file = store.load(at);
             let (items, earlier) = match file {
+                // Version 1.
                 Value::Array(items) => (items, Value::Null),
                 Value::Object(mut file) => {
                     records.arms[at].frozen = file.get("frozen") == Some(&Value::Bool(true));
@@ -122,12 +128,13 @@ impl Records {
                     });
                     (items.unwrap_or_default(), earlier)
                 }
+                // No file, or one of a form that `check_jobs` has already refused.
                 _ => continue,
             };
             records.arms[at].earlier = serde_json::from_value(earlier).unwrap_or_default();
             let mut changed = false;
             for mut record in items.into_iter().filter_map(|item| from_file(item, arm)) {
-                // The arm may be called otherwise now.
+                // The arm may have been renamed.
                 changed |= record.left(t) || record.arm != *name;
                 (*name).clone_into(&mut record.arm);
                 records.all.push(record);
@@ -137,14 +144,15 @@ impl Records {
         records
     }
 
-    /// Adds a job. The oldest that is over gives way to it, and counts in the totals from then on.
+    /// Adds a job. If there are too many, the oldest that is over is dropped and added to the
+    /// totals.
     pub(super) fn push(&mut self, record: JobRecord) {
         let arm = record.at;
         self.all.push(record);
         self.has_changed(arm);
         let earlier = &mut self.arms[arm.0 as usize].earlier;
         let mut seen = 0;
-        // From the newest on.
+        // Newest first, so that counting stops at the limits.
         self.all.reverse();
         self.all.retain_mut(|record| {
             if record.at != arm {
@@ -164,20 +172,20 @@ impl Records {
         self.all.reverse();
     }
 
-    /// True if a teacher has frozen an arm.
+    /// True if a teacher has frozen the arm.
     #[cfg(feature = "class")]
     pub(super) fn is_frozen(&self, arm: ArmId) -> bool {
         self.arms[arm.0 as usize].frozen
     }
 
-    /// Notes that a teacher has frozen an arm, or freed it.
+    /// Records that a teacher has frozen or freed an arm.
     #[cfg(feature = "class")]
     pub(super) fn set_frozen(&mut self, arm: ArmId, frozen: bool) {
         self.arms[arm.0 as usize].frozen = frozen;
         self.has_changed(arm);
     }
 
-    /// Takes a job out, with its place; it counts in the totals all the same.
+    /// Removes a job and adds it to the totals. Returns it with its position.
     pub(super) fn remove(&mut self, id: &str) -> Option<(usize, JobRecord)> {
         let at = self.all.iter().position(|record| record.id == id)?;
         let record = self.all.remove(at);
@@ -186,15 +194,16 @@ impl Records {
         Some((at, record))
     }
 
-    /// Takes that back.
+    /// Undoes [`remove`](Self::remove).
     pub(super) fn put_back(&mut self, at: usize, record: JobRecord, totals: JobTotals) {
         let arm = record.at;
         self.arms[arm.0 as usize].earlier = totals;
+        // Other jobs may have been dropped since.
         self.all.insert(at.min(self.all.len()), record);
         self.has_changed(arm);
     }
 
-    /// The last jobs of an arm, as clients see them.
+    /// Returns the last jobs of an arm, as clients see them.
     pub(super) fn of(&self, arm: ArmId) -> Vec<Value> {
         let of: Vec<_> = { self.all.iter() }
             .filter(|record| record.at == arm)
@@ -203,7 +212,7 @@ impl Records {
         of[from..].iter().map(|record| record.shown()).collect()
     }
 
-    /// Jobs of an arm that are kept, without so many of the newest.
+    /// Returns jobs of an arm without the `skip` newest, and the totals.
     pub(super) fn history(&self, arm: ArmId, skip: usize, limit: usize) -> Value {
         let of: Vec<_> = { self.all.iter() }
             .filter(|record| record.at == arm)
@@ -216,7 +225,7 @@ impl Records {
         json!({"jobs": jobs, "more": from > 0, "totals": totals.rounded()})
     }
 
-    /// Sums over jobs of an arm that are kept no more.
+    /// Returns the totals over jobs of an arm that are no longer kept.
     pub(super) fn earlier(&self, arm: ArmId) -> JobTotals {
         self.arms[arm.0 as usize].earlier.clone()
     }
@@ -225,7 +234,7 @@ impl Records {
         self.all.iter().find(|record| record.id == id)
     }
 
-    /// The job of an arm to which its caller gave this key.
+    /// Returns the job of an arm with this idempotency key.
     pub(super) fn keyed(&self, arm: ArmId, key: &str) -> Option<&JobRecord> {
         let mut of = { self.all.iter().rev() }.filter(|record| record.at == arm);
         of.find(|record| record.hidden.key.as_deref() == Some(key))
@@ -247,18 +256,18 @@ impl Records {
         self.with_number(job).map(|record| record.id.clone())
     }
 
-    /// The job of an arm that is not over.
+    /// Returns the job of an arm that is in progress.
     pub(super) fn under_way(&self, arm: ArmId) -> Option<&JobRecord> {
         let mut of = { self.all.iter() }.filter(|record| record.at == arm);
         of.find(|record| is_under_way(&record.state))
     }
 
-    /// All jobs, to be taken up or judged at the start.
+    /// Returns all jobs, for changes at the start.
     pub(super) fn each(&mut self) -> impl Iterator<Item = &mut JobRecord> {
         self.all.iter_mut()
     }
 
-    /// Keeps those of which this holds.
+    /// Keeps only the jobs for which `keeps` holds.
     pub(super) fn retain(&mut self, keeps: impl Fn(&JobRecord) -> bool) {
         for at in 0..self.arms.len() {
             let goes = |record: &JobRecord| record.at.0 as usize == at && !keeps(record);
@@ -269,7 +278,7 @@ impl Records {
         self.all.retain(keeps);
     }
 
-    /// A job of the arm has changed; the number of that.
+    /// Records a change of an arm's jobs. Returns its revision.
     pub(super) fn has_changed(&mut self, arm: ArmId) -> u64 {
         let shelf = &mut self.arms[arm.0 as usize];
         shelf.revision += 1;
@@ -288,18 +297,18 @@ impl Records {
         }
     }
 
-    /// Number of the last change of an arm's jobs.
+    /// Returns the revision of an arm's jobs.
     pub(super) fn revision(&self, arm: ArmId) -> u64 {
         self.arms[arm.0 as usize].revision
     }
 
-    /// True if this change is on the disk.
+    /// True if this revision is on the disk.
     pub(super) fn is_kept(&self, arm: ArmId, revision: u64) -> bool {
         self.arms[arm.0 as usize].kept >= revision
     }
 
-    /// What came of writing a revision. After a failure the newest is handed out again, with the next change or a moment
-    /// later.
+    /// Records the result of writing a revision. After a failure the newest version is handed out
+    /// again with the next change, or after [`RETRY`].
     pub(super) fn was_written(&mut self, now: HostInstant, arm: ArmId, revision: u64, ok: bool) {
         let shelf = &mut self.arms[arm.0 as usize];
         if ok {
@@ -310,21 +319,23 @@ impl Records {
         }
     }
 
-    /// When a disk that failed is tried again.
+    /// Returns the next time at which a failed write is repeated.
     pub(super) fn due(&self) -> Option<HostInstant> {
         self.arms.iter().filter_map(|shelf| shelf.retry).min()
     }
 
-    /// Hands out again what a disk did not take, if that is due. `at_once`: it is, for this is the end.
+    /// Hands out versions again that the disk refused, if that is due. `at_once` ignores the
+    /// interval, for the end of the program.
     pub(super) fn try_again(&mut self, now: HostInstant, at_once: bool) {
         for shelf in &mut self.arms {
             if shelf.retry.is_some_and(|retry| at_once || retry <= now) {
+                // `poll_jobs` then finds the newest revision unsent.
                 (shelf.retry, shelf.sent) = (None, shelf.kept);
             }
         }
     }
 
-    /// What is to be kept now, if it is something else than before.
+    /// Returns the jobs of an arm that have changed since they were handed out.
     pub(super) fn take_changed(&mut self) -> Option<JobsToKeep> {
         let at = { self.arms.iter() }.position(|shelf| shelf.revision > shelf.sent)?;
         let shelf = &mut self.arms[at];
@@ -341,7 +352,7 @@ impl Records {
     }
 }
 
-/// The jobs of an arm as they were once, and whether it is frozen, to be kept. Their programs are shared with the station, not copied.
+/// Snapshot of an arm's jobs, to be written. Programs are shared with the station, not copied.
 #[derive(Clone, Debug)]
 pub struct JobsToKeep {
     arm: ArmId,
@@ -352,19 +363,20 @@ pub struct JobsToKeep {
 }
 
 impl JobsToKeep {
-    /// The arm that they are of, by its place among those of the station.
+    /// Returns the index of the arm.
     #[must_use]
     pub fn arm(&self) -> usize {
         self.arm.0 as usize
     }
 
-    /// Number of the change that it has; later ones are of a higher number.
+    /// Returns the revision of the snapshot. Later ones have higher numbers.
     #[must_use]
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// As a file has them. This copies the programs: not to be asked where others wait.
+    /// Returns the content of the file. Copies the programs: do not call it on the station's
+    /// thread.
     #[must_use]
     pub fn to_value(&self) -> Value {
         let jobs: Vec<_> = self.jobs.iter().map(to_file).collect();
@@ -391,21 +403,22 @@ impl JobsToKeep {
     }
 }
 
-/// A file of a station's class as it was once, to be kept.
+/// Snapshot of a file of a class, to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileToKeep {
-    /// Number of the text; later ones are of a higher number.
+    /// Revision of the text. Later ones have higher numbers.
     pub revision: u64,
-    /// Its content.
+    /// Content.
     pub text: String,
 }
 
-/// Checks that a station of this version reads a file of jobs as a whole.
+/// Checks that this version can read the whole file of jobs.
 ///
 /// # Errors
-/// A sentence that says why it does not: damaged, or of a later version.
+/// Sentence that says why not: it is damaged, or of a later version.
 pub fn check_jobs(file: &Value) -> Result<(), String> {
     let items = match file {
+        // Version 1 was a bare list.
         Value::Array(items) => items,
         Value::Object(members) => {
             match members.get("version").and_then(Value::as_u64) {
@@ -440,6 +453,7 @@ pub fn check_jobs(file: &Value) -> Result<(), String> {
         if !JOB_STATES.contains(&job.state.as_str()) {
             return Err(format!("its job {number} has no state that is known"));
         }
+        // Clients name a job by its id, so a second job with the same id could never be named.
         if !known.insert(job.id) {
             return Err(format!("its job {number} has the id of another one"));
         }
@@ -447,7 +461,7 @@ pub fn check_jobs(file: &Value) -> Result<(), String> {
     Ok(())
 }
 
-/// What of a file of jobs that is good as a whole is lost to a station that reads it: a sentence for each job.
+/// Returns a sentence for each job in a readable file that has lost some of its parts.
 #[must_use]
 pub fn damaged_jobs(file: &Value) -> Vec<String> {
     let items = file.get("jobs").unwrap_or(file).as_array();

@@ -1,4 +1,7 @@
-//! Programs that are taught on a page: the rows of its table, which are steps of `magician-job`'s model, and the plan that they make.
+//! Methods for teaching programs on a page.
+//!
+//! A page shows a program as rows; a row may hold several steps of a plan file (motion, gripper,
+//! suction, wait). The conversion in both directions goes through the model of `magician-job`.
 
 use magician_job::teach::{ProgramModel, TeachStep};
 use magician_program::{Action, Diagnostic, Plan};
@@ -10,11 +13,11 @@ use crate::api::{Params, RpcError};
 use crate::control::{ArmId, WorkKind};
 use crate::order::ArmOrder;
 
-/// The members of a row that are steps of a plan with this one member.
+/// Members of a row that are also the only member of a step in a plan.
 const OF_TOOLS: [&str; 3] = ["gripper", "suction", "wait"];
 
 impl Station {
-    /// Has the arm tell where a hand leaves it, or no more.
+    /// Switches reporting of the unlock key on or off.
     pub(super) fn guide(
         &mut self,
         call: &Call<'_>,
@@ -51,7 +54,7 @@ impl Station {
     }
 }
 
-/// The rows of a plan.
+/// Converts a plan to rows.
 fn rows(params: &Params) -> Result<Value, RpcError> {
     let given = params.get("plan").cloned().unwrap_or_default();
     let plan = Plan::from_json(given.to_string().as_bytes());
@@ -67,6 +70,7 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
         let count = program.plan_steps_before(nth + 1) - program.plan_steps_before(nth);
         for planned in steps.by_ref().take(count) {
             let mut planned = planned.as_object().cloned().unwrap_or_default();
+            // The name belongs to the row, which may have several steps.
             planned.remove("name");
             match OF_TOOLS.iter().find(|name| planned.contains_key(**name)) {
                 Some(name) => row[*name] = planned[*name].clone(),
@@ -84,8 +88,9 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
     }))
 }
 
-/// A step that sets an output.
+/// Returns a step that sets an output.
 fn output(params: &Params) -> Result<Value, RpcError> {
+    // The check of parameters bounds the address to 1 to 20.
     let address = params.integer("address").unwrap_or_default() as u8;
     let set = magician::build::output(address, params.is_on("high"));
     let step = TeachStep {
@@ -96,11 +101,11 @@ fn output(params: &Params) -> Result<Value, RpcError> {
     Ok(json!({"step": file["steps"][0]}))
 }
 
-/// The plan of rows, and the step of it that each of them begins with.
+/// Converts rows to a plan. Also returns the first step of each row.
 fn plan(params: &Params) -> Result<Value, RpcError> {
     let rows = params.get("rows").and_then(Value::as_array);
     let rows = rows.map(Vec::as_slice).unwrap_or_default();
-    // What the file says about itself is one line, and each step one more: an error names the line.
+    // One line for the head and one for each step, so that the line of an error identifies the row.
     let head = json!({
         "format": "magician-plan",
         "version": 1,
@@ -115,6 +120,7 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
         let row = row.as_object().cloned().unwrap_or_default();
         for (name, value) in row.iter().filter(|(_, value)| !value.is_null()) {
             let step = match name.as_str() {
+                // Not a step: the name goes to the row, below.
                 "name" if value.is_string() => continue,
                 "motion" if value.is_object() => value.clone(),
                 name if OF_TOOLS.contains(&name) => {
@@ -147,6 +153,8 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
             Action::Gripper(grip) => step.gripper = Some(grip),
             Action::Suction(on) => step.suction = Some(on),
             Action::Wait(pause) => step.pause = pause,
+            // The model has no other places: everything else, outputs included, is the motion of a
+            // row.
             motion => step.motion = Some(motion),
         }
     }
@@ -155,14 +163,15 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
     Ok(json!({"plan": file(&program)?, "first": first.collect::<Vec<_>>()}))
 }
 
-/// A program as a plan file.
+/// Returns a program as a plan file.
 fn file(program: &ProgramModel) -> Result<Value, RpcError> {
     let text = program.plan(0).to_json();
     serde_json::from_str(&text).map_err(|error| RpcError::internal(error.to_string()))
 }
 
-/// What is wrong with a step, by its row.
+/// Returns an error of the reader with the number of its row.
 fn of_row(of_rows: &[usize], problem: &Diagnostic) -> RpcError {
+    // Line 1 is the head, so the first step is on line 2.
     let line = (problem.origin.line as usize).checked_sub(2);
     match line.and_then(|line| of_rows.get(line)) {
         Some(nth) => in_row(*nth, &problem.message),

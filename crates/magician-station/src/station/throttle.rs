@@ -1,34 +1,34 @@
-//! How many messages a client may send.
+//! Rate limit on messages of a client.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-/// A client that sends too much for so long is cut off.
+/// Time above the limit after which the client is closed.
 const OVER: Duration = Duration::from_secs(5);
 
-/// How a message stands to the limit.
+/// Relation of a message to the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// It is within.
+    /// Within the limit.
     Fine,
-    /// It is refused.
+    /// Above the limit: the message is refused.
     TooMany,
-    /// Too many came for too long: this is the end of the connection.
+    /// Above the limit for too long: the connection is closed.
     Close,
 }
 
-/// Counts the messages of a client in any second.
+/// Sliding window over the messages of a client within one second.
 #[derive(Debug, Default)]
 pub struct Throttle {
-    /// The last messages.
+    /// Instants of the last messages.
     heard: VecDeque<HostInstant>,
     over_since: Option<HostInstant>,
 }
 
 impl Throttle {
-    /// Counts a message of no more than `rate` in any second.
+    /// Counts a message, with at most `rate` of them in any second.
     pub fn hears(&mut self, now: HostInstant, rate: usize) -> Pace {
         let second = Duration::from_secs(1);
         while self.heard.front().is_some_and(|at| now - *at >= second) {
@@ -36,10 +36,11 @@ impl Throttle {
         }
         if self.heard.len() < rate {
             self.heard.push_back(now);
+            // A second within the limit forgives earlier excess.
             self.over_since = self.over_since.filter(|since| now - *since < second);
             return Pace::Fine;
         }
-        // What is refused counts, too: the second goes on.
+        // Refused messages count as well, so a client that keeps sending stays above the limit.
         self.heard.pop_front();
         self.heard.push_back(now);
         let since = *self.over_since.get_or_insert(now);

@@ -1,4 +1,4 @@
-//! What `arm.tool` and `arm.speed` have the arm do.
+//! Parameters of `arm.tool` and `arm.speed`.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ use super::dispatch::Call;
 use crate::api::RpcError;
 use crate::order::ArmAct;
 
-/// The commands that hold speeds.
+/// Commands that set speeds. `arm.speed` accepts no others.
 const SPEEDS: [u8; 10] = [
     PtpJointParams::ROW.id,
     PtpCoordinateParams::ROW.id,
@@ -30,13 +30,14 @@ const SPEEDS: [u8; 10] = [
     ArcParams::ROW.id,
 ];
 
-/// What `arm.tool` is to do: one thing.
+/// Returns the action of `arm.tool`. Exactly one tool must be given.
 pub(super) fn tool(call: &Call<'_>) -> Result<ArmAct, RpcError> {
     let params = call.params;
     let things = ["tool", "suction", "gripper", "laser"];
     let given: BTreeSet<_> = { things.iter() }
         .filter(|name| params.get(name).is_some())
         .collect();
+    // With two, the first could succeed and the second fail; an answer cannot say that.
     if given.len() != 1 {
         let why = "one of `tool`, `suction`, `gripper`, `laser` has to be given";
         return Err(RpcError::param("tool", why));
@@ -81,7 +82,7 @@ fn laser_of(laser: &Map<String, Value>) -> Result<ArmAct, RpcError> {
             Some(percent.ok_or_else(wrong)?)
         }
     };
-    // The arm's switch of the laser has two places; only a path carries a power.
+    // The command that switches the laser knows on and off. Only a path carries a power.
     if on && power.is_some_and(|power| power < 100.0) {
         let why = "a standing laser burns at full power or not at all: power below 100 is for paths (cple_cmd)";
         return Err(RpcError::arm(ErrorKind::Unsupported, why));
@@ -89,7 +90,8 @@ fn laser_of(laser: &Map<String, Value>) -> Result<ArmAct, RpcError> {
     Ok(ArmAct::Tool(build::laser(on)))
 }
 
-/// The speed that `arm.speed` sets: of all moves and jogs, or one setting of the protocol.
+/// Returns the action of `arm.speed`: the ratio of all moves and jogs, or one setting of the
+/// protocol.
 pub(super) fn speed(call: &Call<'_>) -> Result<ArmAct, RpcError> {
     let params = call.params;
     match (params.number("percent"), params.text("row")) {

@@ -1,4 +1,4 @@
-//! Turns, as clients see them, and the arms that are meant by them.
+//! Methods and notifications of turns.
 
 use std::collections::BTreeSet;
 
@@ -22,6 +22,7 @@ impl Station {
             "turn.list" => {
                 let mut turns = self.turns(now);
                 if let Some(person) = self.control.person(call.session) {
+                    // A group without arms here gives an empty list. Joining reports the reason.
                     let arms: Vec<_> = self.turn_arms(call).into_iter().flatten().collect();
                     let (person, arms) = (self.person_name(person), self.names_of(&arms));
                     turns["you"] = json!({"person": person, "arms": arms});
@@ -30,6 +31,8 @@ impl Station {
             }
             "turn.join" => {
                 let arms = self.turn_arms(call)?;
+                // A session that no turn binds, such as a teacher's, does not queue and gets the
+                // list.
                 if self.control.is_bound(call.session) {
                     let Some(person) = self.control.person(call.session) else {
                         let why = "turns are of persons: sign in with name and code first";
@@ -44,6 +47,7 @@ impl Station {
                 Ok(self.turns(now))
             }
             "turn.leave" => {
+                // A name may stand for a pupil and for a token.
                 for person in self.who_leaves(call)? {
                     self.control.leave_turn(now, person);
                 }
@@ -62,6 +66,7 @@ impl Station {
             "turn.next" => {
                 let mut arms = self.arms_meant(call)?;
                 arms.retain(|arm| self.control.pass_turn(now, *arm).is_ok());
+                // With several arms, those without a successor are left out silently.
                 if let (Some(arm), true) = (call.arm, arms.is_empty()) {
                     let name = &self.arm(arm).entry.name;
                     let why = format!("nobody who is there waits to follow a turn at {name}");
@@ -73,7 +78,8 @@ impl Station {
         }
     }
 
-    /// The persons who leave the queue by a request: its own, or, for a teacher, all who have the name that it gives.
+    /// Returns the persons who leave the queue: the client's own, or for a teacher all with the
+    /// given name.
     fn who_leaves(&self, call: &Call<'_>) -> Result<Vec<PersonId>, RpcError> {
         let own = self.control.person(call.session);
         let Some(name) = call.params.text("person") else {
@@ -101,7 +107,7 @@ impl Station {
         Ok(named)
     }
 
-    /// Why a person gets no place at any of these arms.
+    /// Returns the error for a person whom the schedule grants none of these arms.
     fn kept_by_schedule(
         &self,
         now: HostInstant,
@@ -111,6 +117,7 @@ impl Station {
         if let Some(why) = self.unread_schedule() {
             return RpcError::new(RpcError::FORBIDDEN, why);
         }
+        // A bar is the reason only if it applies at every arm.
         let barred = arms.iter().map(|arm| self.barred(*arm, person));
         if let Some(why) = barred.reduce(Option::and).flatten() {
             return RpcError::new(RpcError::FORBIDDEN, why);
@@ -122,6 +129,7 @@ impl Station {
             SlotNow::Open(slot) => (*arm, Some(slot)),
             SlotNow::Free | SlotNow::Closed(_) => (*arm, None),
         });
+        // An arm with an open slot gives the better message: it names the others and the end.
         let Some((arm, slot)) = slots.min_by_key(|(_, slot)| slot.is_none()) else {
             return no_class();
         };
@@ -141,7 +149,7 @@ impl Station {
             .with("until", json!(until))
     }
 
-    /// Turns and queue, as clients see them.
+    /// Returns turns and queue as clients see them.
     pub(super) fn turns(&self, now: HostInstant) -> Value {
         let rules = self.control.turn_rules();
         let arms = self.arm_ids().map(|arm| {
@@ -192,13 +200,14 @@ impl Station {
         });
         let queue: Vec<Value> = queue.collect();
         json!({
+            // 0 stands for turns without a limit, null for a station without turns.
             "turn_s": rules.map(|rules| rules.length.map_or(0, |length| length.as_secs())),
             "arms": arms.collect::<Vec<_>>(),
             "queue": queue,
         })
     }
 
-    /// Why a job waits, beside those in front of it.
+    /// Returns the reason why a job waits, besides the jobs in front of it.
     fn why_job_waits(&self, now: HostInstant, claim: &JobClaim) -> Option<&'static str> {
         let queued = self.class.queue.get(&claim.job);
         if let Some(held) = queued.and_then(|queued| queued.held) {
@@ -210,7 +219,7 @@ impl Station {
         self.control.job_hindrance(now, claim).map(reason)
     }
 
-    /// Tells all sessions of turns, once all that followed from what happened has followed.
+    /// Sends the turns to all sessions if they have changed.
     pub(super) fn tell_turns(&mut self, now: HostInstant) {
         if std::mem::take(&mut self.class.turns_changed) {
             let turns = self.turns(now);
@@ -221,7 +230,7 @@ impl Station {
 
     pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
         match effect {
-            // One change has several: a turn is kept for a person, who is there and gets the lease.
+            // Sent later: one change often causes several of these effects.
             Effect::Turns => self.class.turns_changed = true,
             Effect::TurnEnding { arm, person, left } => {
                 let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
@@ -240,11 +249,13 @@ impl Station {
                 });
                 self.notify(session, Notice::TurnGranted, &told);
             }
+            // Not about turns: handled by the caller.
             _ => {}
         }
     }
 
-    /// The arms that a turn is wanted at: one, those of a group, those of the pupil's group, or any.
+    /// Returns the arms at which a turn is wanted: the one named, those of a group, those of the
+    /// pupil's group, or all.
     pub(super) fn turn_arms(&self, call: &Call<'_>) -> Result<BTreeSet<ArmId>, RpcError> {
         if let Some(arm) = call.arm {
             return Ok(BTreeSet::from([arm]));
@@ -264,6 +275,7 @@ impl Station {
             );
             return Err(RpcError::param("group", why));
         }
+        // No group, or a group without a list: any arm.
         let Some(arms) = arms else {
             return Ok(self.arm_ids().collect());
         };
@@ -277,7 +289,8 @@ impl Station {
         Ok(known)
     }
 
-    /// Why a session may not have a lease that nobody else keeps it from; none where that is not why.
+    /// Returns the reason why a session may not have a lease although no other session holds it.
+    /// `None` if it may.
     pub(super) fn not_admitted(
         &self,
         now: HostInstant,

@@ -1,4 +1,8 @@
-//! Readings for subscribers: at the rate that each asks for, the newest one when several are due.
+//! Subscriptions: readings at the rate that each subscriber asks for.
+//!
+//! Each arm is read at the highest rate that any subscriber needs. A subscription gets a reading
+//! when its own period is over. States are sent as differences, with a whole state from time to
+//! time; if several are due before the client reads, only the newest is sent.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,9 +21,9 @@ use crate::frame::FRAME_FIELDS;
 use crate::order::ArmOrder;
 use crate::reading::FIELDS;
 
-/// Every so many states a whole one is sent.
+/// A whole state is sent once per this number of states, so that a client that lost track recovers.
 const WHOLE: u32 = 100;
-/// EIO addresses.
+/// EIO addresses of the arm.
 const PINS: std::ops::RangeInclusive<u64> = 1..=20;
 
 impl Station {
@@ -30,6 +34,7 @@ impl Station {
         arm: ArmId,
         params: &Params,
     ) -> Result<Value, RpcError> {
+        // 50/s is the highest rate at which an arm is read.
         let rate = params.integer("rate").unwrap_or(1).clamp(1, 50) as u32;
         let binary = params.text("frame") == Some("binary");
         let pins = pins(params.get("pins"))?;
@@ -62,8 +67,8 @@ impl Station {
         Ok(json!({"subscription": id, "rate": rate, "fields": fields}))
     }
 
-    /// The first state of what a socket has subscribed to goes behind the answer, at once where it is known; else the first
-    /// reading does.
+    /// Sends the first state of new subscriptions after the answer: at once if a fresh reading
+    /// exists, otherwise with the first reading.
     pub(super) fn first_states(&mut self, now: HostInstant, socket: SocketId) {
         let Some(open) = self.sockets.get(&socket) else {
             return;
@@ -92,7 +97,7 @@ impl Station {
         Ok(Value::Null)
     }
 
-    /// Has each arm read as often as its subscribers need.
+    /// Orders the rate of reading of each arm from its subscribers, recordings and history.
     pub(super) fn watch_anew(&mut self) {
         for arm in self.arm_ids() {
             let all = self
@@ -112,6 +117,7 @@ impl Station {
                 }
             }
             let wanted = (rate, pins);
+            // An order only if something changes: each one restarts the watch.
             if self.arm(arm).watched != wanted {
                 self.arm_mut(arm).watched = wanted.clone();
                 let (rate, pins) = wanted;
@@ -120,17 +126,19 @@ impl Station {
         }
     }
 
-    /// A reading came: those whose next state is due get it.
+    /// Handles a reading: subscriptions whose next state is due get it.
     pub(super) fn has_read(&mut self, now: HostInstant, arm: ArmId) {
         let mut due = Vec::new();
         for (socket, open) in &mut self.sockets {
             for subscription in { open.subscriptions.iter_mut() }.filter(|one| one.arm == arm) {
-                // A reading that comes a little early is not one to wait a whole period for.
+                // Slightly early counts as due: waiting for the next reading would cost a whole
+                // period.
                 let early = subscription.period / 10;
                 if now + early < subscription.due {
                     continue;
                 }
-                // Times that are due lie on a grid, so that the rate holds in the mean; after a gap it begins anew.
+                // Due times lie on a grid, so that the rate is kept on average. After a gap the
+                // grid starts anew.
                 let next = subscription.due + subscription.period;
                 subscription.due = if next <= now {
                     now + subscription.period
@@ -145,7 +153,7 @@ impl Station {
         }
     }
 
-    /// The line to an arm broke: its subscribers hear it once.
+    /// Notifies the subscribers of an arm once that its line broke.
     pub(super) fn has_lost(&mut self, now: HostInstant, arm: ArmId) {
         let t = self.unix(now);
         let mut told = Vec::new();
@@ -154,7 +162,7 @@ impl Station {
                 if !std::mem::replace(&mut subscription.lost, true) {
                     told.push((*socket, subscription.id));
                 }
-                // That it is up again is a change then.
+                // So that the next state reports the line as up again.
                 if subscription.sent.contains_key("link") {
                     let sent = Arc::make_mut(&mut subscription.sent);
                     sent.insert("link".to_owned(), json!("lost"));
@@ -163,7 +171,7 @@ impl Station {
         }
         for (socket, id) in &told {
             if let Some(open) = self.sockets.get_mut(socket) {
-                // One that waits would be made when it is sent, and come before this.
+                // A waiting state would be made from later data but sent before this notification.
                 open.outbox.state_is_void(Newest::State(*id));
             }
         }
@@ -173,7 +181,7 @@ impl Station {
         }
     }
 
-    /// Something beside the reading has changed: its subscribers get it with the next state, at once.
+    /// Sends the state after a change outside the reading, without waiting for the period.
     pub(super) fn state_has_changed(&mut self, arm: ArmId) {
         let all = self.sockets.iter().flat_map(|(socket, open)| {
             let of_arm = open.subscriptions.iter().filter(|one| one.arm == arm);
@@ -194,12 +202,13 @@ impl Station {
         if let Some(subscription) = { open.subscriptions.iter_mut() }.find(|one| one.id == id) {
             let reading = self.arms[subscription.arm.0 as usize].reading.as_ref();
             let knows_pins = reading.is_some_and(|reading| reading.has(&subscription.pins));
-            // The first state is a whole one: it waits for the first reading with its pins.
+            // The first state is whole, so it waits for a reading that includes its pins.
             if subscription.sequence == 0 && !knows_pins {
+                // Due with the next reading, whenever that comes.
                 subscription.due = HostInstant::ZERO;
                 return;
             }
-            // What is not sent because a newer one took its place is a number that is missing.
+            // Counted even if never sent: a gap in the numbers shows that states were replaced.
             subscription.sequence = subscription.sequence.wrapping_add(1);
             subscription.lost = false;
         }
@@ -208,15 +217,17 @@ impl Station {
         }
     }
 
-    /// The state for a subscription as it is now.
+    /// Makes the state for a subscription from the newest reading.
     pub(super) fn state_for(&mut self, socket: SocketId, id: u16) -> Option<Outgoing> {
         let open = self.sockets.get(&socket)?;
         let subscription = open.subscriptions.iter().find(|one| one.id == id)?;
         let (arm, binary) = (subscription.arm, subscription.binary);
         let sent = Arc::clone(&subscription.sent);
+        // The sequence was increased when the state became due.
         let number = subscription.sequence.wrapping_sub(1);
         let shared = self.shared_state(arm)?;
         let fields = Arc::clone(shared.fields());
+        // A binary subscription also gets the fields that its frame lacks, when they change.
         let text = match (sent.is_empty(), binary) {
             (true, _) => Some(shared.whole()),
             (_, false) if number.is_multiple_of(WHOLE) => Some(shared.whole()),
@@ -245,7 +256,7 @@ impl Station {
         }
     }
 
-    /// Whether an arm was read within the last 100 ms.
+    /// True if the arm was read within the last 100 ms.
     pub(super) fn is_fresh(&self, now: HostInstant, arm: ArmId) -> bool {
         let place = self.arm(arm);
         let age = now - place.read_at;
@@ -253,7 +264,7 @@ impl Station {
     }
 }
 
-/// The pins of a subscription.
+/// Parses the pins of a subscription.
 fn pins(given: Option<&Value>) -> Result<Vec<Pin>, RpcError> {
     let wrong = || {
         let why = "a pin is `kind` (input, output, analog) and `address` (1 to 20)";
@@ -267,6 +278,7 @@ fn pins(given: Option<&Value>) -> Result<Vec<Pin>, RpcError> {
             .filter(|at| PINS.contains(at))? as u8;
         let known = item.as_object()?.len() == 2;
         match item.get("kind")?.as_str()? {
+            // A further member would be a misspelt one.
             _ if !known => None,
             "input" => Some(Pin::Input(address)),
             "output" => Some(Pin::Output(address)),

@@ -1,4 +1,4 @@
-//! The world of a virtual arm: looked at by anybody, changed by the holder of the lease.
+//! Methods of a virtual arm's world: every client may look, the holder of the lease may change it.
 
 use magician::ErrorKind;
 use magician::message;
@@ -20,6 +20,7 @@ impl Station {
         if method.name == "world.scenarios" {
             return Ok(Handled::Now(scenarios()));
         }
+        // Parameters first, so that a wrong one is reported for every arm.
         let act = act_of(method.name, call)?;
         let entry = &self.arm(arm).entry;
         if !entry.is_virtual {
@@ -44,7 +45,7 @@ impl Station {
     }
 }
 
-/// The scenarios that need no file.
+/// Returns the built-in scenarios.
 fn scenarios() -> Value {
     #[cfg(feature = "sim")]
     let scenarios: Vec<_> = { magician::sim::Scenario::BUILT_IN.iter() }
@@ -59,7 +60,7 @@ fn scenarios() -> Value {
     json!({"scenarios": scenarios})
 }
 
-/// What a method does there; none for a look.
+/// Returns the event that a method causes. `None` for methods that only look.
 fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
     let params = call.params;
     let is_on = |name: &str| params.is_on(name);
@@ -100,6 +101,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
                 joint: params.integer("joint").unwrap_or(1) as u8,
                 degrees: params.number("degrees").unwrap_or_default(),
             },
+            // The check of parameters admits no other fault.
             _ => Fault::Reset,
         }),
         "world.scenario" => WorldAct::Scenario(params.text("text").unwrap_or_default().to_owned()),

@@ -1,5 +1,6 @@
-//! Clients that send anything, arms that answer or do not, in any order: the station does not panic, answers each request
-//! once, keeps its bounds, and moves an arm for its holder alone.
+//! Property tests with clients that send anything and arms that may not answer, in any order: the
+//! station does not panic, answers each request once, stays within its bounds, and moves an arm for
+//! its holder alone.
 
 mod host;
 mod strangers;
@@ -13,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use self::host::Life;
 
-/// Values that nothing asks for.
+/// Values that no parameter accepts.
 fn hostile() -> BoxedStrategy<Value> {
     prop_oneof![
         Just(Value::Null),
@@ -29,9 +30,9 @@ fn hostile() -> BoxedStrategy<Value> {
     .boxed()
 }
 
-/// Something that a parameter takes, as far as its kind goes.
+/// Value that a parameter of this type accepts.
 fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
-    // Ids are small numbers, so that many are of something that there is.
+    // Ids are small numbers, so that many of them exist.
     let id = |mark: char| (1..60_u32).prop_map(move |number| json!(format!("{mark}0-{number}")));
     match (name, kind) {
         ("client", _) => "[a-z]{1,4}".prop_map(|name| json!({"name": name})).boxed(),
@@ -103,7 +104,7 @@ fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
     }
 }
 
-/// Parameters of a method: most as they should be.
+/// Parameters of a method, mostly valid.
 fn params(method: &'static Method) -> BoxedStrategy<Map<String, Value>> {
     let mut all: BoxedStrategy<Map<String, Value>> = prop_oneof![
         30 => Just(Map::new()),
@@ -112,7 +113,7 @@ fn params(method: &'static Method) -> BoxedStrategy<Map<String, Value>> {
     .boxed();
     for param in method.params {
         let given = if param.required { 30 } else { 8 };
-        // With two arms most methods need to be told which.
+        // With two arms most methods need the name of one.
         let given = if param.name == "arm" { 30 } else { given };
         let value = prop_oneof![
             given => good(param.name, param.kind).prop_map(Some),
@@ -131,7 +132,7 @@ fn params(method: &'static Method) -> BoxedStrategy<Map<String, Value>> {
     all
 }
 
-/// A message of one of four clients.
+/// Message of one of four clients.
 fn message() -> BoxedStrategy<String> {
     let each: Vec<_> = METHODS
         .iter()
@@ -143,7 +144,7 @@ fn message() -> BoxedStrategy<String> {
             .clone()
             .prop_map(move |params| (METHODS[at].name, params))
     });
-    // What makes things happen comes more often than by its share of the table.
+    // Methods with effects are called more often than their share of the table.
     let often = select(vec![
         "lease.acquire",
         "lease.ask",
@@ -172,7 +173,7 @@ fn message() -> BoxedStrategy<String> {
         .boxed()
 }
 
-/// A line of a script.
+/// Line of a script.
 fn line() -> BoxedStrategy<String> {
     let hello = (0..4_u32, good("resume", Kind::Text(20))).prop_map(|(client, resume)| {
         let params = json!({"client": {"name": "a"}, "resume": resume});
@@ -210,7 +211,7 @@ proptest! {
     #[test]
     fn whatever_comes_in_whatever_order_each_is_answered_once(script in vec(line(), 1..150)) {
         let mut life = Life::default();
-        // Somebody is there.
+        // Some clients are connected from the start.
         life.live("+3\n+2\n+2\n+1\n");
         let hello = r#"{"jsonrpc":"2.0","id":"hello","method":"session.hello","params":{"client":{"name":"a"}}}"#;
         for client in 0..4 {

@@ -1,4 +1,5 @@
-//! What viewers and strangers send costs nobody else a socket, a jog or a lease.
+//! Property tests: what viewers and strangers send costs no other client a socket, a jog or a
+//! lease.
 
 use std::time::Duration;
 
@@ -18,28 +19,28 @@ use serde_json::{Value, json};
 
 use crate::host::client::reading;
 
-/// The student keeps the jog up so often.
+/// Interval at which the student keeps the jog alive.
 const KEEP: Duration = Duration::from_millis(60);
-/// Bytes that the student's line carries within that time: 4 Mbit/s.
+/// Bytes that the student's connection carries in that interval: 4 Mbit/s.
 const LINE: usize = 30_000;
 
-/// What a viewer or a stranger does.
+/// Action of a viewer or a stranger.
 #[derive(Clone, Debug)]
 enum Deed {
-    /// Connects, with a token or without one.
+    /// Connects, with or without a token.
     Open(bool),
-    /// Says hello, with a name of so many signs.
+    /// Says hello, with a name of this length.
     Hello(usize, usize),
-    /// Connects, says hello and is gone, so many times.
+    /// Connects, says hello and disconnects, this many times.
     Loop(u8),
-    /// Sends a request so many times.
+    /// Sends a request, this many times.
     Call(usize, &'static str, u8),
-    /// Sends what is no request.
+    /// Sends text that is not a request.
     Garbage(usize),
     Close(usize),
-    /// Reads what there is.
+    /// Reads all messages.
     Read(usize),
-    /// Lets time pass, ms.
+    /// Waits, ms.
     Wait(u64),
 }
 
@@ -77,17 +78,17 @@ fn deed() -> impl Strategy<Value = Deed> {
     ]
 }
 
-/// A station with a student at work, and others.
+/// Station with a working student and other clients.
 struct Scene {
     station: Station,
     now: HostInstant,
     student: SocketId,
     jog: String,
-    /// When the student reads and keeps next.
+    /// Next instant at which the student reads and keeps the jog alive.
     next: HostInstant,
     others: Vec<SocketId>,
     opened: usize,
-    /// Lists of sessions that the student was sent, and bytes in all.
+    /// Times of the lists of sessions that the student received, and bytes in total.
     lists: Vec<HostInstant>,
     bytes: usize,
     read: f32,
@@ -103,7 +104,7 @@ fn hello(name: &str, token: bool) -> String {
 
 impl Scene {
     fn new() -> Self {
-        // The third is nobody's: anybody may stop it.
+        // The third arm belongs to no one: any client may stop it.
         let arms = ["arm0", "arm1", "arm2"].map(ArmEntry::simulated).to_vec();
         let mut scene = Self {
             station: Station::new(StationConfig::new(arms, "0")),
@@ -167,7 +168,7 @@ impl Scene {
         panic!("no answer to {id}");
     }
 
-    /// The arms do what they are told, at once; nobody tells the student's to stop.
+    /// Reports the orders of arms as done at once. The student's arm must not be ordered to stop.
     fn orders(&mut self) {
         while let Some(jobs) = self.station.poll_jobs() {
             let (arm, revision) = (jobs.arm(), jobs.revision());
@@ -207,7 +208,8 @@ impl Scene {
         self.station.report(self.now, arm, report);
     }
 
-    /// Time passes. Arms are read, and the student reads as much as the line carries, and keeps the jog up.
+    /// Lets time pass: arms are read, and the student reads as much as the connection carries and
+    /// keeps the jog alive.
     fn pass(&mut self, time: Duration) {
         let until = self.now + time;
         while self.next <= until {
@@ -319,7 +321,7 @@ impl Scene {
         self.orders();
     }
 
-    /// The student is still at work, and was not told more than people can read.
+    /// Checks that the student is still working and was sent no more than people can read.
     fn end(mut self) {
         self.pass(Duration::from_millis(300));
         let info = json!({"jsonrpc": "2.0", "id": 9, "method": "session.list"});
@@ -396,7 +398,7 @@ fn student_whose_socket_broke_comes_back_beside_a_loop_of_viewers() {
     let mut scene = Scene::new();
     let secret = "secret-1";
     let socket = scene.student;
-    // The jog ends with its socket, the lease does not.
+    // The jog ends with the socket; the lease is kept.
     scene.station.close(scene.now, socket);
     while scene.station.poll_order().is_some() {}
     for _ in 0..100 {
@@ -410,7 +412,7 @@ fn student_whose_socket_broke_comes_back_beside_a_loop_of_viewers() {
     assert_eq!(scene.answer(1)["result"]["resumed"], json!(true));
 }
 
-/// The error that a client of the scene was answered with, before it was closed.
+/// Returns the error that a client received before its socket was closed.
 fn refusal(scene: &mut Scene, socket: SocketId) -> Value {
     let Some(Outgoing::Text(text)) = scene.station.poll_send(socket) else {
         panic!("an answer");
@@ -449,7 +451,7 @@ fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
 fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
     let mut scene = Scene::new();
     let late = scene.open(Some(Role::Student)).expect("room");
-    // All places but four are for clients from elsewhere, and the student has one.
+    // All places but four are open to clients from elsewhere, and the student has one of them.
     for _ in 1..SOCKETS - 4 {
         let socket = scene.open(Some(Role::Student)).expect("room");
         scene.station.receive(scene.now, socket, &hello("s", false));
@@ -498,7 +500,7 @@ fn viewers_give_way_to_the_pin_a_code_and_a_token_where_all_places_are_taken() {
         station.receive(now, socket, &hello.to_string());
         Some(socket)
     };
-    // Whether its hello was answered with a session; false also where it was closed since.
+    // True if the hello was answered with a session and the socket is still open.
     let is_in = |station: &mut Station, socket: SocketId| {
         let mut is_in = None;
         while let Some(outgoing) = station.poll_send(socket) {
@@ -542,7 +544,7 @@ fn viewers_give_way_to_the_pin_a_code_and_a_token_where_all_places_are_taken() {
         assert_eq!(is_in(&mut station, last), Some(false), "{more}");
     }
     assert_eq!(is_in(&mut station, viewers[0]), None, "the first looks on");
-    // At last there are none but those who may move an arm.
+    // In the end only clients that may move an arm are left.
     for _ in 3..VIEWERS {
         let socket = come(&mut station, Some(Role::Student), json!({})).expect("room");
         assert_eq!(is_in(&mut station, socket), Some(true));

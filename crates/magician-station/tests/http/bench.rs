@@ -1,4 +1,4 @@
-//! A station that listens at a free port, and clients of HTTP and WebSocket that say what a test wants them to.
+//! Station listening at a free port, and clients for HTTP and WebSocket.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ impl HttpStation {
         Self::made(admission, None).await
     }
 
-    /// One in which nobody is more than a viewer.
+    /// Creates a station that limits every session to a viewer.
     pub(crate) async fn read_only() -> Self {
         Self::of(Admission::default(), None, true, Pages::default()).await
     }
@@ -44,7 +44,7 @@ impl HttpStation {
         Self::of(admission, tls, false, Pages::default()).await
     }
 
-    /// One that serves a page.
+    /// Creates a station that serves a page.
     pub(crate) async fn paged(pages: Pages) -> Self {
         Self::of(Admission::default(), None, false, pages).await
     }
@@ -55,7 +55,7 @@ impl HttpStation {
         Self::in_folder(admission, tls, read_only, pages, (folder, tokens)).await
     }
 
-    /// One with these tokens.
+    /// Creates a station with these tokens.
     pub(crate) async fn with_tokens(tokens: TokenStore) -> Self {
         let folder = TempDir::new().unwrap();
         let (admission, pages) = (Admission::default(), Pages::default());
@@ -102,14 +102,15 @@ impl HttpStation {
         }
     }
 
-    /// Sends the text of a request, with `{host}` for the station's name, and reads the whole answer.
+    /// Sends a request, with `{host}` replaced by the station's name, and reads the whole answer.
     pub(crate) async fn raw(&self, request: &str) -> Answer {
         let mut stream = TcpStream::connect(self.address).await.unwrap();
         let host = self.address.to_string();
         let request = request.replace("{host}", &host).replace('\n', "\r\n");
         stream.write_all(request.as_bytes()).await.unwrap();
         let mut bytes = Vec::new();
-        // Where the station cuts the line before it has read all of a request, that is its answer.
+        // If the station closes before it has read the whole request, the answer is complete as
+        // well.
         let _ = stream.read_to_end(&mut bytes).await;
         Answer::of(&String::from_utf8_lossy(&bytes))
     }
@@ -130,7 +131,7 @@ impl HttpStation {
         .await
     }
 
-    /// A WebSocket without a hello; the headers are added.
+    /// Opens a WebSocket with these headers, without a hello.
     pub(crate) async fn socket(&self, headers: &[(&'static str, &str)]) -> Result<Socket, u16> {
         let url = format!("ws://{}/api/v1/ws", self.address);
         let mut request = url.into_client_request().unwrap();
@@ -147,7 +148,7 @@ impl HttpStation {
         }
     }
 
-    /// A session of this machine.
+    /// Opens a session of this machine.
     pub(crate) async fn join(&self, name: &str) -> Socket {
         let mut socket = self.socket(&[]).await.unwrap();
         socket
@@ -162,7 +163,7 @@ impl HttpStation {
     }
 }
 
-/// An answer of HTTP.
+/// HTTP response.
 pub(crate) struct Answer {
     pub(crate) status: u16,
     pub(crate) headers: Vec<(String, String)>,
@@ -196,7 +197,7 @@ impl Answer {
     }
 }
 
-/// A WebSocket client.
+/// WebSocket client.
 pub(crate) struct Socket {
     pub(crate) socket: WebSocketStream<TcpStream>,
     next: i64,
@@ -236,7 +237,7 @@ impl Socket {
         }
     }
 
-    /// Watches the arm until a field of its state has this value; the state as it is then.
+    /// Subscribes until a field of the state has this value. Returns that state.
     pub(crate) async fn until(&mut self, field: &str, value: Value) -> Value {
         let made = self
             .call("arm.subscribe", json!({"rate": 50}))
@@ -261,12 +262,12 @@ impl Socket {
         state
     }
 
-    /// The code with which it is closed.
+    /// Returns the close code.
     pub(crate) async fn closed(&mut self) -> Option<u16> {
         self.closed_because().await.map(|(code, _)| code)
     }
 
-    /// The code with which it is closed, and the reason.
+    /// Returns the close code and the reason.
     pub(crate) async fn closed_because(&mut self) -> Option<(u16, String)> {
         loop {
             match self.socket.next().await {

@@ -1,4 +1,4 @@
-//! Single requests over HTTP.
+//! Single requests by POST.
 
 use serde_json::{Value, json};
 
@@ -31,7 +31,7 @@ async fn a_request_takes_the_lease_that_is_free_and_gives_it_back() {
     );
     let stopped = call(&bench, "arm.stop", json!({})).await;
     assert_eq!(stopped["result"]["arms"][0]["stood"], json!(true));
-    // Nobody is told of such a session.
+    // Sessions of single requests are not listed.
     let sessions = anna.call("session.list", json!({})).await.unwrap();
     assert_eq!(sessions["sessions"].as_array().unwrap().len(), 1);
 }

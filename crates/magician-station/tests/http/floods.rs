@@ -1,4 +1,4 @@
-//! Senders that never pause: what others send is served within a bounded number of their turns.
+//! Floods: other clients are served within a bounded number of a flooding sender's turns.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,12 +17,12 @@ use tokio_tungstenite::tungstenite::Message;
 
 use crate::bench::HttpStation;
 
-/// Most requests of a flood that may be served while another one is answered. It takes some ten steps, each of which one turn
-/// may precede, and as many more as pass while the system carries bytes. Without turns they are all that there are, a thousand
-/// or more.
+/// Most requests of a flood served while another request is answered. That request takes about ten
+/// steps, each of which may wait for one turn, and more turns pass while the system carries bytes.
+/// Without turns the flood has a thousand or more.
 const MOST_TURNS: usize = 400;
 
-/// An urgent request that no arm has to come to rest for.
+/// Urgent request for which no arm has to come to rest.
 const URGENT: &str = r#"{"jsonrpc":"2.0","id":1,"method":"job.stop","params":{"job":"j0-1"}}"#;
 
 /// Requests that a stranger may send in a row.
@@ -46,7 +46,8 @@ fn pipelined(kind: usize, host: &str) -> String {
     )
 }
 
-/// Connections that send such requests without a pause and take the answers, and how many of these have begun.
+/// Opens connections that send these requests without pause and read the answers. Returns a counter
+/// of started answers.
 async fn flood(bench: &HttpStation, kinds: &[usize]) -> (Arc<AtomicUsize>, JoinSet<()>) {
     let (answers, mut senders) = (Arc::new(AtomicUsize::new(0)), JoinSet::new());
     for kind in kinds {
@@ -94,7 +95,8 @@ proptest! {
     }
 }
 
-/// Number of requests that the station has handled, a little more: each has an id, and so has the session that asks.
+/// Returns an upper bound of the requests that the station has handled: each has an id, and so has
+/// the asking session.
 fn handled(bench: &HttpStation) -> u64 {
     let grant = Some(Grant {
         role: Role::Viewer,
@@ -138,7 +140,7 @@ async fn message_of_a_session_is_handled_within_few_turns_of_viewers_with_many()
     student.call("arm.list", json!({})).await.unwrap();
     let others = handled(&bench) - begun;
     assert!(others <= MOST_TURNS as u64, "{others}");
-    // The viewers lose nothing by it.
+    // The viewers get all their answers.
     for viewer in &mut viewers {
         for _ in 0..190 {
             viewer.answer(7).await.unwrap();

@@ -1,4 +1,4 @@
-//! Clients that mean no good: others do not notice.
+//! Hostile clients: others do not notice them.
 
 use std::time::Duration;
 
@@ -10,7 +10,8 @@ use tokio::time::{Instant, timeout};
 use crate::bench::HttpStation;
 
 const STOP: &str = r#"{"jsonrpc":"2.0","id":1,"method":"arm.stop"}"#;
-/// A stop waits for nobody's time out: on the test's clock, which stands but for what waits.
+/// Limit for a stop, on the test's clock, which advances only while everything waits: a stop must
+/// not wait for a timeout of others.
 const AT_ONCE: Duration = Duration::from_secs(1);
 
 async fn stops_at_once(bench: &HttpStation) {
@@ -29,7 +30,7 @@ async fn stop_and_login_are_answered_at_once_beside_400_silent_connections() {
     let mut silent = Vec::new();
     for at in 0..400 {
         let mut stream = TcpStream::connect(bench.address).await.unwrap();
-        // Half of them send the beginning of a head.
+        // Half of them send the start of a head.
         if at % 2 == 0 {
             stream
                 .write_all(b"POST /api/v1/rpc HTTP/1.1\r\nhos")

@@ -1,4 +1,4 @@
-//! The folder of jobs: whose each file is, what an older station has left, and what cannot be read.
+//! Folder of jobs: identity of arms, files of older stations, damaged files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -178,7 +178,7 @@ fn file_that_cannot_be_read_is_named_and_left_alone() {
             "{told}"
         );
         assert_eq!(files(place.path()), before, "{text}");
-        // Another arm is none of its business.
+        // The damaged file of one arm does not concern another arm.
         open(place.path(), &[(real("arm", "tcp:a:1"), "DT2")]).unwrap();
     }
     let place = tempfile::tempdir().unwrap();
@@ -205,12 +205,12 @@ fn jobs_of_an_older_station_are_taken_over_once_by_the_names_of_arms() {
     let both = open(place.path(), &arms).unwrap();
     assert_eq!(ids(&both, 0), ["j1", "j3"]);
     assert_eq!(ids(&both, 1), ["j2"]);
-    // Whose it was is not known any more, so it does not wait as somebody else's.
+    // The owner is unknown, so the job does not wait as someone else's.
     assert_eq!(both.load(0)["jobs"][1]["state"], json!("interrupted"));
     let rest: Value = serde_json::from_str(&fs::read_to_string(&old).unwrap()).unwrap();
     assert_eq!(rest, json!([job("j4", "gone", "failed")]));
     drop(both);
-    // The same once more, as after a kill between the two files.
+    // Again, as after a kill between the two files.
     fs::write(&old, jobs.to_string()).unwrap();
     let again = open(place.path(), &arms).unwrap();
     assert_eq!(ids(&again, 0), ["j1", "j3"]);
@@ -269,13 +269,13 @@ fn interrupted_runs_of_the_command_are_those_of_the_arm_and_not_under_way() {
         ),
         ("house", 4, Some(10), 5.0)
     );
-    // A station goes on with it, to its end.
+    // A station resumes the run and finishes it.
     let mut journal = one.journal();
     journal.open(&JournalKey::new("aa", "DT1"));
     assert_eq!(journal.left().unwrap().finished, 4);
     journal.remove();
     assert_eq!(one.runs(0), []);
-    // What a station began says nothing of itself, also when the command has gone on with it.
+    // A run started by a station is not taken over, even if the command has resumed it.
     let mut station = one.journal();
     station.open(&JournalKey::new("cc", "DT1"));
     station.write(&checkpoint(2)).unwrap();
@@ -293,7 +293,7 @@ fn file_that_the_disk_does_not_take_is_an_error_that_names_it() {
     let store = open(&folder, &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
     store.keep("class.toml", "first").unwrap();
     assert_eq!(store.kept("class.toml").unwrap().as_deref(), Some("first"));
-    // Root may write where nobody may: a folder that is a file takes nothing of anybody.
+    // Root ignores permissions, but cannot write into a file that is not a folder either.
     fs::remove_dir_all(&folder).unwrap();
     fs::write(&folder, "").unwrap();
     let refused = store.keep("class.toml", "second").unwrap_err();

@@ -1,4 +1,4 @@
-//! The link's listener: programs that say nothing keep none out.
+//! Listener of the link: silent programs do not keep others out.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! The station on this machine's network: routes, who is let in, tokens, sockets.
+//! Tests of the network interface: routes, admission, tokens, sockets.
 #![cfg(feature = "http")]
 
 mod bench;

@@ -1,4 +1,4 @@
-//! The files of a page: as they are stored, once, and never what is not one of them.
+//! Files of a page: served as stored, revalidated, and nothing beyond them.
 
 use magician_station::http::{PageFile, Pages};
 
@@ -74,7 +74,7 @@ async fn what_is_known_is_not_sent_again() {
     let again = bench.get("/assets/app.js", &known).await;
     assert_eq!((again.status, again.body.as_str()), (304, ""));
     assert_eq!(again.header("etag"), Some(tag));
-    // The same under another coding is another thing.
+    // The same file in another encoding has another tag.
     let zipped = format!("{known}accept-encoding: gzip\n");
     assert_eq!(bench.get("/assets/app.js", &zipped).await.status, 200);
     assert_eq!(

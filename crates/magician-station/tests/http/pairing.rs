@@ -1,4 +1,4 @@
-//! Codes and tokens.
+//! Pairing codes and tokens.
 
 use magician_station::Role;
 use serde_json::json;

@@ -1,4 +1,4 @@
-//! This machine's people without a name, at every route, with a class and without.
+//! Anonymous clients of this machine at every route, with and without a class.
 
 use magician_station::Role;
 use magician_station::http::ROUTES;
@@ -8,7 +8,7 @@ use crate::bench::{Answer, HttpStation};
 
 const CLASS: &str = "[class]\npin = \"482913\"\n[[pupil]]\nname = \"Ada\"\ncode = \"AAAA\"\n";
 
-/// Routes by what they need, with an own copy of each: one that is new fails the test.
+/// Open routes, repeated here so that a new route fails the test.
 const OPEN: [(&str, &str); 5] = [
     ("GET", "/"),
     ("GET", "/assets/{name}"),
@@ -16,7 +16,7 @@ const OPEN: [(&str, &str); 5] = [
     ("GET", "/healthz"),
     ("GET", "/api/v1/openrpc.json"),
 ];
-/// Each has its own test: by its first message, its method, its code.
+/// Routes with tests of their own, decided by first message, method or code.
 const OF_CONTENT: [(&str, &str); 3] = [
     ("GET", "/api/v1/ws"),
     ("POST", "/api/v1/rpc"),
@@ -120,7 +120,7 @@ async fn post_without_a_token_reads_no_code_and_freezes_nothing_until_the_pin_is
     let shown = rpc(&bench, &pin, "class.get", json!({})).await.json();
     assert_eq!(shown["result"]["pupils"][0]["code"], "AAAA", "{shown}");
     assert!(rpc(&bench, &pin, "class.freeze", json!({})).await.json()["result"].is_object());
-    // A socket says it in its hello.
+    // On a socket the PIN belongs into the hello.
     assert_eq!(
         bench
             .socket(&[("authorization", "Bearer 482913")])

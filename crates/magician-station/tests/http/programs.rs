@@ -1,4 +1,4 @@
-//! The library of programs over HTTP: whole or not at all, by role, and under no other name than its own.
+//! Library of programs over HTTP: atomic uploads, roles, and names.
 
 use std::fs;
 
@@ -77,11 +77,11 @@ async fn a_library_takes_so_many_programs_and_bytes() {
     assert!(refused.body.contains("1000 programs"), "{}", refused.body);
     let refused = anna.call("program.put", put("more")).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
-    // One that is there is replaced, and one that is removed makes room.
+    // Replacing needs no further place, and removing frees one.
     assert_eq!(ask(&bench, "PUT", "last", "", "longer").await.status, 200);
     assert_eq!(ask(&bench, "DELETE", "1", "", "").await.status, 204);
     assert_eq!(ask(&bench, "PUT", "more", "", "xx").await.status, 201);
-    // The bytes of all of them: a file without content takes no disk, and counts as long as it is.
+    // Sparse files take no disk but count with their length.
     let large = fs::File::create(folder.join("2")).unwrap();
     large.set_len(most.bytes).unwrap();
     assert_eq!(
@@ -94,14 +94,14 @@ async fn a_library_takes_so_many_programs_and_bytes() {
     assert_eq!(files(&bench).len(), most.programs);
 }
 
-/// What a student put leaves room for a teacher, and the refusal says so before the bytes come.
+/// Students' programs leave room for a teacher. A refusal is sent before the bytes.
 #[tokio::test]
 async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
     let bench = HttpStation::new().await;
     let quotas = LibraryQuotas::default();
     let folder = bench.folder.path().join("programs");
     fs::create_dir_all(&folder).unwrap();
-    // Seventeen files, as one student had put them; without content they take no disk.
+    // Seventeen sparse files, as one student had stored them.
     let piece = 60 << 20;
     for number in 0..quotas.students.bytes / piece {
         let file = fs::File::create(folder.join(format!("of student {number}"))).unwrap();
@@ -110,7 +110,7 @@ async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
     let token = bench.token(Role::Student);
     let student = format!("authorization: Bearer {token}\n");
     let mib = |count: u64| count << 20;
-    // The body never comes: what is answered is answered by the length alone.
+    // The body is never sent: the answer depends on the declared length alone.
     let announce = async |headers: &str, length: u64| {
         let head = format!(
             "PUT /api/v1/programs/more HTTP/1.1\nhost: {{host}}\nconnection: close\nexpect: 100-continue\n\
@@ -126,11 +126,11 @@ async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
     let refused = announce("", mib(65)).await;
     assert_eq!(refused.status, 413, "{}", refused.body);
     assert!(refused.body.contains("64 MiB at most"), "{}", refused.body);
-    // A sender that does not wait sends all it has, and hears the same.
+    // A client that sends everything before it reads gets the same answer.
     let much = "x".repeat(50 << 20);
     let refused = ask(&bench, "PUT", "more", &student, &much).await;
     assert_eq!(refused.status, 413, "{}", refused.body);
-    // Without a length as soon as it is too much.
+    // Without a length the upload is refused as soon as it is too large.
     let chunk = "10000\n".to_owned() + &"x".repeat(1 << 16) + "\n";
     let head = format!(
         "PUT /api/v1/programs/more HTTP/1.1\nhost: {{host}}\nconnection: close\n{student}transfer-encoding: chunked\n\n"
@@ -142,7 +142,7 @@ async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
         ask(&bench, "PUT", "little", &student, "x").await.status,
         201
     );
-    // A teacher has the last quarter.
+    // Teachers may use the last quarter.
     assert_eq!(ask(&bench, "PUT", "more", "", &much).await.status, 201);
     let refused = bench.socket(&[]).await;
     let mut page = refused.unwrap();
@@ -222,7 +222,7 @@ async fn names_lead_nowhere_else() {
 #[tokio::test]
 async fn each_method_has_its_role() {
     let bench = HttpStation::new().await;
-    // (method, viewer, student, teacher), after a program is there.
+    // (method, viewer, student, teacher), with the program already stored.
     for (method, expected) in [
         ("GET", [200, 200, 200]),
         ("PUT", [403, 200, 200]),
@@ -259,7 +259,7 @@ async fn each_method_has_its_role() {
     assert_eq!(named.header("access-control-allow-origin"), Some(origin));
 }
 
-/// Sends the head of a PUT and then so many bytes, in pieces; what is answered, if anything is.
+/// Sends the head of a PUT and this many bytes in pieces. Returns the answer, if any.
 async fn push(bench: &HttpStation, head: &str, bytes: u64, chunked: bool) -> String {
     let mut stream = TcpStream::connect(bench.address).await.unwrap();
     let host = bench.address;
@@ -282,7 +282,7 @@ async fn push(bench: &HttpStation, head: &str, bytes: u64, chunked: bool) -> Str
             if chunked {
                 whole.extend_from_slice(b"\r\n");
             }
-            // The station may have had enough.
+            // The station may have closed the connection.
             if to.write_all(&whole).await.is_err() {
                 return;
             }
@@ -304,17 +304,17 @@ async fn a_program_is_of_64_mib_at_most_and_whole() {
     let bench = HttpStation::new().await;
     assert_eq!(ask(&bench, "PUT", "big", "", "old").await.status, 201);
     let length = |length: u64| format!("content-length: {length}\r\n");
-    // One that says that it is too large is not waited for.
+    // A declared length that is too large is refused without the body.
     let answer = push(&bench, &length(LARGEST_PROGRAM + 1), 0, false).await;
     assert!(answer.starts_with("HTTP/1.1 413"), "{answer}");
-    // One that does not say it.
+    // Without a declared length.
     let chunked = "transfer-encoding: chunked\r\n";
     let answer = push(&bench, chunked, LARGEST_PROGRAM + 1, true).await;
     assert!(
         answer.is_empty() || answer.starts_with("HTTP/1.1 413"),
         "{answer}"
     );
-    // One whose sender goes away in the middle.
+    // The client disconnects half way.
     push(&bench, &length(1000), 500, false).await;
     assert_eq!(ask(&bench, "GET", "big", "", "").await.body, "old");
     while files(&bench) != ["big"] {

@@ -1,4 +1,4 @@
-//! Recordings as files, and how one is sent to a client.
+//! Recordings as files, and their download.
 
 use magician_station::Role;
 use serde_json::{Value, json};
@@ -18,7 +18,7 @@ async fn a_recording_is_a_file_that_viewers_get() {
     let bench = HttpStation::new().await;
     let name = call(&bench, "record.start", json!({"rate": 50})).await["name"].clone();
     let name = name.as_str().unwrap().to_owned();
-    // As far as it is written it is there already.
+    // The part written so far can be downloaded already.
     let path = format!("/api/v1/recordings/{name}");
     assert_eq!(bench.get(&path, "").await.status, 200);
     for y in [40, -40, 40] {
@@ -41,7 +41,7 @@ async fn a_recording_is_a_file_that_viewers_get() {
     assert_eq!(bench.get(&path, &viewer).await.status, 200);
     let wrong = "authorization: Bearer nonsense\n";
     assert_eq!(bench.get(&path, wrong).await.status, 401);
-    // From elsewhere a token is needed.
+    // A client from elsewhere needs a token.
     let elsewhere = "x-forwarded-for: 10.0.0.1\n";
     assert_eq!(bench.get(&path, elsewhere).await.status, 401);
     let head = format!("HEAD {path} HTTP/1.1\nhost: {{host}}\nconnection: close\n\n");

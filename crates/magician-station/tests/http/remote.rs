@@ -1,4 +1,4 @@
-//! Clients elsewhere: requests, and arms of the driver over a station.
+//! Clients elsewhere: requests, and drivers over a station.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ async fn client(bench: &HttpStation, name: &str) -> StationClient {
     StationClient::connect(&address, name, None).await.unwrap()
 }
 
-/// An arm of the driver over the station.
+/// Creates a driver over the station.
 async fn arm(client: &StationClient) -> Arm {
     let (line, _) = StationLine::open(client, None, false);
     Arm::over(line, Options::default().timeout(Duration::from_secs(5)))
@@ -73,7 +73,7 @@ async fn a_jog_over_a_station_is_the_stations_and_ends_with_its_client() {
     assert!(!bench.arm.state().moving);
     let jog = over.jog(Axis::Y.minus()).await.unwrap();
     ben.until("moving", json!(true)).await;
-    // The program is gone, with all that it had.
+    // The program ends abruptly, without stopping its jog.
     std::mem::forget(jog);
     drop((over, anna));
     ben.until("moving", json!(false)).await;
@@ -101,7 +101,7 @@ async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
     assert!(chain.contains("Ben has the lease"), "{chain}");
 }
 
-/// An arm over the station that moves slowly for a program of one long run.
+/// Creates a driver over the station whose arm moves slowly in one long run.
 async fn running(
     bench: &HttpStation,
     client: &StationClient,
@@ -118,7 +118,7 @@ async fn running(
     };
     over.set(&slow).await.unwrap();
     let runner = over.clone();
-    // To and fro, for longer than the station waits.
+    // Back and forth, for longer than the station waits.
     let moves = [150.0, -150.0].map(|y| build::move_to(200.0, y, 50.0, 0.0));
     let run = tokio::spawn(async move { runner.run(&moves.repeat(10)).await });
     while !bench.arm.state().moving {

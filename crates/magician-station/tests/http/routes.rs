@@ -1,4 +1,4 @@
-//! The table of routes, row by row, and what every answer says.
+//! Table of routes, and the headers of every response.
 
 use magician_station::Role;
 use magician_station::http::{Admission, PageFile, Pages, ROUTES, RouteNeeds};
@@ -53,7 +53,7 @@ async fn every_route_is_there_and_has_the_headers_of_safety() {
             .await;
         assert_eq!(wrong.status, 405, "{path}");
         assert!(wrong.header("allow").unwrap().contains(method));
-        // What is of another place is refused before the route is looked at.
+        // A foreign host is refused before the route is looked up.
         let foreign = bench
             .raw(&format!("{method} {path} HTTP/1.1\nhost: evil.example\nconnection: close\ncontent-length: 0\n\n"))
             .await;
@@ -139,7 +139,7 @@ async fn who_has_no_token_where_one_is_needed_gets_401() {
         if route.method != "POST" {
             continue;
         }
-        // A proxy stands between: it is not this machine's people.
+        // A proxy in between means that the client is not on this machine.
         let answer = bench
             .post(route.path, "x-forwarded-for: 1.2.3.4\n", &body)
             .await;

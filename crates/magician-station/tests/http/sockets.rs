@@ -1,4 +1,4 @@
-//! WebSockets.
+//! WebSockets: limits, admission, closing.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -97,7 +97,7 @@ async fn hosts_origins_and_tokens_count_for_sockets_too() {
     );
 }
 
-/// A client of another machine, as a proxy of this one says.
+/// Client of another machine, as reported by a proxy on this one.
 const ELSEWHERE: &[(&str, &str)] = &[("x-forwarded-for", "192.0.2.7")];
 
 #[tokio::test(start_paused = true)]
@@ -111,7 +111,7 @@ async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
             teacher.call("arm.stop", json!({})).await.unwrap();
         }
     }
-    // The oldest first: of eighty, twelve are left.
+    // Oldest first: of eighty sockets twelve are left.
     for socket in &mut silent[..68] {
         assert_eq!(socket.closed().await, Some(4408));
     }
@@ -157,7 +157,7 @@ async fn prompt_hello_is_heard_beside_silent_sockets_that_never_stop_coming() {
         for _ in 0..10 {
             let token = bench.token(Role::Teacher);
             let mut teacher = bench.socket(headers).await.unwrap();
-            // The hello takes its way, in which many others may come.
+            // While the hello is on its way many other sockets may arrive.
             let before = *counts.borrow();
             let many = counts.wait_for(|count| *count >= before + 20);
             let sleep = tokio::time::sleep(Duration::from_millis(90));
@@ -178,7 +178,7 @@ async fn token_that_cannot_be_checked_is_not_called_bad() {
     let token = bench.token(Role::Student);
     let file = bench.folder.path().join("station/tokens.toml");
     std::fs::remove_file(&file).unwrap();
-    // A folder cannot be read as a file can, whoever reads it.
+    // A folder in place of the file cannot be read, even by root.
     std::fs::create_dir(&file).unwrap();
     let header = format!("authorization: Bearer {token}\n");
     let stop = r#"{"jsonrpc":"2.0","id":1,"method":"arm.stop"}"#;

@@ -14,7 +14,7 @@ use tokio::time::Instant;
 
 use crate::bench::HttpStation;
 
-/// A certificate of this machine that is its own authority, and its key, as files.
+/// Creates a self-signed certificate of this machine and its key, as files.
 fn certificate(folder: &Path, name: &str) -> (PathBuf, PathBuf) {
     let names = vec!["127.0.0.1".to_owned(), "localhost".to_owned()];
     let made = rcgen::generate_simple_self_signed(names).unwrap();
@@ -72,7 +72,7 @@ async fn certificates_that_are_not_trusted_are_refused_and_so_is_talk_in_the_cle
     let plain = HttpStation::new().await;
     let secure = connect(&format!("https://{}", plain.address), &trust).await;
     assert!(secure.to_string().contains("does not encrypt"), "{secure}");
-    // None of it has cost the others anything.
+    // Other clients are not affected.
     let good = StationClient::connect_trusting(&address, "Anna", None, &trust).await;
     assert!(good.is_ok());
 }
@@ -84,7 +84,7 @@ async fn handshakes_that_stall_keep_nobody_out() {
     let mut stalled = Vec::new();
     for at in 0..400 {
         let mut stream = TcpStream::connect(bench.address).await.unwrap();
-        // The head of a record whose rest does not come.
+        // The header of a TLS record without its content.
         if at % 2 == 0 {
             stream
                 .write_all(&[0x16, 0x03, 0x01, 0x02, 0x00])

@@ -1,5 +1,5 @@
-//! Wrong codes of a class against what is said of them, over long walks of tries by several names and addresses; and bugs
-//! that are planted in front of them, each of which has to be found.
+//! Random walks of tries by several names and addresses against the specification of wrong codes,
+//! and planted bugs, each of which must be found.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use magician_station::control::{
 
 const NAMES: [(&str, bool); 3] = [("ada", true), ("ben", true), ("nobody", false)];
 const ADDRESSES: [&str; 2] = ["192.168.1.9", "192.168.1.10"];
-/// Tries of a walk, and walks.
+/// Tries per walk, and number of walks.
 const STEPS: usize = 400;
 const WALKS: u64 = 40;
 
@@ -18,19 +18,19 @@ type Outcome = Result<CodeTry, TooManyCodes>;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Bug {
-    /// All names have one count.
+    /// All names share a count.
     OneCountForAll,
-    /// The bound of an address keeps right codes out.
+    /// The limit of an address refuses right codes.
     AddressKeepsOut,
-    /// A guess above the bound of its address costs its name nothing.
+    /// A wrong code above the limit of its address does not count for its name.
     FreeGuesses,
-    /// Addresses have one count.
+    /// All addresses share a count.
     OneAddress,
-    /// The limit that is told is the other bound's.
+    /// The reported limit is that of the other bound.
     OtherLimit,
-    /// What counts counts for ever.
+    /// Tries never expire.
     NeverForgotten,
-    /// The time that is told is the whole window.
+    /// The reported wait is always the whole window.
     WholeWindow,
 }
 
@@ -61,7 +61,7 @@ struct Step {
     right: bool,
 }
 
-/// The codes with a bug before them.
+/// Counts with a planted bug.
 struct Mutant {
     codes: WrongCodes,
     bug: Option<Bug>,
@@ -102,7 +102,7 @@ impl Mutant {
     }
 }
 
-/// Numbers that are the same in every run.
+/// Random numbers with a fixed seed.
 struct Random(u64);
 
 impl Random {
@@ -114,12 +114,12 @@ impl Random {
     }
 }
 
-/// Guesses that were looked at: when, of which name, from where, and whether the address was below its bound.
+/// Checked wrong codes: time, name, address, and true if the address was below its limit.
 #[derive(Default)]
 struct Seen(Vec<(HostInstant, &'static str, &'static str, bool)>);
 
 impl Seen {
-    /// Guesses that count at this instant, the oldest first.
+    /// Returns the tries that count at this instant, oldest first.
     fn of(
         &self,
         now: HostInstant,
@@ -133,7 +133,7 @@ impl Seen {
     }
 }
 
-/// The first law that a walk breaks.
+/// Returns the first invariant that a walk breaks.
 fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
     let mut random = Random(seed * 2 + 1);
     let mut mutant = Mutant {
@@ -141,7 +141,7 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
         bug,
     };
     let (mut seen, mut now) = (Seen::default(), HostInstant::ZERO);
-    // A flood from one address in every other walk, so that its bound is met.
+    // Every other walk has a flood from one address, so that its limit is reached.
     let flood = seed.is_multiple_of(2);
     for _ in 0..STEPS {
         now += Duration::from_millis([0, 10, 300, 2500][random.below(4)]);
@@ -173,7 +173,7 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
             }
         } else if matches!(outcome, Err(met) if met.bound == CodeBound::Name) {
             match mutant.bug {
-                // It counts for ever: told as a wait that is not true.
+                // Never forgetting shows as a reported wait that is wrong.
                 Some(Bug::NeverForgotten) => Some("the wait is what is left"),
                 _ => Some("a name below its bound is looked at"),
             }
@@ -221,7 +221,7 @@ fn every_bug_before_the_codes_is_found() {
     }
 }
 
-/// A flood of names and addresses costs a bounded memory, and no pupil the own count.
+/// A flood of names and addresses uses bounded memory and does not affect a pupil's count.
 #[test]
 fn floods_of_names_and_addresses_are_forgotten_and_pupils_are_not() {
     let mut codes = WrongCodes::default();

@@ -1,4 +1,4 @@
-//! What the model does by the effects of control, and what has to be so at each.
+//! Applies effects of control to the model, with the invariants of each.
 
 use magician_station::control::{ASK, ArmId, Effect, JobPhase, OnLost, RequestId};
 
@@ -6,14 +6,14 @@ use crate::model::{Event, Model};
 use crate::step::{Checked, must};
 
 impl Model {
-    /// The arm is stopped: what it does is over, and each request of it is answered.
+    /// Stops the arm: everything it does is over, and each request is answered.
     pub(crate) fn end_doing(&mut self, arm: ArmId, ended: &[RequestId]) -> Checked {
         let arm = &mut self.arms[arm.0 as usize];
         arm.queue.clear();
         arm.motor = None;
         for doing in std::mem::take(&mut arm.doing) {
             must(ended.contains(&doing.request), "a stop ends all requests")?;
-            // Up to now it was a word.
+            // The request counted as a sign of life until now.
             self.sessions[doing.session.0 as usize].heard = self.now;
         }
         ended.iter().try_for_each(|request| self.answered(*request))
@@ -65,7 +65,7 @@ impl Model {
                         "those who wait come before those who ask",
                     )?;
                     model.lease = Some((session, lease));
-                    // It begins with a word.
+                    // A lease starts with a sign of life.
                     self.sessions[session.0 as usize].heard = self.now;
                 }
                 self.answered(request)
@@ -122,7 +122,7 @@ impl Model {
                     !stop || job != Some((OnLost::Continue, JobPhase::Active)),
                     "a job that goes on is not stopped",
                 )?;
-                // Without a stop the arm goes on: nothing of it may be the old holder's.
+                // Without a stop motion continues, so none may belong to the former holder.
                 must(stop || requests.is_empty(), "what moves is stopped")?;
                 self.end_doing(arm, &requests)
             }

@@ -1,4 +1,4 @@
-//! What the search has found in control, each by itself.
+//! Faults that the search has found in control, as single tests.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ const ARM: ArmId = ArmId(0);
 const OTHER: ArmId = ArmId(1);
 const START: HostInstant = HostInstant::from_micros(1_000_000);
 
-/// Three sessions and two arms; Anna has the lease of the first, by request 1.
+/// Returns control with three sessions and two arms; Anna holds the first by request 1.
 fn control() -> Control {
     let mut control = Control::new(2);
     for session in [ANNA, BEN, CARL] {

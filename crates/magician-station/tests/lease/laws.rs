@@ -1,4 +1,4 @@
-//! What has to be so after every event.
+//! Invariants of control, checked after every event.
 
 use magician_protocol::HostInstant;
 use magician_station::control::{ArmId, GRACE, JobPhase, OnLost, SessionId};
@@ -37,7 +37,7 @@ impl Model {
         Ok(())
     }
 
-    /// What moves an arm belongs to its holder.
+    /// Motion of an arm belongs to its holder.
     fn check_moves(&self, arm: &Arm) -> Checked {
         let holder = arm.lease.map(|(session, _)| session);
         for doing in arm.doing.iter().filter(|doing| !doing.free) {
@@ -101,7 +101,8 @@ impl Model {
         )
     }
 
-    /// Whether time alone may end the lease of a holder: by its silence, or by a question that it did not answer.
+    /// True if time alone may end a lease: by silence of the holder, or by a question without an
+    /// answer.
     fn may_end(&self, holder: SessionId, before: &Self, arm: ArmId) -> bool {
         let known = before.session(holder);
         let silent = match known.left {
@@ -115,7 +116,8 @@ impl Model {
         silent || asks.any(|one| one.arm == arm && one.asks && due(one.until))
     }
 
-    /// While somebody waits or asks the lease is not free, and each who waits knows its place.
+    /// While a session waits or asks, the lease is not free, and each waiting session knows its
+    /// position.
     fn check_line(&self, id: ArmId, arm: &Arm) -> Checked {
         let wants = { self.requests.values() }.any(|one| one.arm == id && one.until.is_some());
         must(
@@ -132,7 +134,7 @@ impl Model {
         Ok(())
     }
 
-    /// After a stop nothing moves, and the lease stays.
+    /// After a stop nothing moves, and the lease is kept.
     fn check_stopped(&self, id: ArmId, before: &Self) -> Checked {
         let arm = self.arm(id);
         let runs = matches!(arm.job, Some((_, JobPhase::Active)));

@@ -1,5 +1,5 @@
-//! Who may move an arm, in every order in which three sessions and two arms can come to it: control is run through all
-//! interleavings of what can happen, up to a depth at which each of the bugs that are planted in it is found.
+//! Exhaustive search: control is run through all interleavings of what three sessions and two arms
+//! can do, to a depth at which every planted bug is found.
 
 mod class;
 mod codes;
@@ -15,9 +15,9 @@ use self::model::Model;
 use self::mutant::BUGS;
 use self::search::{finds_all, search};
 
-/// Events, one after the other, within which each planted bug is found.
+/// Depth at which each planted bug is found.
 const DEPTH: usize = 5;
-/// Events within which control has none.
+/// Depth to which control is searched without a fault.
 const FURTHER: usize = 6;
 
 #[test]

@@ -1,4 +1,4 @@
-//! A station as small as can be around control: sessions, requests, and arms that do what the effects say.
+//! Smallest possible station around control: sessions, requests, and arms that follow the effects.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -15,19 +15,19 @@ use crate::step::Checked;
 
 pub(crate) const SESSIONS: u64 = 3;
 pub(crate) const ARMS: u64 = 2;
-/// Longer than a lease without a word, shorter than a question.
+/// Longer than the lease timeout, shorter than the time for a question.
 pub(crate) const WAIT: Duration = Duration::from_secs(8);
 pub(crate) const KEEP: Duration = Duration::from_millis(250);
 pub(crate) const MOMENT: Duration = Duration::from_millis(125);
 
-/// What happens.
+/// Event of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
     Acquire(SessionId, ArmId),
     Wait(SessionId, ArmId),
     Release(SessionId, ArmId),
     Ask(SessionId, ArmId),
-    /// The holder answers the session that asks.
+    /// The holder answers the asking session.
     Answer(ArmId, SessionId, bool),
     Take(SessionId, ArmId),
     Word(SessionId),
@@ -38,41 +38,41 @@ pub(crate) enum Event {
     StartJog(SessionId, ArmId),
     KeepJog(SessionId, ArmId),
     StopJog(SessionId, ArmId),
-    /// The holder sets a motor going.
+    /// The holder starts a motor.
     Turn(SessionId, ArmId),
     StartJob(SessionId, ArmId, OnLost),
     PauseJob(SessionId, ArmId),
     EndJob(ArmId),
     Stop(SessionId, ArmId),
-    /// Time passes up to what is due next.
+    /// Time passes until the next deadline.
     Pass,
-    /// Some time passes, not enough to end a jog.
+    /// Time passes, but too little to end a jog.
     Moment,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Session {
-    /// When it said something last.
+    /// Instant of the last sign of life.
     pub(crate) heard: HostInstant,
-    /// When its socket ended, if it has none.
+    /// Instant at which the socket closed. `None` while there is one.
     pub(crate) left: Option<HostInstant>,
-    /// Whether control knows it.
+    /// True if control knows the session.
     pub(crate) joined: bool,
 }
 
-/// A request that is not answered.
+/// Request without an answer.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Request {
     pub(crate) session: SessionId,
     pub(crate) arm: ArmId,
-    /// Of those that want the lease: when they have to be answered.
+    /// For requests of the lease: the instant at which they must be answered.
     pub(crate) until: Option<HostInstant>,
     pub(crate) asks: bool,
-    /// Whom it asked last.
+    /// Session that was asked last.
     pub(crate) asked: Option<SessionId>,
 }
 
-/// Something that the arm does. It is free when the lease under which it began was released.
+/// Motion of the arm. Free if the lease under which it began was given back.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Doing {
     pub(crate) session: SessionId,
@@ -92,19 +92,19 @@ pub(crate) struct Jogging {
 pub(crate) struct Arm {
     pub(crate) lease: Option<(SessionId, LeaseId)>,
     pub(crate) doing: Vec<Doing>,
-    /// Whose commands wait in the queue, and whether they are free.
+    /// Sessions with commands in the queue, and true if those are free.
     pub(crate) queue: BTreeSet<(SessionId, bool)>,
     pub(crate) jog: Option<Jogging>,
-    /// Who set a motor going.
+    /// Session that started a motor.
     pub(crate) motor: Option<SessionId>,
     pub(crate) job: Option<(OnLost, JobPhase)>,
-    /// Requests of those who wait, by their arrival.
+    /// Waiting requests by arrival.
     pub(crate) line: Vec<RequestId>,
-    /// The places that they were told last.
+    /// Positions reported last.
     pub(crate) places: BTreeMap<SessionId, usize>,
 }
 
-/// A state of the search.
+/// State of the search.
 #[derive(Clone)]
 pub(crate) struct Model {
     pub(crate) control: Mutant,
@@ -112,9 +112,9 @@ pub(crate) struct Model {
     pub(crate) sessions: Vec<Session>,
     pub(crate) arms: Vec<Arm>,
     pub(crate) requests: BTreeMap<RequestId, Request>,
-    /// The last number that a lease or a jog was given.
+    /// Last id of a lease or a jog.
     pub(crate) last: u64,
-    /// How many sessions and arms had something happen: all others are the same.
+    /// Number of sessions and arms used so far. Unused ones are interchangeable.
     used: (u64, u64),
 }
 
@@ -149,13 +149,13 @@ impl Model {
         &self.sessions[session.0 as usize]
     }
 
-    /// Whether a session has done nothing but what counts as a word all the time.
+    /// True if a request of the session is in progress, which counts as a permanent sign of life.
     pub(crate) fn works(&self, session: SessionId) -> bool {
         let mut all = self.arms.iter().flat_map(|arm| &arm.doing);
         all.any(|doing| doing.session == session)
     }
 
-    /// Whether a session has no right to a lease any more.
+    /// True if the session has lost its right to a lease by silence.
     pub(crate) fn is_silent(&self, session: SessionId) -> bool {
         let known = self.session(session);
         match known.left {
@@ -164,7 +164,7 @@ impl Model {
         }
     }
 
-    /// A number that no request under way has.
+    /// Returns an unused request id.
     pub(crate) fn free_request(&self) -> RequestId {
         let free = (0..).map(RequestId);
         { free }
@@ -172,7 +172,8 @@ impl Model {
             .expect("numbers do not end")
     }
 
-    /// Whether a session or an arm may be the next one: the first that does anything is the first of all.
+    /// True if the session or arm may be used next. Symmetry: the first one used is always the
+    /// first by number.
     pub(crate) fn is_next(&self, session: u64, arm: Option<u64>) -> bool {
         session <= self.used.0 && arm.is_none_or(|arm| arm <= self.used.1)
     }
@@ -203,7 +204,7 @@ impl Model {
                 out.push(Turn(id, at));
             }
         }
-        // One after the other is enough; without the lease they are refused.
+        // One at a time suffices. Without the lease they are refused.
         if !arm.doing.iter().any(|doing| doing.session == id) {
             out.extend([WorkKind::Motion, WorkKind::Queued].map(|kind| Begin(id, at, kind)));
             out.extend([OnLost::Pause, OnLost::Continue].map(|lost| StartJob(id, at, lost)));

@@ -1,4 +1,4 @@
-//! Control with a bug planted in it.
+//! Control with a planted bug.
 
 use std::time::Duration;
 
@@ -8,42 +8,42 @@ use magician_station::control::{
     SessionId, WorkKind,
 };
 
-/// What is wrong.
+/// Planted bug.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Bug {
-    /// A stop is heard when the job has ended.
+    /// A stop takes effect only after the job has ended.
     StopBehindJob,
-    /// The end of a socket is not the beginning of the end of its lease.
+    /// The end of a socket does not limit its lease.
     LeaseOutlivesHolder,
-    /// The end of a lease leaves its jog alone.
+    /// A jog survives the end of its lease.
     JogOutlivesLease,
-    /// A lease that is taken is released first, and acquired with the next event.
+    /// Taking a lease releases it first and acquires it with the next event.
     GrantInTwoSteps,
-    /// Nobody answers a session whose socket has ended while it waited.
+    /// A session whose socket closed while it waited gets no answer.
     WaiterForgotten,
-    /// What the old holder has begun goes on.
+    /// Motion of the former holder continues.
     MotionGoesOn,
-    /// Any session keeps a jog up.
+    /// Any session keeps a jog alive.
     KeptByAnother,
-    /// Who is granted the lease is told twice.
+    /// A granted request is answered twice.
     AnsweredTwice,
-    /// The new holder is told before the arm is stopped.
+    /// The new holder is notified before the arm is stopped.
     GrantBeforeStop,
-    /// Who came last gets it first.
+    /// The last to wait is served first.
     WaitersInReverse,
-    /// A stop takes the lease away.
+    /// A stop ends the lease.
     StopTakesLease,
-    /// A socket that has ended does not end its jog.
+    /// A jog survives the end of its socket.
     JogOutlivesSocket,
-    /// A lease has the number of the one before.
+    /// A lease has the id of the one before.
     NumberTwice,
     /// A wait that is over is not answered.
     WaitWithoutEnd,
-    /// A lease that is released leaves its motors running.
+    /// Motors keep running after a lease is given back.
     MotorOutlivesLease,
 }
 
-/// Each bug, and the law that it breaks first.
+/// Each bug, and the invariant that it breaks first.
 pub(crate) const BUGS: [(Bug, &str); 15] = [
     (Bug::StopBehindJob, "after a stop nothing moves"),
     (Bug::LeaseOutlivesHolder, "a lease ends with its holder"),
@@ -68,16 +68,16 @@ pub(crate) const BUGS: [(Bug, &str); 15] = [
     (Bug::MotorOutlivesLease, "a motor belongs to the holder"),
 ];
 
-/// The methods of [`Control`], with at most one bug.
+/// Methods of [`Control`], with at most one bug.
 #[derive(Clone)]
 pub(crate) struct Mutant {
     pub(crate) control: Control,
     bug: Option<Bug>,
-    /// Who waits for which arm, by their arrival.
+    /// Waiting sessions by arm and arrival.
     waiting: Vec<(ArmId, SessionId, RequestId)>,
-    /// What is done with the next event.
+    /// Grants postponed to the next event.
     pub(crate) postponed: Vec<(ArmId, SessionId, RequestId)>,
-    /// An event of this kind is under way, whose effects are wrong.
+    /// True while an event whose effects must be wrong is processed.
     wrong: bool,
 }
 
@@ -96,7 +96,7 @@ impl Mutant {
         self.bug == Some(bug)
     }
 
-    /// Does what was put off.
+    /// Carries out what was postponed.
     pub(crate) fn next_event(&mut self, now: HostInstant) {
         for (arm, session, request) in std::mem::take(&mut self.postponed) {
             self.control
@@ -206,7 +206,7 @@ impl Mutant {
         self.control.keep_jog(now, session, jog)
     }
 
-    /// None where the stop was not heard.
+    /// Returns `None` if the stop was ignored.
     pub(crate) fn stop(
         &mut self,
         now: HostInstant,
@@ -241,7 +241,7 @@ impl Mutant {
         self.control.handle_timeout(now);
     }
 
-    /// All effects of an event.
+    /// Returns all effects of an event.
     pub(crate) fn effects(&mut self) -> Vec<Effect> {
         let mut out = Vec::new();
         while let Some(effect) = self.control.poll_effect() {

@@ -1,33 +1,33 @@
-//! Everything that can happen to a model, in every order up to a depth, nearest first.
+//! Breadth-first search over all orders of events, to a depth.
 
 use std::collections::HashSet;
 use std::fmt::Debug;
 
-/// What can be searched: a state, and what can happen in it.
+/// State that can be searched.
 pub(crate) trait Explored: Clone {
-    /// What happens.
+    /// Event.
     type Event: Copy + Debug;
 
-    /// What can happen now.
+    /// Returns the possible events.
     fn events(&self) -> Vec<Self::Event>;
 
-    /// It happens; `before` is the state until then. An error is the law that is broken.
+    /// Applies an event; `before` is the state before it. The error is the broken invariant.
     fn step(&mut self, before: &Self, event: Self::Event) -> Result<(), String>;
 
-    /// States of one key go on alike.
+    /// Returns a key: states with equal keys behave alike.
     fn key(&self) -> u64;
 }
 
-/// What a search has found.
+/// Fault found by a search.
 #[derive(Debug)]
 pub(crate) struct Found<E> {
-    /// The law that is broken.
+    /// Broken invariant.
     pub(crate) what: String,
-    /// What has happened.
+    /// Events that lead to it.
     pub(crate) path: Vec<E>,
 }
 
-/// Runs through everything: what was found, and how many states there were at each depth.
+/// Searches all orders. Returns the fault, if any, and the number of states per depth.
 pub(crate) fn search<M: Explored>(first: M, depth: usize) -> (Option<Found<M::Event>>, Vec<usize>) {
     let mut seen = HashSet::from([first.key()]);
     let mut edge = vec![(first, Vec::new())];
@@ -53,7 +53,7 @@ pub(crate) fn search<M: Explored>(first: M, depth: usize) -> (Option<Found<M::Ev
     (None, states)
 }
 
-/// Each of the planted bugs is found, as the law that it breaks.
+/// Checks that each planted bug is found by the invariant that it breaks.
 pub(crate) fn finds_all<M: Explored, B: Copy + Debug>(
     bugs: &[(B, &str)],
     depth: usize,

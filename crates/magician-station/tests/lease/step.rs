@@ -1,4 +1,4 @@
-//! What an event does to control and to the arms.
+//! Applies events to control and the arms.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use magician_station::control::{ArmId, JobPhase, OnLost, RequestId, SessionId, W
 
 use crate::model::{Doing, Event, Jogging, KEEP, MOMENT, Model, Request, WAIT};
 
-/// What is not as it has to be.
+/// Result of a check. The error is the broken invariant.
 pub(crate) type Checked = Result<(), String>;
 
 pub(crate) fn must(good: bool, what: &str) -> Checked {
@@ -15,7 +15,7 @@ pub(crate) fn must(good: bool, what: &str) -> Checked {
 }
 
 impl Model {
-    /// Lets an event happen, and checks everything.
+    /// Applies an event and checks all invariants.
     pub(super) fn happens(&mut self, before: &Self, event: Event) -> Checked {
         self.control.next_event(self.now);
         self.happen(event)?;
@@ -23,7 +23,7 @@ impl Model {
         self.check(before, event)
     }
 
-    /// A message of a session.
+    /// Message of a session.
     fn keep_alive(&mut self, session: SessionId) {
         self.sessions[session.0 as usize].heard = self.now;
         self.control.control.keep_alive(self.now, session);
@@ -131,7 +131,7 @@ impl Model {
             KeepJog(session, arm) => {
                 let jog = self.arms[arm.0 as usize].jog.as_mut().ok_or("a jog")?;
                 let kept = self.control.keep_jog(now, session, jog.id);
-                // Only its own session's word counts.
+                // Only the session of the jog keeps it alive.
                 if jog.session == session {
                     must(kept, "a jog under way can be kept up by its session")?;
                     jog.until = now + KEEP;
@@ -146,7 +146,7 @@ impl Model {
                 let begun = self.control.begin(now, session, arm, request, kind).is_ok();
                 self.began(session, arm, begun, request)?;
                 if begun {
-                    // It is answered at once, and runs on.
+                    // Answered at once; the motor keeps running.
                     self.arms[arm.0 as usize].motor = Some(session);
                     self.arms[arm.0 as usize].queue.insert((session, false));
                     self.control.control.finish(now, arm, request);
@@ -159,7 +159,7 @@ impl Model {
                 let begun = self.control.begin(now, session, arm, request, kind).is_ok();
                 self.began(session, arm, begun, request)?;
                 if begun {
-                    // It begins when the arm has done what was queued.
+                    // The job starts when the arm has done what was queued.
                     self.arms[arm.0 as usize].queue.clear();
                     self.job_is(arm, on_lost, Some(JobPhase::Active));
                     self.control.control.finish(now, arm, request);
@@ -181,7 +181,7 @@ impl Model {
                     due.is_none_or(|due| due > now),
                     "what is due is in the future",
                 )?;
-                // Without anything that is due there is a long silence.
+                // Without a deadline: a long silence.
                 self.now = due.unwrap_or(now + Duration::from_secs(6));
                 self.control.handle_timeout(self.now);
             }
@@ -206,7 +206,7 @@ impl Model {
         must(holds || !begun, "nothing begins without the lease")
     }
 
-    /// The lease is released: what was begun under it goes on.
+    /// The lease is given back: motion that began under it continues.
     fn free(&mut self, arm: ArmId) {
         let arm = &mut self.arms[arm.0 as usize];
         arm.doing.iter_mut().for_each(|doing| doing.free = true);
@@ -235,7 +235,7 @@ impl Model {
         let Ok(id) = self.control.control.start_jog(self.now, session, arm, KEEP) else {
             return Ok(());
         };
-        // The stop of one that it replaces goes out first.
+        // The stop of the replaced jog comes first.
         self.take_effects(Event::StartJog(session, arm))?;
         must(id.0 > self.last, "a number is used once")?;
         self.last = id.0;

@@ -1,4 +1,4 @@
-//! A station whose arm and time are the test, without an engine.
+//! Station without an engine: the test is arm and clock.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 pub(crate) const ARM: ArmId = ArmId(0);
 
-/// A station, and a teacher who is connected to it.
+/// Station with a connected teacher.
 pub(crate) struct BareStation {
     pub(crate) station: Station,
     pub(crate) socket: SocketId,
@@ -40,7 +40,7 @@ impl BareStation {
         station
     }
 
-    /// Another teacher comes.
+    /// Connects another teacher.
     pub(crate) fn join(&mut self, name: &str) -> SocketId {
         let role = Role::Teacher;
         let token = Some(format!("token of {name}"));
@@ -68,12 +68,12 @@ impl BareStation {
         self.station.report(self.now, ARM, report);
     }
 
-    /// A reading with this `x`, so old.
+    /// Reports a reading with this `x` and age.
     pub(crate) fn read(&mut self, x: f32, age: Duration) {
         self.reading(x, |reading| reading.age = age);
     }
 
-    /// A reading with this `x`, and what else is said.
+    /// Reports a reading with this `x`, changed by `say`.
     pub(crate) fn reading(&mut self, x: f32, say: impl FnOnce(&mut ArmReading)) {
         let pose = Pose {
             x,
@@ -101,7 +101,7 @@ impl BareStation {
         self.report(ArmReport::Reading(Box::new(reading)));
     }
 
-    /// The messages that wait.
+    /// Returns the waiting messages.
     pub(crate) fn heard(&mut self) -> Vec<Value> {
         let mut heard = Vec::new();
         while let Some(outgoing) = self.station.poll_send(self.socket) {
@@ -120,7 +120,7 @@ impl BareStation {
         heard
     }
 
-    /// The states among them.
+    /// Returns the states among the waiting messages.
     pub(crate) fn states(&mut self) -> Vec<Value> {
         let heard = self.heard().into_iter();
         let states = heard.filter(|message| message["method"] == json!("arm.state"));

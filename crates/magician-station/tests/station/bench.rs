@@ -1,4 +1,4 @@
-//! A station with virtual arms, and clients that speak JSON to it.
+//! Station with virtual arms, and clients that speak JSON to it.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -22,13 +22,13 @@ use tokio::time::{Instant, timeout};
 use crate::shelf::{Drawer, Gate, Gated, Shelf};
 use crate::typed;
 
-/// No answer takes longer.
+/// Longest time for an answer, in virtual time.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 pub(crate) struct LocalStation {
     pub(crate) station: RunningStation,
     pub(crate) arms: Vec<VirtualArm>,
-    /// The station's connections to them.
+    /// Drivers of the station's connections to the arms.
     pub(crate) drivers: Vec<Arm>,
     pub(crate) kept: Kept,
     pub(crate) shelf: Arc<Shelf>,
@@ -38,27 +38,28 @@ pub(crate) struct LocalStation {
 }
 
 impl LocalStation {
-    /// So many arms: `arm`, or `arm1`, `arm2`. They move in their own time, which is the test's.
+    /// Creates a station with this many arms, named `arm`, or `arm1`, `arm2`, .. Time is the test's
+    /// virtual time.
     pub(crate) async fn new(arms: usize) -> Self {
         Self::with(arms, true, Kept::default(), Arc::new(NoRecordings)).await
     }
 
-    /// As far as the laser goes they are real arms.
+    /// Creates a station whose arms count as real as far as the laser is concerned.
     pub(crate) async fn real(arms: usize) -> Self {
         Self::with(arms, false, Kept::default(), Arc::new(NoRecordings)).await
     }
 
-    /// One arm, of a station that knows the jobs of an earlier one.
+    /// Creates a station with one arm that finds the jobs of an earlier one.
     pub(crate) async fn after(kept: Kept) -> Self {
         Self::with(1, true, kept, Arc::new(NoRecordings)).await
     }
 
-    /// One arm, of a station that keeps recordings.
+    /// Creates a station with one arm that keeps recordings.
     pub(crate) async fn recording(recordings: impl RecordingStore + 'static) -> Self {
         Self::with(1, true, Kept::default(), Arc::new(recordings)).await
     }
 
-    /// The same, of which the last minutes are always kept, and what passes on this line.
+    /// Creates the same with a history and a tapped line.
     pub(crate) async fn ringing(
         recordings: impl RecordingStore + 'static,
         line: Arc<FrameRing>,
@@ -68,7 +69,7 @@ impl LocalStation {
         Self::made(1, true, kept, Arc::new(recordings), Some((line, trace))).await
     }
 
-    /// A real arm, whose laser students may light.
+    /// Creates a station with one real arm at which students may burn.
     pub(crate) async fn student_laser() -> Self {
         let (kept, recordings) = (Kept::default(), Arc::new(NoRecordings));
         Self::of(1, false, kept, recordings, None, true).await
@@ -124,7 +125,7 @@ impl LocalStation {
             });
         }
         let lines = Arc::new(Mutex::new(Vec::new()));
-        // Another one for each start.
+        // Ids must differ at each start.
         let starts = kept.jobs.lock().unwrap()["jobs"]
             .as_array()
             .map_or(0, Vec::len);
@@ -166,17 +167,17 @@ impl LocalStation {
         }
     }
 
-    /// A socket without a session.
+    /// Opens a socket without a session.
     pub(crate) fn socket(&self, role: Option<Role>) -> Tester {
         let grant = role.map(|role| Grant { role, token: None });
         self.socket_of(grant, "127.0.0.1:1")
     }
 
-    /// A socket from this address.
+    /// Opens a socket from this address.
     pub(crate) fn socket_of(&self, grant: Option<Grant>, address: &str) -> Tester {
         self.sockets.set(self.sockets.get() + 1);
         let secret = format!("secret-{:032}", self.sockets.get());
-        // Who has nothing is from elsewhere: on this machine everybody has a right.
+        // Without a grant it comes from elsewhere, because on this machine every client has a role.
         let origin = match grant {
             Some(_) => Origin::Loopback,
             None => Origin::Elsewhere,
@@ -184,7 +185,7 @@ impl LocalStation {
         self.socket_at(grant, origin, address, secret)
     }
 
-    /// A socket of this machine's people, whom the listener knows nothing of.
+    /// Opens a socket of an anonymous client of this machine.
     pub(crate) fn stranger(&self) -> Tester {
         self.sockets.set(self.sockets.get() + 1);
         let secret = format!("secret-{:032}", self.sockets.get());
@@ -214,7 +215,7 @@ impl LocalStation {
         }
     }
 
-    /// A request without a session of its own, on this machine.
+    /// Sends a single request from this machine.
     pub(crate) async fn once(&self, method: &str, params: Value) -> Value {
         let grant = Grant {
             role: Role::Teacher,
@@ -223,7 +224,7 @@ impl LocalStation {
         self.once_as(Some(grant), method, params).await
     }
 
-    /// The same, of somebody on this machine whom this token lets in, or nothing.
+    /// Sends a single request from this machine, with this token or none.
     pub(crate) async fn once_as(&self, grant: Option<Grant>, method: &str, params: Value) -> Value {
         let peer = Peer {
             grant,
@@ -236,7 +237,7 @@ impl LocalStation {
         serde_json::from_str(&answer.expect("an answer")).unwrap()
     }
 
-    /// A session of this name and role.
+    /// Opens a session with this name and role.
     pub(crate) async fn join_as(&self, name: &str, role: Role) -> Tester {
         let mut tester = self.socket(Some(role));
         tester
@@ -251,21 +252,21 @@ impl LocalStation {
     }
 }
 
-/// Jobs and their journals, in memory: what a station leaves for the next one.
+/// Jobs and journals in memory, which a station leaves to the next one.
 #[derive(Clone, Default)]
 pub(crate) struct Kept {
-    /// Of the first arm.
+    /// Jobs of the first arm.
     pub(crate) jobs: Arc<Mutex<Value>>,
     /// True if the disk is full.
     pub(crate) full: Arc<AtomicBool>,
     pub(crate) runs: Vec<KeptRun>,
-    /// Of the class, by their names.
+    /// Files of the class by name.
     pub(crate) files: Arc<Mutex<BTreeMap<String, String>>>,
     journals: Arc<Mutex<BTreeMap<String, Checkpoint>>>,
 }
 
 impl Kept {
-    /// As it is now, whatever the station does after that.
+    /// Returns a copy, independent of what the station does later.
     pub(crate) fn copy(&self) -> Self {
         Self {
             jobs: Arc::new(Mutex::new(self.jobs.lock().unwrap().clone())),
@@ -352,20 +353,20 @@ impl Journal for KeptJournal {
     }
 }
 
-/// A client.
+/// Client.
 pub(crate) struct Tester {
     pub(crate) client: Client,
     next: i64,
-    /// Notifications that came, in their order: method and parameters.
+    /// Received notifications in order: method and parameters.
     pub(crate) notices: Vec<(String, Value)>,
     pub(crate) frames: Vec<Vec<u8>>,
     pub(crate) closed: Option<CloseCode>,
-    /// Requests that are not answered yet: their methods and parameters, by id.
+    /// Requests without an answer by id: method and parameters.
     asked: BTreeMap<i64, (String, Value)>,
 }
 
 impl Tester {
-    /// Sends a request, and returns its id.
+    /// Sends a request and returns its id.
     pub(crate) fn send(&mut self, method: &str, params: Value) -> i64 {
         self.next += 1;
         let message =
@@ -381,19 +382,19 @@ impl Tester {
         self.client.send(&message.to_string());
     }
 
-    /// Calls a method: its result, or its error.
+    /// Calls a method. Returns its result or its error.
     pub(crate) async fn call(&mut self, method: &str, params: Value) -> Result<Value, Value> {
         let id = self.send(method, params);
         self.answer(id).await
     }
 
-    /// As [`call`](Self::call), of a method that succeeds.
+    /// Calls a method that must succeed.
     pub(crate) async fn ok(&mut self, method: &str, params: Value) -> Value {
         let outcome = self.call(method, params).await;
         outcome.unwrap_or_else(|error| panic!("{method}: {error}"))
     }
 
-    /// The code of the error with which a method fails.
+    /// Calls a method that must fail. Returns the error code.
     pub(crate) async fn code(&mut self, method: &str, params: Value) -> i64 {
         let outcome = self.call(method, params).await;
         let error = outcome.expect_err(method);
@@ -413,7 +414,7 @@ impl Tester {
         }
     }
 
-    /// The next answer; notifications are kept.
+    /// Waits for the next answer and stores notifications. `None` if the socket was closed.
     pub(crate) async fn message(&mut self) -> Option<Value> {
         loop {
             let outgoing = timeout(PATIENCE, self.client.receive())
@@ -437,7 +438,7 @@ impl Tester {
         }
     }
 
-    /// Reads what comes within so much time.
+    /// Reads everything that arrives within this time.
     pub(crate) async fn listen(&mut self, time: Duration) {
         let until = Instant::now() + time;
         while let Ok(outgoing) = tokio::time::timeout_at(until, self.client.receive()).await {
@@ -452,7 +453,7 @@ impl Tester {
         }
     }
 
-    /// What is answered is of its type.
+    /// Checks an answer against its schema.
     fn check(&mut self, message: &Value) {
         let asked = message["id"].as_i64().and_then(|id| self.asked.remove(&id));
         match (asked, message.get("error")) {
@@ -474,7 +475,7 @@ impl Tester {
         self.notices.push((method, message["params"].clone()));
     }
 
-    /// The notifications of a method so far.
+    /// Returns the notifications of a method so far.
     pub(crate) fn noticed(&self, method: &str) -> Vec<&Value> {
         let of = self.notices.iter().filter(|(name, _)| name == method);
         of.map(|(_, params)| params).collect()
@@ -484,7 +485,7 @@ impl Tester {
         self.ok("lease.acquire", json!({})).await["lease"].clone()
     }
 
-    /// Starts a job of twenty moves; its id.
+    /// Starts a job with twenty moves and returns its id.
     pub(crate) async fn begin_job(&mut self) -> Value {
         let steps: Vec<_> = (0..20)
             .map(|at| json!({"move": [220, at, 20, 0]}))

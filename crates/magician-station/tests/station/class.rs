@@ -1,4 +1,4 @@
-//! A class: signing in, turns, freezes, the schedule, jobs that wait, and results.
+//! Classes: signing in, turns, freezing, the schedule, queued jobs, results.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -31,7 +31,7 @@ async fn class_of(bench: LocalStation) -> (LocalStation, Tester) {
     (bench, teacher)
 }
 
-/// A pupil signs in at a page that has no right of its own.
+/// Signs a pupil in at a page without rights of its own.
 async fn sign_in(bench: &LocalStation, name: &str, code: &str) -> Result<Tester, Value> {
     sign_in_from(bench, "127.0.0.1:1", name, code).await
 }
@@ -52,7 +52,7 @@ async fn pupil(bench: &LocalStation, name: &str) -> Tester {
     sign_in(bench, name, code).await.unwrap()
 }
 
-/// Keeps sessions alive for so long.
+/// Keeps sessions alive for this time.
 async fn pass(seconds: u64, testers: &mut [&mut Tester]) {
     for _ in 0..seconds {
         for tester in testers.iter_mut() {
@@ -101,7 +101,7 @@ async fn a_pupil_signs_in_by_name_and_code_and_wrong_codes_are_slowed_down() {
     );
     tokio::time::sleep(Duration::from_secs(61)).await;
     assert!(sign_in(&bench, "Ben", "9QWE").await.is_ok());
-    // A new code ends what was signed in with the old one.
+    // A new code ends sessions that signed in with the old one.
     let codes = teacher.ok("class.codes", json!({"pupils": ["Ada"]})).await;
     let code = codes["pupils"][0]["code"].as_str().unwrap().to_owned();
     assert!(code.len() == 6 && code != "7K3M");
@@ -121,7 +121,7 @@ async fn sixty_wrong_codes_of_nobody_keep_no_pupil_out() {
     let (bench, _teacher) = class(1).await;
     let mut refused = 0;
     for nobody in 0..60 {
-        // Each try is a connection of its own, with another port.
+        // Each try is a connection with another port.
         let address = format!("192.168.1.9:{}", 4000 + nobody);
         let name = format!("nobody {nobody}");
         let error = sign_in_from(&bench, &address, &name, "0000")
@@ -147,14 +147,14 @@ async fn sixty_wrong_codes_of_nobody_keep_no_pupil_out() {
         }
     }
     assert_eq!(refused, 30);
-    // Pupils behind the same address, and elsewhere.
+    // Pupils behind the same address, and from elsewhere, still sign in.
     assert!(
         sign_in_from(&bench, "192.168.1.9:5", "Ada", "7K3M")
             .await
             .is_ok()
     );
     assert!(sign_in(&bench, "Ben", "9QWE").await.is_ok());
-    // The bound of the name is met before that of the address: its own number and time.
+    // The limit of the name is checked before that of the address, and reports its own values.
     for _ in 0..5 {
         let guess = sign_in_from(&bench, "192.168.1.9:6", "Ben", "0000").await;
         assert_eq!(guess.err().unwrap()["data"]["limit"], json!(30));
@@ -201,7 +201,7 @@ async fn a_turn_passes_on_by_the_clock_and_a_reload_keeps_the_place() {
     ada.ok("lease.renew", json!({"lease": granted["lease"]}))
         .await;
     ada.ok("arm.move", json!({"to": [220, 0, 40, 0]})).await;
-    // Ben's page is loaded anew, by another session.
+    // Ben's page is reloaded, by another session.
     drop(ben);
     pass(10, &mut [&mut ada]).await;
     let mut ben = pupil(&bench, "Ben").await;
@@ -344,7 +344,7 @@ async fn a_freeze_that_the_disk_does_not_take_counts_and_says_so() {
 #[tokio::test(start_paused = true)]
 async fn the_schedule_holds_by_the_stations_clock() {
     let (bench, mut teacher) = class(1).await;
-    // The bench begins at 1970-01-12T13:46:40Z.
+    // The clock of the test starts at 1970-01-12T13:46:40Z.
     let text = "[[slot]]\narms = [\"arm\"]\nwho = [\"red\"]\nfrom = 1970-01-12T13:00:00Z\nuntil = \"1970-01-12T13:48:00Z\"\n";
     teacher.ok("schedule.set", json!({"text": text})).await;
     let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
@@ -441,7 +441,7 @@ async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
         turns["arms"][1]["person"], "Ada",
         "any arm is one of the class"
     );
-    // A renewed code outlives the file from before.
+    // A renewed code wins over an older file.
     let old = made["text"].as_str().unwrap().to_owned();
     let renewed = teacher.ok("class.codes", json!({"pupils": ["Ada"]})).await;
     let again = teacher.ok("class.set", json!({"text": old})).await;
@@ -455,7 +455,7 @@ async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
         (code(&again), &again["codes_kept"]),
         (code(&made), &json!([]))
     );
-    // Names alone leave the other rules as they are.
+    // Names alone leave the other rules unchanged.
     let fewer = teacher.ok("class.set", json!({"names": ["Ada"]})).await;
     assert_eq!(
         (code(&fewer), &fewer["class"]["turn_s"]),
@@ -567,7 +567,7 @@ async fn a_pupil_gets_no_arm_of_another_group_by_any_way() {
         let why = refused["message"].as_str().unwrap();
         assert!(why.contains("group red"), "{method} {params}: {refused}");
     }
-    // Ben, who has no group, may have both.
+    // Ben has no group and may use both.
     ben.ok("turn.join", json!({"arm": other})).await;
     ada.ok("turn.join", json!({"arm": own})).await;
     let passed = teacher.call("turn.next", json!({"arm": other})).await;
@@ -575,7 +575,7 @@ async fn a_pupil_gets_no_arm_of_another_group_by_any_way() {
     let turns = teacher.ok("turn.list", json!({})).await;
     assert_eq!(turns["arms"][1]["person"], "Ben", "{turns}");
     assert_eq!(turns["arms"][0]["person"], "Ada", "{turns}");
-    // Another group ends the turn at the arm that it has not.
+    // Moving her to another group ends the turn at the arm that it lacks.
     let text = text.replace(
         &format!("red = [\"{own}\"]"),
         &format!("red = [\"{other}\"]"),
@@ -585,7 +585,7 @@ async fn a_pupil_gets_no_arm_of_another_group_by_any_way() {
     assert_eq!(turns["arms"][0]["person"], Value::Null, "{turns}");
 }
 
-/// The state of a job of Ada's that runs from the queue, under no lease, after a teacher's word.
+/// Returns the state of a queued job of Ada's, running without a lease, after a teacher's call.
 async fn job_from_queue_after(text: &str, word: (&str, Value)) -> Value {
     let (bench, mut teacher) = class(1).await;
     teacher.ok("class.set", json!({"text": text})).await;
@@ -623,7 +623,7 @@ async fn a_job_from_the_queue_ends_with_the_word_that_ends_turns() {
 async fn a_token_called_like_a_pupil_is_the_pupil_and_has_no_second_turn() {
     let bench = LocalStation::new(2).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
-    // The token is there before the class and its pupil.
+    // The token exists before the class and its pupil.
     let token = Grant {
         role: Role::Student,
         token: Some("ada".to_owned()),
@@ -732,7 +732,7 @@ async fn jobs_wait_for_their_arm_and_begin_in_order() {
         ben.ok("job.get", json!({"job": first})).await["state"],
         "done"
     );
-    // While Ada has her turn nothing of Ben's begins.
+    // During Ada's turn no job of Ben's starts.
     assert_eq!(
         ben.ok("job.get", json!({"job": second})).await["state"],
         "queued"
@@ -753,7 +753,7 @@ async fn jobs_wait_for_their_arm_and_begin_in_order() {
         .map(|one| one["pupil"].as_str().unwrap())
         .collect();
     assert_eq!(names, ["Ada", "Ben", "Ben"]);
-    // A restart begins nothing by itself.
+    // A restart starts no job.
     let after = LocalStation::after(kept).await;
     let mut teacher = after.join_as("Ms Lee", Role::Teacher).await;
     let shown = teacher.ok("job.get", json!({"job": second})).await;
@@ -796,7 +796,7 @@ async fn another_place_in_the_queue_is_told_and_is_no_event() {
         let to = json!({"job": jobs[2], "position": place});
         assert_eq!(ben.ok("job.reorder", to).await["place"], json!(place));
     }
-    // Places are told no more often than lists.
+    // Positions are sent no more often than lists.
     teacher.listen(LIST_INTERVAL).await;
     let told = &teacher.noticed("job.changed")[told_before..];
     let last = |job: &Value| {

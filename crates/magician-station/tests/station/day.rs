@@ -1,4 +1,5 @@
-//! A day of a station: twenty sessions that come, do something, and go, in every way there is. Nothing of them is left.
+//! A simulated day: twenty sessions that connect, act and leave in every way. Nothing of them may
+//! remain.
 
 use std::time::Duration;
 
@@ -9,11 +10,11 @@ use tokio::time::sleep;
 use crate::bench::{LocalStation, Tester};
 
 const CLIENTS: usize = 20;
-/// Between what they do they are silent.
+/// Silence between two rounds.
 const ROUND: Duration = Duration::from_secs(600);
 const ROUNDS: u32 = 24 * 6;
 
-/// Numbers that look like any, the same each time.
+/// Random numbers with a fixed seed.
 struct Dice(u64);
 
 impl Dice {
@@ -26,7 +27,7 @@ impl Dice {
     }
 }
 
-/// A seat of the class, with or without somebody.
+/// Seat of the class, occupied or empty.
 #[derive(Default)]
 struct Seat {
     tester: Option<Tester>,
@@ -35,7 +36,7 @@ struct Seat {
 }
 
 impl Seat {
-    /// Somebody comes, back or anew.
+    /// A client connects, resuming or anew.
     fn come(&mut self, bench: &LocalStation, dice: &mut Dice) {
         let role = [Role::Viewer, Role::Student, Role::Teacher][dice.roll(3) as usize];
         let mut tester = bench.socket(Some(role));
@@ -47,7 +48,7 @@ impl Seat {
         self.tester = Some(tester);
     }
 
-    /// Whoever is there does something, without waiting for the answer.
+    /// The client does something without waiting for the answer.
     fn act(&mut self, dice: &mut Dice) {
         let Some(tester) = &mut self.tester else {
             return;
@@ -75,7 +76,7 @@ impl Seat {
         tester.send(method, params);
     }
 
-    /// Reads what came: its secret, and the last jog.
+    /// Reads messages, and notes the secret and the last jog.
     fn read(&mut self) {
         let Some(tester) = &mut self.tester else {
             return;
@@ -109,14 +110,14 @@ async fn live(rounds: u32) {
                     1 if step > 8 => seat.tester = None,
                     _ => seat.act(&mut dice),
                 }
-                // Who does not read is closed some day.
+                // A client that never reads is closed at some point.
                 if dice.roll(50) != 0 {
                     seat.read();
                 }
             }
             sleep(Duration::from_millis(50 + dice.roll(400))).await;
         }
-        // Most go home, some stay and say nothing.
+        // Most leave; some stay and are silent.
         for seat in &mut seats {
             if dice.roll(8) != 0 {
                 seat.tester = None;
@@ -139,7 +140,7 @@ async fn live(rounds: u32) {
             "only who waits is not answered: {size:?}"
         );
         assert!(size.unsent <= there * 256 * 1024, "{round}: {size:?}");
-        // A reading at most.
+        // At most a reading.
         assert!(orders <= 4, "{round}: {orders} orders under way");
         bench.lines.lock().unwrap().clear();
     }

@@ -1,4 +1,4 @@
-//! The end of a station: who holds an arm is told and ends its run; the station ends what is left.
+//! The end of a station: holders are notified and end their runs; the station ends the rest.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use tokio::time::Instant;
 
 use crate::bench::{LocalStation, Tester};
 
-/// A session that holds the arm, which moves slowly for it, with more in its queue.
+/// Creates a session that holds the arm, which moves slowly with more commands in its queue.
 async fn holder(bench: &LocalStation, name: &str) -> (Tester, Value) {
     let mut anna = bench.join(name).await;
     let lease = anna.lease().await;
@@ -122,7 +122,8 @@ async fn no_holder_has_more_than_five_seconds_and_none_after_a_second_call() {
     }
 }
 
-/// Time of the stops at an end: two in turn, each until three poses 25 ms apart are equal, and 30 ms for all answers.
+/// Time of the stops at the end: two in a row, each until three poses 25 ms apart are equal, plus
+/// 30 ms for all replies.
 const STOPS: Duration = Duration::from_millis(2 * 2 * 25 + 30);
 
 #[tokio::test(start_paused = true)]
@@ -134,7 +135,7 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
     assert_eq!(bench.station.end_runs().await.cut_off.len(), 1);
     assert!(began.elapsed() < STOPS);
 
-    // The same while it was still there as the end began.
+    // The same if its socket was still open when the end began.
     let bench = LocalStation::new(1).await;
     let (anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
@@ -145,7 +146,7 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
     assert_eq!(ended.cut_off.len(), 1);
     assert!(began.elapsed() < Duration::from_millis(300) + STOPS);
 
-    // A request by POST hears nothing.
+    // A request by POST receives no notification.
     let bench = LocalStation::new(1).await;
     let began = Instant::now();
     let (answer, ended) = tokio::join!(bench.once("arm.home", json!({})), async {
@@ -183,7 +184,7 @@ async fn nothing_begins_at_a_station_that_ends() {
     assert_eq!(anna.code("job.start", job).await, -32007);
     let posted = bench.once("arm.move", json!({"to": [220, 0, 20, 0]})).await;
     assert_eq!(posted["error"]["code"], -32007, "{posted}");
-    // Who comes now hears of it.
+    // A client that connects now is notified as well.
     let mut carl = bench.join("Carl").await;
     carl.listen(Duration::from_millis(10)).await;
     assert_eq!(carl.noticed("server.ending").len(), 1);
@@ -206,7 +207,7 @@ async fn jog_ends_at_once_as_the_station_begins_to_end() {
     });
 }
 
-/// Calls of a drawing's client as its job starts, in their order.
+/// Calls of a drawing client at the start of a job, in order.
 fn start_of_a_job() -> Vec<(&'static str, Value)> {
     let set = |command: &str| json!({"command": command, "fields": {}});
     let fields = json!({"velocity_ratio": 30, "acceleration_ratio": 30});
@@ -233,8 +234,8 @@ fn start_of_a_job() -> Vec<(&'static str, Value)> {
     calls
 }
 
-/// A client that the system has stopped reads nothing and answers nothing; what it has sent is on its
-/// way.
+/// A client suspended by the system neither reads nor answers, but what it has sent is still in
+/// flight.
 #[tokio::test(start_paused = true)]
 async fn station_that_ends_leaves_an_empty_queue_whatever_its_client_had_sent() {
     let calls = start_of_a_job();

@@ -1,4 +1,4 @@
-//! The examples of the API's documents, each on a station of its own, and all of them one after the other on one.
+//! Examples of the API's documentation, each on a fresh station, and all in sequence on one.
 
 use std::collections::BTreeMap;
 
@@ -16,11 +16,11 @@ fn example(method: &str) -> Example {
 
 fn needs_lease(method: &str) -> bool {
     let row = METHODS.iter().find(|row| row.name == method);
-    // Who answers a session that asks is the holder.
+    // The session that answers a question must be the holder.
     row.is_some_and(|row| row.needs != Needs::Nothing) || method == "lease.answer"
 }
 
-/// A session that said hello as the example does, and what it was answered.
+/// Opens a session with the hello of the example. Returns it with the answer.
 async fn hello(bench: &LocalStation) -> (Tester, Value) {
     let mut tester = bench.socket(Some(Role::Teacher));
     let params = Value::Object(example("session.hello").params);
@@ -28,7 +28,7 @@ async fn hello(bench: &LocalStation) -> (Tester, Value) {
     (tester, hello)
 }
 
-/// Calls a method with its example's parameters, whose ids are those of earlier results.
+/// Calls a method with the parameters of its example and ids of earlier results.
 async fn call(tester: &mut Tester, method: &str, earlier: &BTreeMap<String, Value>) -> Value {
     let example = example(method);
     let ids = example.after.as_ref().map(|after| &earlier[after]);
@@ -57,7 +57,8 @@ async fn call(tester: &mut Tester, method: &str, earlier: &BTreeMap<String, Valu
     }
 }
 
-/// Whether two results have the same members, of the same kinds. What is null or empty tells nothing.
+/// True if two results have the same members of the same types. Null and empty values match
+/// anything.
 pub(crate) fn alike(shown: &Value, found: &Value) -> bool {
     match (shown, found) {
         (Value::Null, _) | (_, Value::Null) => true,
@@ -67,7 +68,7 @@ pub(crate) fn alike(shown: &Value, found: &Value) -> bool {
         (Value::Array(shown), Value::Array(found)) => {
             shown.is_empty() || found.iter().all(|item| alike(&shown[0], item))
         }
-        // Events have members by their name.
+        // Members of events depend on their name.
         (Value::Object(shown), Value::Object(found)) => {
             shown.get("event") != found.get("event")
                 || shown.len() == found.len()
@@ -108,13 +109,13 @@ async fn the_examples_succeed_one_after_the_other() {
         let result = call(&mut tester, method.name, &results).await;
         results.insert(method.name.to_owned(), result);
         if method.name == "arm.fence" {
-            // Reports of checks name a fence; their example is of an arm without one.
+            // The example of a check's report is of an arm without a fence.
             tester.ok("arm.fence", json!({"set": null})).await;
         }
     }
 }
 
-/// Two lists of names that have to be the same; all but the notification say what is answered.
+/// Methods and examples must match, and all but notifications have a result.
 #[test]
 fn examples_are_of_methods_and_whole() {
     let text = include_str!("../../src/api/examples.json");

@@ -1,4 +1,4 @@
-//! The fence of an arm: who sees and changes it, and that it holds for every session.
+//! Fence of an arm: who reads and changes it, and that it applies to every session.
 
 use std::time::Duration;
 
@@ -44,7 +44,7 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
     });
     let seen = ben.ok("arm.fence", json!({})).await;
     assert_eq!(seen, json!({"fence": whole}));
-    // What is not named stays.
+    // Members that are not named stay.
     let faster = anna.ok("arm.fence", json!({"set": {"speed": 130.0}})).await;
     assert_eq!(faster["fence"]["keep_out"], keep_out);
     assert_eq!(faster["fence"]["box"], within);
@@ -123,7 +123,7 @@ async fn it_holds_for_moves_raw_commands_steps_and_jobs_of_every_session() {
     assert_eq!(job.unwrap_err()["code"], json!(-32004));
     let pose = bench.arms[0].state().pose;
     assert!((pose.z).abs() < 1e-3, "{pose:?}");
-    // It is gone again.
+    // Removed again.
     anna.ok("arm.fence", json!({"set": null})).await;
     ben.ok("arm.move", json!({"to": [220, 0, -30, 0]})).await;
 }
@@ -137,7 +137,7 @@ async fn a_jog_stops_before_it() {
     anna.ok("arm.fence", floor(-20.0)).await;
     let jog = json!({"axis": "z-", "keep_ms": 1000});
     let jog = anna.ok("jog.start", jog).await["jog"].clone();
-    // It cannot be changed under a jog.
+    // It cannot be changed during a jog.
     let busy = anna.call("arm.fence", floor(-60.0)).await.unwrap_err();
     assert_eq!(
         (&busy["code"], &busy["data"]["jog"]),

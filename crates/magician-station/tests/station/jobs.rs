@@ -1,4 +1,4 @@
-//! Jobs as clients see them: checked, run, paused, resumed and stopped, under leases that come and go.
+//! Jobs as clients see them: checked, run, paused, resumed and stopped, while leases change.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::bench::{LocalStation, Tester};
 
 const PAPER: f64 = -60.0;
 
-/// A pen that draws lines, slowly.
+/// Returns a plan that draws lines slowly.
 pub(crate) fn drawing() -> String {
     let mut plan = Plan::new("lines");
     plan.tool = Some(Tool::Pen);
@@ -32,7 +32,7 @@ pub(crate) fn drawing() -> String {
     plan.to_json()
 }
 
-/// A plan that leaves the reach in its second step.
+/// Returns a plan whose second step is out of reach.
 fn too_far() -> String {
     let mut plan = Plan::new("far");
     for x in [220.0, 600.0] {
@@ -67,7 +67,7 @@ async fn start(tester: &mut Tester, more: Value) -> Value {
     tester.ok("job.start", params).await["job"].clone()
 }
 
-/// Whether the pen is above its paper.
+/// True if the pen is above its paper.
 fn pen_is_up(bench: &LocalStation) -> bool {
     bench.arms[0].state().pose.z > PAPER + 5.0
 }
@@ -191,7 +191,7 @@ async fn a_paused_job_lets_the_arm_be_moved_and_goes_on() {
         anna.code("job.start", json!({"text": drawing()})).await,
         -32003
     );
-    // Where it was left it goes on without an approach; from elsewhere it does not.
+    // Without an approach it resumes from where it was left, but not from elsewhere.
     anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
     let refused = anna
         .call("job.resume", json!({"job": job, "approach": false}))
@@ -218,7 +218,7 @@ async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm()
         let mut anna = bench.join("Anna").await;
         anna.lease().await;
         let job = start(&mut anna, json!({})).await;
-        // In the middle of a line.
+        // Half way along a line.
         while pen_is_up(&bench) {
             anna.listen(Duration::from_millis(50)).await;
         }
@@ -228,7 +228,7 @@ async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm()
         assert_eq!(stopped["error"], json!(null));
         assert_eq!(pen_is_up(&bench), up, "{method}");
         assert!(!bench.arms[0].state().moving);
-        // The lease stays, and the job goes on where it was stopped.
+        // The lease is kept, and the job resumes where it was stopped.
         let running = anna.ok("job.resume", json!({"job": job})).await;
         assert_eq!(
             (&running["state"], &running["job"]),
@@ -255,7 +255,7 @@ async fn a_job_whose_lease_ends_does_what_its_starter_said() {
         until(&mut teacher, &job, state).await;
         if state == "paused" {
             assert_eq!(anna.code("job.resume", json!({"job": job})).await, -32002);
-            // The next holder moves the arm and loses its lease on the way: the job is paused all the same.
+            // The next holder moves the arm and loses its lease on the way. The job stays paused.
             let mut other = bench.join_as("Other", Role::Teacher).await;
             let moving = teacher.send("arm.move", json!({"to": [200, 150, 80, 0]}));
             teacher.listen(Duration::from_millis(300)).await;
@@ -311,7 +311,7 @@ async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
     let list = ben.ok("arm.list", json!({})).await;
     assert_eq!(list["arms"][0]["job"], json!(null));
     ben.lease().await;
-    // Nothing is known of how far it came: as `run --resume`, it refuses.
+    // Its progress is unknown, so it refuses, like `run --resume`.
     let refused = ben.call("job.resume", json!({"job": job})).await;
     assert_eq!(refused.unwrap_err()["data"]["kind"], json!("invalid-input"));
     let fresh = start(&mut ben, json!({})).await;
@@ -400,7 +400,7 @@ async fn a_job_that_burns_needs_a_teacher_who_means_it() {
     assert!(!bench.arms[0].state().laser);
 }
 
-/// Nobody may look after a laser whose page was closed: it does not wait for the lease to end.
+/// A laser without a page may be unattended, so the job does not wait for the end of the lease.
 #[tokio::test(start_paused = true)]
 async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
     let mut burns = Plan::new("burns");
@@ -435,7 +435,7 @@ async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
         );
         let left = state_of(&mut watcher, &job).await;
         assert_eq!(left["state"], json!(state));
-        // The page is loaded again: it has the lease, and goes on when a person says so.
+        // The reloaded page has the lease, and the job resumes when a person says so.
         let mut back = bench.socket(Some(Role::Teacher));
         let client = json!({"client": {"name": "Teacher"}, "resume": hello["resume"]});
         assert_eq!(
@@ -457,7 +457,7 @@ async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
     }
 }
 
-/// How far before the place where a burn was stopped it goes on, mm.
+/// Returns the distance before the place of the stop at which a burn resumes, mm.
 async fn burnt_again(overlap: Value) -> f64 {
     let mut burns = Plan::new("burns");
     let by = Travel::Line;
@@ -512,7 +512,7 @@ async fn a_burn_that_was_stopped_goes_on_so_far_before_that_place_as_is_said() {
     }
 }
 
-/// The arm has a pen to change: whoever watches reads which.
+/// The arm needs another pen: every client can read which.
 #[tokio::test(start_paused = true)]
 async fn a_job_that_waits_between_parts_says_what_for() {
     let bench = LocalStation::new(1).await;

@@ -1,4 +1,4 @@
-//! The dead man of a jog.
+//! Keep-alive of jogs.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ async fn jogging(bench: &LocalStation) -> (Tester, serde_json::Value) {
     (anna, jog)
 }
 
-/// Keeps a jog up for so long.
+/// Keeps a jog alive for this time.
 async fn keep(anna: &mut Tester, jog: &serde_json::Value, time: Duration) {
     for _ in 0..time.as_millis() / 50 {
         anna.notify("jog.keep", json!({"jog": jog}));
@@ -35,7 +35,7 @@ async fn a_jog_goes_on_while_it_is_kept_up_and_stops_when_told() {
     let pose = bench.arms[0].state().pose;
     assert!((stood["pose"]["y"].as_f64().unwrap() - pose.y).abs() < 0.01);
     assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("released"));
-    // Of a jog that has ended: the same, where the arm stands.
+    // A second stop gives the same answer: the pose at which the arm stands.
     assert_eq!(anna.ok("jog.stop", json!({"jog": jog})).await, stood);
 }
 
@@ -47,10 +47,10 @@ async fn a_jog_that_is_not_kept_up_ends_in_time() {
     assert!(bench.arms[0].state().moving);
     anna.listen(Duration::from_millis(300)).await;
     assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("not-kept"));
-    // It brakes.
+    // The arm brakes.
     anna.listen(Duration::from_millis(500)).await;
     assert!(!bench.arms[0].state().moving);
-    // It was over when that came.
+    // Too late: the jog is over.
     anna.notify("jog.keep", json!({"jog": jog}));
     anna.listen(Duration::from_millis(300)).await;
     assert!(!bench.arms[0].state().moving);
@@ -67,7 +67,7 @@ async fn the_end_of_a_socket_ends_its_jog_at_once() {
     assert_eq!(ben.noticed("jog.ended")[0]["why"], json!("released"));
     ben.listen(Duration::from_millis(400)).await;
     assert!(!bench.arms[0].state().moving);
-    // The lease is kept for the session to come back.
+    // The lease is kept so that the session can come back.
     assert_eq!(ben.code("lease.acquire", json!({})).await, -32002);
 }
 
@@ -139,7 +139,7 @@ async fn a_step_is_checked_and_turned_by_r_in_the_tools_frame() {
     );
 }
 
-/// Asserts that no arm moves by anything of these requests, and what they are refused with.
+/// Asserts that a request was refused in favour of `jog.start`.
 fn is_refused_for_jog_start(error: &serde_json::Value) {
     assert_eq!(error["code"], json!(-32602), "{error}");
     assert_eq!(error["data"]["method"], json!("jog.start"), "{error}");
@@ -156,7 +156,7 @@ async fn raw_jog_is_refused_for_every_role_and_by_post() {
             let lease = anna.lease().await;
             let error = anna.call(method, jog.clone()).await.unwrap_err();
             is_refused_for_jog_start(&error);
-            // Its end is a stop, and stays.
+            // Ending a raw jog stays allowed.
             let stop = json!({"command": "JOGCmd", "fields": {"is_joint": 0, "cmd": 0}});
             anna.ok("arm.set", stop).await;
             anna.ok("lease.release", json!({"lease": lease})).await;
@@ -172,7 +172,7 @@ async fn second_start_of_a_session_replaces_the_first_with_the_default_keep_ms()
     let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_secs(1)).await;
-    // 0.5 s of braking are longer than the 250 ms of its keep.
+    // Braking for 0.5 s takes longer than the keep-alive period of 250 ms.
     let second = anna.ok("jog.start", json!({"axis": "z+"})).await["jog"].clone();
     assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("replaced"));
     let z = bench.arms[0].state().pose.z;
@@ -189,7 +189,7 @@ async fn jog_stopped_while_the_arm_comes_to_rest_starts_nothing() {
     let second = anna.send("jog.start", json!({"axis": "z+"}));
     anna.listen(Duration::from_millis(100)).await;
     let z = bench.arms[0].state().pose.z;
-    // Its id is not known yet: without one it is that of the arm.
+    // The id is not known yet: without one the jog of the arm is meant.
     let stop = anna.send("jog.stop", json!({}));
     assert_eq!(
         anna.answer(second).await.unwrap_err()["code"],
@@ -224,7 +224,7 @@ async fn jog_into_the_end_of_its_axis_ends_for_limit() {
         (&state["moving"], &state["jog"]),
         (&json!(false), &json!(null))
     );
-    // Nothing is busy with it, and the other way is free.
+    // The arm is not busy, and the other direction is free.
     let back = anna.ok("jog.start", json!({"axis": "j1-"})).await["jog"].clone();
     keep(&mut anna, &back, Duration::from_secs(1)).await;
     assert!(bench.arms[0].state().moving);

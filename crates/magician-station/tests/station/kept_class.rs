@@ -1,11 +1,11 @@
-//! The files of a class at the next start: ended, damaged, and gone.
+//! Files of a class at the next start: ended, damaged, missing.
 
 use magician_station::Role;
 use serde_json::{Value, json};
 
 use crate::bench::LocalStation;
 
-/// What a station has after a start with this text in the place of one of the files that an earlier one has kept.
+/// Starts a station with one of the stored files of an earlier one changed.
 async fn after(name: &'static str, change: impl FnOnce(&str) -> String) -> LocalStation {
     let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;

@@ -1,4 +1,4 @@
-//! The lease as clients see it.
+//! Leases as clients see them.
 
 use std::time::Duration;
 
@@ -64,7 +64,7 @@ async fn a_session_that_asks_again_is_one_question_and_all_its_requests_are_answ
     let asked = [0; 3].map(|_| ben.send("lease.ask", json!({"message": "please"})));
     anna.listen(Duration::from_millis(10)).await;
     assert_eq!(anna.noticed("lease.asked").len(), 1);
-    // The next holder is asked as often.
+    // The next holder is asked once as well.
     cleo.ok("lease.take", json!({})).await;
     cleo.listen(Duration::from_millis(10)).await;
     let questions = cleo.noticed("lease.asked");
@@ -110,14 +110,14 @@ async fn a_holder_without_a_word_loses_the_lease_and_its_move_is_stopped() {
     assert!(bench.arms[0].state().moving);
     ben.listen(Duration::from_millis(150)).await;
     assert_eq!(bench.arms[0].state().queue.waiting, 0);
-    // It brakes as slowly as it was set to.
+    // It brakes with the acceleration that was set.
     ben.listen(Duration::from_secs(1)).await;
     assert!(!bench.arms[0].state().moving, "what it queued is stopped");
     assert_eq!(
         ben.noticed("lease.changed").last().unwrap()["holder"],
         json!(null)
     );
-    // Nothing of it goes on under the next holder.
+    // No motion continues under the next holder.
     ben.lease().await;
     let stood = bench.arms[0].state().pose;
     ben.listen(Duration::from_secs(4)).await;
@@ -209,7 +209,7 @@ async fn a_teacher_takes_the_lease_and_what_its_holder_did_is_stopped() {
     assert_eq!(state["x"], json!(220.0));
 }
 
-/// A person reads the sentence; the method is for programs.
+/// People read the sentence; the method is for programs.
 #[tokio::test(start_paused = true)]
 async fn refusal_of_a_lease_names_its_holder_and_no_method_in_its_sentence() {
     let bench = LocalStation::new(1).await;

@@ -1,4 +1,4 @@
-//! The table of life and death: what is in the list of jobs after a program ended in any way, in any state of a job.
+//! Table of survival: the list of jobs after a program ended in any way, with a job in any state.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -9,18 +9,19 @@ use serde_json::{Value, json};
 use crate::bench::{Kept, LocalStation, Tester};
 use crate::jobs::{drawing, until};
 
-/// How a program ends.
+/// Way in which a program ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum End {
-    /// `kill -9`, or the power fails.
+    /// `kill -9`, or a power failure.
     Killed,
     /// SIGTERM or Ctrl-C.
     Asked,
-    /// The disk is full from here on; then `kill -9`.
+    /// The disk is full from here on, followed by `kill -9`.
     Full,
 }
 
-/// State of a job, and what the next station lists after each end. `docs/STATION.md` has the same rows.
+/// State of a job, and its state at the next station after each end. The same rows are in
+/// `docs/STATION.md`.
 const TABLE: [(&str, [&str; 3]); 7] = [
     ("queued", ["queued", "queued", "queued"]),
     ("checking", ["interrupted", "stopped", "interrupted"]),
@@ -31,7 +32,7 @@ const TABLE: [(&str, [&str; 3]); 7] = [
     ("done", ["done", "done", "done"]),
 ];
 
-/// Brings a job into a state; its id.
+/// Brings a job into a state. Returns its id.
 async fn bring(bench: &LocalStation, anna: &mut Tester, state: &str) -> Value {
     anna.lease().await;
     if state == "queued" {
@@ -64,7 +65,7 @@ async fn bring(bench: &LocalStation, anna: &mut Tester, state: &str) -> Value {
     job
 }
 
-/// What the next station lists of a job that was in this state when a program ended so.
+/// Returns the state that the next station lists.
 async fn listed(state: &str, end: End) -> Value {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
@@ -74,10 +75,10 @@ async fn listed(state: &str, end: End) -> Value {
     let kept = match end {
         End::Killed => bench.kept.copy(),
         End::Full => {
-            // What was told by now is on the disk; nothing after that is.
+            // Everything reported so far is on the disk; nothing later is.
             bench.station.flush().await;
             bench.kept.full.store(true, Ordering::SeqCst);
-            // Time stands while a program is being read.
+            // Virtual time stands still while a program is being read.
             if state != "checking" {
                 anna.listen(Duration::from_secs(60)).await;
             }
@@ -124,7 +125,7 @@ async fn list_after(kept: Kept, job: &Value) -> Value {
         .filter(|found| found["job"] == *job)
         .collect();
     assert_eq!(found.len(), 1, "{list}");
-    // Nothing moves because a station was started.
+    // A restart moves nothing.
     ben.listen(Duration::from_secs(60)).await;
     assert!(!bench.arms[0].state().moving);
     let later = ben.ok("job.get", json!({"job": job})).await;

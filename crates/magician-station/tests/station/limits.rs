@@ -1,4 +1,4 @@
-//! Limits: what one client does to itself, and to nobody else.
+//! Limits: a client affects itself and no other.
 
 use std::time::Duration;
 

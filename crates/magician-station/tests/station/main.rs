@@ -1,4 +1,5 @@
-//! A station, its engines and virtual arms, in virtual time: the clients are tests, time passes when nothing else is to be done.
+//! Tests of a station with engines and virtual arms, in virtual time: time advances only while
+//! everything waits.
 
 mod bare;
 mod bench;

@@ -1,4 +1,4 @@
-//! Messages, good and bad.
+//! Valid and invalid messages.
 
 use magician_station::{CloseCode, Role, api::METHODS};
 use serde_json::{Value, json};
@@ -141,7 +141,7 @@ async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
     assert_eq!(silent.closed, Some(CloseCode::LATE));
 }
 
-/// Every method of the table is answered by what it is for: none has a name and does nothing.
+/// Every method of the table must be implemented.
 #[tokio::test(start_paused = true)]
 async fn every_method_does_something() {
     let bench = LocalStation::recording(crate::recordings::Tapes::default()).await;
@@ -211,7 +211,7 @@ async fn every_method_does_something() {
         }
         let outcome = teacher.call(method.name, params).await;
         if let Err(error) = outcome {
-            // What names something that is not there says so; nothing else fails.
+            // Methods that name something missing say so. No other error is expected.
             assert_eq!(error["code"], json!(-32602), "{}: {error}", method.name);
             let named = ["subscription", "session", "jog", "name", "text", "pupils"];
             assert!(

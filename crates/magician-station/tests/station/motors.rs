@@ -1,4 +1,4 @@
-//! Motors and belts: they have no end of their own, so they end with the lease, and with a stop.
+//! Motor outputs: they have no end of their own, so they end with the lease and with a stop.
 
 use std::time::Duration;
 
@@ -31,7 +31,7 @@ async fn turning(bench: &LocalStation) -> (Tester, serde_json::Value) {
 async fn stop_switches_a_motor_off() {
     let bench = LocalStation::new(1).await;
     let (_anna, _) = turning(&bench).await;
-    // Anyone may.
+    // Any session may stop.
     let mut ben = bench.join("Ben").await;
     ben.ok("arm.stop", json!({})).await;
     assert!(!turns(&bench));
@@ -80,12 +80,12 @@ async fn motor_is_not_started_by_post() {
     }
     sleep(Duration::from_millis(100)).await;
     assert!(!turns(&bench));
-    // Switching it off is for everybody.
+    // Switching off is permitted to all.
     let answer = bench.once("arm.set", motor(0)).await;
     assert!(answer.get("error").is_none(), "{answer}");
 }
 
-/// A plan that leaves a belt running.
+/// Returns a plan that leaves a belt running.
 fn belt_plan() -> String {
     let belt = json!({"command": "EMotor", "values": {"index": 0, "is_enabled": 1, "speed": 1000}});
     let wait = json!({"command": "WAITCmd", "values": {"timeout": 500}});

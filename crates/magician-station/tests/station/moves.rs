@@ -1,4 +1,4 @@
-//! What needs the lease: moves, settings, tools, and who may.
+//! Methods that need the lease: moves, settings, tools; and the roles for them.
 
 use magician_program::{Action, Plan, Travel};
 use magician_station::Role;
@@ -239,7 +239,7 @@ async fn a_viewer_looks_and_stops_and_does_nothing_else() {
     let sessions = viewer.ok("session.list", json!({})).await;
     assert_eq!(sessions["sessions"][0]["session"], json!(by));
     assert!(!bench.arms[0].state().moving);
-    // The lease stays, and the arm moves again.
+    // The lease is kept, and the arm moves again.
     anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
 }
 

@@ -1,4 +1,4 @@
-//! How often clients hear what changes as often as others like: counts of notifications.
+//! Rates of notifications about values that change often.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::bare::BareStation;
 
-/// What a disk and an arm do at once.
+/// Completes everything for disk and arm at once.
 fn carry_out(bare: &mut BareStation) {
     loop {
         if let Some(jobs) = bare.station.poll_jobs() {
@@ -45,7 +45,7 @@ fn pass(bare: &mut BareStation, time: Duration) {
     carry_out(bare);
 }
 
-/// The notifications of this name, and every answer.
+/// Returns the notifications with this name, and all answers.
 fn heard(bare: &mut BareStation, notice: &str) -> (Vec<Value>, Vec<Value>) {
     let heard = bare.heard().into_iter();
     let (notices, answers): (Vec<_>, Vec<_>) = heard.partition(|it| it.get("method").is_some());
@@ -80,7 +80,7 @@ fn places_of_waiting_jobs_are_told_as_often_as_lists_and_at_last_as_they_are() {
     let mut list = Vec::new();
     for at in 0..=REORDERS {
         if at < REORDERS {
-            // The last one goes to the front: all have another place.
+            // The last job goes to the front, so that all positions change.
             let job = &ids[JOBS - 1 - at as usize % JOBS];
             ask(
                 &mut bare,
@@ -109,7 +109,7 @@ fn places_of_waiting_jobs_are_told_as_often_as_lists_and_at_last_as_they_are() {
     assert_eq!(told.len(), JOBS);
     for job in list.iter().filter(|job| job["state"] == "queued") {
         let places = &told[job["job"].as_str().unwrap()];
-        // At once, and then five times in the second and the last time behind it.
+        // At once, then five times in the second, and the last one after it.
         assert!((2..=7).contains(&places.len()), "{places:?}");
         assert_eq!(places.last(), Some(&job["place"]));
     }

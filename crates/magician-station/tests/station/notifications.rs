@@ -1,4 +1,4 @@
-//! The examples of notifications and events, each on a station of its own.
+//! Examples of notifications and events, each on a fresh station.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,12 +11,12 @@ use crate::bench::{LocalStation, Tester};
 use crate::examples::alike;
 use crate::typed;
 
-/// By then the arm was read.
+/// Time after which the arm has been read.
 const READ: Duration = Duration::from_millis(200);
-/// As long as the turn of the class in the examples.
+/// Length of a turn in the examples.
 const TURN: Duration = Duration::from_secs(91);
 
-/// Its parameters with the ids of earlier results.
+/// Returns the parameters with ids of earlier results.
 fn with_ids(params: &Value, results: &[Value]) -> Value {
     let id_of = |name: &str| results.iter().rev().find_map(|result| result.get(name));
     let ids = ["job", "jog", "lease", "session", "subscription"];
@@ -44,7 +44,7 @@ async fn client<'t>(
     testers.get_mut(&said.who).unwrap()
 }
 
-/// What the listener of an example hears of a method.
+/// Returns what the client of an example receives of a notification.
 async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
     let bench = LocalStation::new(1).await;
     let mut testers = BTreeMap::new();
@@ -71,10 +71,10 @@ async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
         } else {
             results.push(tester.ok(&said.method, params).await);
         }
-        // What the call does is not what the arm was found with.
+        // Read first, so that the effects of the call are changes.
         tester.listen(READ).await;
     }
-    // Who holds an arm says something all the time.
+    // A holder has to send signs of life.
     let mut passed = Duration::ZERO;
     let step = Duration::from_secs(1);
     while passed < TURN {
@@ -84,7 +84,7 @@ async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
             tester.listen(share).await;
         }
         for (who, tester) in &mut testers {
-            // It is out, or waits for an answer.
+            // Closed, or waiting for an answer.
             if tester.closed.is_none() && who != "Ben" || method == "turn.ending" {
                 tester.ok("server.info", json!({})).await;
             }
@@ -123,7 +123,7 @@ async fn each_event_comes_as_its_example_shows() {
     for row in EVENTS {
         let example = NotificationExample::of(row.name).expect(row.name);
         if example.after.is_empty() {
-            // Nothing that a client does brings it about.
+            // No client can cause this event.
             let message =
                 json!({"jsonrpc": "2.0", "method": "arm.event", "params": example.params});
             typed::check_notification(&message);

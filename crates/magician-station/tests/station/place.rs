@@ -1,4 +1,5 @@
-//! This machine's people without a name: teachers without a class, viewers while there is one, until the teacher's PIN is given.
+//! Anonymous clients of this machine: teachers without a class, viewers with one, until they give
+//! the teacher's PIN.
 
 use std::time::Duration;
 
@@ -12,7 +13,7 @@ use crate::rights::{CLASS, Lesson, Row, table};
 const FORBIDDEN: i64 = -32001;
 const TOO_MANY: i64 = -32006;
 const PIN: &str = "482913";
-/// Columns of the table of the documents.
+/// Columns of the documented table.
 const VIEWER: usize = 0;
 const TEACHER: usize = 3;
 
@@ -21,7 +22,7 @@ async fn hello(mut tester: Tester, more: &str, value: Value) -> Result<Tester, V
     tester.call("session.hello", params).await.map(|_| tester)
 }
 
-/// A page of this machine that says nothing of who it is.
+/// Opens a page on this machine that does not identify itself.
 async fn stranger(bench: &LocalStation) -> Tester {
     hello(bench.stranger(), "role", json!("teacher"))
         .await
@@ -39,7 +40,7 @@ fn token() -> Grant {
     }
 }
 
-/// Whether a role was too low: nothing else names the role that is needed.
+/// True if the role was too low: only that error names the required role.
 fn is_refused(error: Option<&Value>) -> bool {
     error.is_some_and(|error| error["code"] == FORBIDDEN && error["data"]["needs"].is_string())
 }
@@ -51,7 +52,7 @@ async fn role(bench: &LocalStation, name: &str) -> Value {
     list.find(|one| one["name"] == name).unwrap()["role"].clone()
 }
 
-/// All methods, as the table of the documents has them.
+/// Returns all methods with their rows in the documented table.
 fn cells() -> Vec<(Row, String)> {
     let rows = table().into_iter().flat_map(|row| {
         let methods = row.methods.clone();
@@ -99,7 +100,7 @@ async fn every_method_with_a_class_takes_a_stranger_as_viewer_and_pin_and_token_
                 wrong.push(format!("{method} as {who}: {outcome:?}"));
             }
         }
-        // The same by single requests, of which a teacher's PIN is one of HTTP.
+        // The same by single requests. A PIN in those is tested over HTTP.
         for who in [None, Some(token())] {
             let lesson = Lesson::new().await;
             let params = Value::Object(lesson.params(&row, &method));
@@ -155,7 +156,7 @@ async fn a_class_that_begins_takes_a_strangers_lease_and_stops_its_arm_and_its_e
     assert_eq!(arms["arms"][0]["holder"], Value::Null);
     tokio::time::sleep(Duration::from_secs(1)).await;
     assert_eq!(teacher.ok("arm.state", json!({})).await["moving"], false);
-    // It looks on and stops, at the same socket.
+    // It can watch and stop on the same socket.
     assert!(page.ok("class.get", json!({})).await["pupils"][0]["code"].is_null());
     assert_eq!(page.ok("class.get", json!({})).await["pin"], Value::Null);
     assert_eq!(page.code("lease.acquire", json!({})).await, FORBIDDEN);
@@ -170,7 +171,7 @@ async fn wrong_pins_are_five_a_minute_and_stops_are_nobodys_tries() {
     let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     teacher.ok("class.set", json!({"text": CLASS})).await;
-    // Whoever is elsewhere uses up no try.
+    // Clients from elsewhere use up no tries.
     for _ in 0..9 {
         let socket = bench.socket_of(None, "192.168.1.9:1");
         let error = hello(socket, "pin", json!("000000")).await.err().unwrap();

@@ -1,4 +1,4 @@
-//! Presets: kept, shown, used by checks and jobs.
+//! Presets: stored, shown, used by checks and jobs.
 
 use magician_station::Role;
 use serde_json::{Value, json};
@@ -52,7 +52,7 @@ async fn a_preset_is_kept_shown_and_removed() {
         anna.ok("preset.show", json!({"name": "birch"})).await,
         saved
     );
-    // Its text is what a file has, and comes back as one.
+    // Its text is the content of a file and can be saved again.
     let again = json!({"name": "oak", "text": saved["text"]});
     let again = anna.ok("preset.save", again).await;
     assert_eq!(again["options"], saved["options"]);
@@ -148,13 +148,13 @@ async fn what_is_said_goes_before_the_preset_and_its_note_is_told() {
     let weaker = checked(&mut anna, weaker).await;
     assert_eq!(weaker["power"]["most"], json!(20.0), "{weaker}");
 
-    // What needs something else beside it may have that from the preset.
+    // An option that requires another one may get it from the preset.
     let filled = json!({"name": "filled", "setup": {"fill": "hatch", "surface": -60}});
     anna.ok("preset.save", filled).await;
     let spaced = json!({"preset": "filled", "fill_spacing": 2});
     let spaced = checked(&mut anna, spaced).await;
     assert_eq!(spaced["ok"], json!(true), "{spaced}");
-    // A test grid has powers and speeds of its own, whatever the preset says.
+    // A test grid has its own powers and speeds, regardless of the preset.
     let grid = json!({"format": "magician-testgrid", "power": "20:60:3", "speed": "10:30:2"});
     let setup = json!({"at": [240, 0], "preset": "wood-engrave"});
     let params = json!({"text": grid.to_string(), "setup": setup});
@@ -188,7 +188,7 @@ async fn a_preset_that_is_not_there_is_told_before_all_else() {
             let check = anna.call("job.check", params.clone()).await.unwrap_err();
             assert_eq!(check["data"]["param"], json!("setup.preset"), "{check}");
             assert!(check["message"].as_str().unwrap().contains(why), "{check}");
-            // It has no lease: that would be told next.
+            // Without the lease, whose error would come next.
             let start = anna.call("job.start", params).await.unwrap_err();
             assert!(
                 why == "contradict" || start["data"]["param"] == json!("setup.preset"),

@@ -1,4 +1,4 @@
-//! The library of programs, and checks of many at once.
+//! Library of programs, and many checks at once.
 
 use std::time::Duration;
 
@@ -48,7 +48,7 @@ async fn programs_are_kept_listed_given_and_removed() {
             (&json!(-32602), &json!("name"))
         );
     }
-    // Where there is no room nothing of it is kept, and what was there stays.
+    // Without room nothing is stored, and the old content stays.
     *bench.shelf.room.lock().unwrap() = 10;
     let more = json!({"name": "house 2.plan.json", "text": "more than ten bytes"});
     let full = anna.call("program.put", more).await.unwrap_err();
@@ -183,7 +183,7 @@ async fn a_program_is_run_by_its_name_and_made_another_file_of() {
     assert_eq!(by_name, by_text);
     let started = anna.ok("job.start", json!({"program": name})).await;
     until(&mut anna, &started["job"], "done").await;
-    // As `magician convert --json` says it.
+    // The same report as `magician convert --json`.
     let convert = json!({"name": name, "to": "lines.csv"});
     let made = anna.ok("program.convert", convert).await;
     assert_eq!(
@@ -231,7 +231,7 @@ async fn checks_take_turns_and_hold_up_no_stop() {
     while bench.gate.now() < 2 {
         tokio::task::yield_now().await;
     }
-    // Two begin, 64 wait, and the rest is too many: the last of the last.
+    // Two run, 64 wait, and the last ones are refused.
     for id in &ids[2][6..] {
         let refused = checkers[2].answer(*id).await.unwrap_err();
         assert_eq!(
@@ -240,7 +240,7 @@ async fn checks_take_turns_and_hold_up_no_stop() {
         );
     }
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
-    // Time does not pass by itself while somebody computes.
+    // Virtual time does not advance by itself while a thread computes.
     let passes = async {
         loop {
             tokio::time::advance(Duration::from_millis(1)).await;
@@ -250,11 +250,11 @@ async fn checks_take_turns_and_hold_up_no_stop() {
         _ = viewer.ok("arm.stop", json!({})) => {}
         () = passes => {}
     }
-    // What a socket has asked for that is gone is not looked at any more.
+    // Requests of a closed socket are not carried out.
     drop(checkers.remove(1));
     bench.gate.close(false);
     for id in &ids[0] {
-        // In the order in which they were asked for.
+        // In the order of their requests.
         let answer = checkers[0].message().await.unwrap();
         assert_eq!(answer["id"], json!(id));
         assert_eq!(answer["result"]["ok"], json!(true));

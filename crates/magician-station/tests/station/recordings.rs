@@ -1,4 +1,4 @@
-//! Recordings of arms, and what was read lately.
+//! Recordings of arms, and the history.
 
 use std::collections::BTreeMap;
 use std::io::{self, Cursor, Read};
@@ -16,7 +16,7 @@ use crate::bench::LocalStation;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tapes {
     tapes: Arc<Mutex<BTreeMap<String, Tape>>>,
-    /// It takes nothing more.
+    /// True if the disk is full.
     full: Arc<Mutex<bool>>,
 }
 
@@ -106,7 +106,7 @@ impl RecordingFile for Writer {
     }
 }
 
-/// Frames that the station has sent to the arm so far.
+/// Returns the number of frames that the station has sent to the arm.
 async fn asked(bench: &LocalStation) -> u64 {
     bench.drivers[0].stats().await.unwrap().0.sent
 }
@@ -134,7 +134,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
         anna.listen(Duration::from_secs(3)).await;
         anna.ok("session.list", json!({})).await;
     }
-    // What is on the disk is no older than a second or so.
+    // The disk lags behind by about a second at most.
     let tape = tapes.tape(&name);
     assert!(!tape.whole && tape.flushed > 50, "{}", tape.flushed);
     viewer.ok("arm.stop", json!({})).await;
@@ -144,7 +144,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
     let (first, last) = (tape.samples[0], tape.samples[tape.samples.len() - 1]);
     let rate = (tape.samples.len() - 1) as f64 / (last.t - first.t);
     let seconds = over["seconds"].as_f64().unwrap();
-    // What was read since the last flush is written too.
+    // Readings since the last flush are written too.
     let since = tape.epoch + seconds - last.t;
     assert!(since < 0.2, "the last reading is {since} s old");
     assert!((9.0..=11.0).contains(&rate), "{rate}");
@@ -157,7 +157,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
     );
     assert!((6.0..12.0).contains(&seconds), "{over}");
     assert_eq!(over["bytes"], json!(tape.samples.len() * 100));
-    // It is over, and the arm is not asked any more.
+    // After the end the arm is no longer read.
     let info = viewer.ok("server.info", json!({})).await;
     assert_eq!(info["recording"], json!(false));
     let refused = anna.call("record.stop", json!({})).await.unwrap_err();
@@ -173,7 +173,7 @@ async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
     let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
     anna.listen(Duration::from_secs(1)).await;
-    // The ring asks for nothing itself.
+    // The history itself requests no readings.
     let before = asked(&bench).await;
     anna.listen(Duration::from_secs(60)).await;
     assert_eq!(asked(&bench).await, before);
@@ -204,7 +204,7 @@ async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
         tape.samples.len()
     );
     assert_ne!(first, second);
-    // When nobody watches any more it gets older.
+    // Without a subscriber the history ages.
     anna.ok("arm.unsubscribe", json!({"subscription": id}))
         .await;
     anna.listen(Duration::from_secs(30)).await;
@@ -242,22 +242,22 @@ async fn a_full_disk_costs_the_recording_and_never_the_arm() {
     assert_eq!(info["recording"], json!(false));
     let refused = anna.call("record.stop", json!({})).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("unexpected"), "{refused}");
-    // Another one begins where there is room again.
+    // A new recording starts once there is room.
     tapes.fill(false);
     anna.ok("record.start", json!({})).await;
-    // What is under way when the station ends is completed.
+    // Recordings in progress are completed when the station ends.
     let name = anna.call("record.start", json!({})).await.unwrap_err();
     let name = name["data"]["recording"].as_str().unwrap().to_owned();
     bench.station.close_recordings().await;
     assert!(tapes.tape(&name).whole);
-    // A station without a place for them says so.
+    // A station without a store refuses.
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let refused = anna.call("record.start", json!({})).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("unsupported"));
 }
 
-/// Takes note of everything that passes.
+/// Tap that notes all traffic.
 #[derive(Default)]
 struct Heard(Mutex<Vec<(Direction, Vec<u8>)>>);
 
@@ -268,7 +268,7 @@ impl Tap for Heard {
     }
 }
 
-/// All bytes of one direction.
+/// Returns all bytes in one direction.
 fn bytes_of<'a>(
     passed: impl IntoIterator<Item = &'a (Direction, Vec<u8>)>,
     of: Direction,
@@ -292,7 +292,7 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
     anna.listen(Duration::from_secs(3)).await;
     anna.ok("record.stop", json!({})).await;
     let saved = anna.ok("record.save_last", json!({"seconds": 600})).await["name"].clone();
-    // The arm was read meanwhile: that it has stood is all that follows.
+    // Later traffic consists of readings of the resting arm.
     let heard = heard.0.lock().unwrap().clone();
     for (name, before) in [(name, before), (saved, 0)] {
         let tape = tapes.tape(name.as_str().unwrap());
@@ -305,7 +305,7 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
             assert!(got.len() > 1000, "{}", got.len());
             let begun = all.windows(got.len()).position(|part| part == got);
             let begun = begun.unwrap_or_else(|| panic!("{direction:?}: something is missing"));
-            // The file is begun beside the station, while the arm is read.
+            // The file is created in the background while the arm is read.
             let wanted = bytes_of(&heard[..before], direction).len();
             assert!(begun.abs_diff(wanted) < 500, "{begun} for {wanted}");
             let left = all.len() - begun - got.len();
@@ -325,11 +325,11 @@ async fn an_arm_is_read_for_the_last_minutes_before_anybody_comes() {
     let before = asked(&bench).await;
     tokio::time::sleep(Duration::from_secs(60)).await;
     let asked = asked(&bench).await - before;
-    // Four requests five times a second.
+    // Four requests, five times a second.
     assert!((1100..=1300).contains(&asked), "{asked}");
 }
 
-/// Two that listen.
+/// Two taps.
 struct Both(Arc<FrameRing>, Arc<Heard>);
 
 impl Tap for Both {

@@ -1,5 +1,5 @@
-//! Who may what: the table in docs/STATION.md against every method and everybody; the laser at each way to it; jobs that
-//! wait.
+//! Rights: the table in docs/STATION.md for every method and role; every path to the laser; queued
+//! jobs.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -14,7 +14,7 @@ const FORBIDDEN: i64 = -32001;
 const LEASE: i64 = -32002;
 const DANGEROUS: i64 = -32005;
 
-/// The columns of the table.
+/// Columns of the table.
 const WHO: [&str; 6] = ["viewer", "pupil", "student", "teacher", "holder", "owner"];
 
 pub(crate) const CLASS: &str = r#"
@@ -32,14 +32,14 @@ name = "Cem"
 code = "CCCC"
 "#;
 
-/// A row of the table: what, its methods, and a cell for each of [`WHO`].
+/// Row of the table: description, methods, and a cell for each of [`WHO`].
 pub(crate) struct Row {
     pub(crate) what: String,
     pub(crate) methods: Vec<String>,
     pub(crate) cells: Vec<String>,
 }
 
-/// The rows of the table in the documents.
+/// Returns the rows of the documented table.
 pub(crate) fn table() -> Vec<Row> {
     let text = include_str!("../../../../docs/reference/STATION.md");
     let rows = text
@@ -58,7 +58,7 @@ pub(crate) fn table() -> Vec<Row> {
     read.collect()
 }
 
-/// A class at one arm, which Ada holds and which does her job; a job of Cem's waits.
+/// Class at one arm, which Ada holds and which runs her job; a job of Cem's waits.
 pub(crate) struct Lesson {
     pub(crate) bench: LocalStation,
     ada: Tester,
@@ -90,7 +90,7 @@ impl Lesson {
         }
     }
 
-    /// The session of a column.
+    /// Returns the session for a column.
     async fn who(&mut self, who: &str) -> Tester {
         match who {
             "viewer" => self.bench.join_as("viewer", Role::Viewer).await,
@@ -106,7 +106,8 @@ impl Lesson {
                     .await;
                 tester
             }
-            // Those who are there already, at another socket of the same person, but for the session that holds.
+            // Sessions that exist already, on another socket of the same person, except for the
+            // holder's.
             "owner" => std::mem::replace(&mut self.cem, self.bench.socket(None)),
             "holder" => std::mem::replace(&mut self.ada, self.bench.socket(None)),
             "teacher" => std::mem::replace(&mut self.teacher, self.bench.socket(None)),
@@ -114,7 +115,7 @@ impl Lesson {
         }
     }
 
-    /// Parameters with which a method is meant.
+    /// Returns parameters that confirm the method.
     pub(crate) fn params(&self, row: &Row, method: &str) -> Map<String, Value> {
         let example = Example::of(method).unwrap();
         let mut params = example.params_after(&json!({"job": self.job, "lease": self.lease}));
@@ -150,7 +151,7 @@ fn plan() -> String {
     json!({"format": "magician-plan", "version": 1, "steps": [step]}).to_string()
 }
 
-/// Queues a job, for which the arm is not free.
+/// Queues a job while the arm is not free.
 async fn queue(tester: &mut Tester) -> Value {
     let queued = tester
         .ok("job.start", json!({"text": plan(), "queue": true}))
@@ -193,7 +194,7 @@ async fn the_table_of_the_documents_is_what_the_station_does() {
                     .as_ref()
                     .err()
                     .and_then(|error| error["code"].as_i64());
-                // Who wants the lease is told of its holder so.
+                // A request for the lease is denied with the name of the holder.
                 let asks = matches!(method.as_str(), "lease.acquire" | "lease.ask");
                 let found = match code {
                     Some(FORBIDDEN) => "no",
@@ -243,7 +244,7 @@ async fn a_job_that_waits_is_its_owners_the_holders_and_a_teachers() {
             );
             assert_eq!(state, "queued", "{who}");
         }
-        // What moves is stopped by anybody.
+        // Any session may stop a moving job.
         let mut anybody = lesson.bench.join_as("anybody", Role::Viewer).await;
         let stopped = anybody.ok("job.stop", json!({"job": lesson.job})).await;
         assert_eq!(stopped["state"], "stopped", "{who}");
@@ -254,16 +255,16 @@ async fn a_job_that_waits_is_its_owners_the_holders_and_a_teachers() {
 async fn a_teachers_job_that_waits_is_no_nobodys() {
     let mut lesson = Lesson::new().await;
     let job = json!({"job": queue(&mut lesson.teacher).await});
-    // A student of no name is no owner of a job without a person.
+    // An anonymous student does not own a job without an owner.
     let mut nobody = lesson.bench.join_as("nobody", Role::Student).await;
     assert_eq!(nobody.code("job.stop", job.clone()).await, FORBIDDEN);
     assert_eq!(nobody.code("job.resume", job.clone()).await, FORBIDDEN);
-    // A second page of the holder is the holder.
+    // A second page of the holder counts as the holder.
     let mut page = pupil(&lesson.bench, "Ada", "AAAA").await;
     assert_eq!(page.ok("job.stop", job).await["state"], "stopped");
 }
 
-/// Ways to the laser.
+/// Paths to the laser.
 const DOORS: [&str; 5] = ["arm.set", "arm.enqueue", "arm.tool", "job.start", "queue"];
 
 fn burning(door: &str, yes: bool) -> Value {
@@ -283,7 +284,7 @@ fn burning(door: &str, yes: bool) -> Value {
     params
 }
 
-/// The code with which a way to the laser is refused; none where it is not.
+/// Returns the code with which a path to the laser is refused. `None` if it is permitted.
 async fn lights(bench: &LocalStation, role: Role, door: &str, yes: bool) -> Option<i64> {
     let grant = Grant {
         role,
@@ -306,7 +307,7 @@ async fn lights(bench: &LocalStation, role: Role, door: &str, yes: bool) -> Opti
     holder.ok("lease.release", json!({"lease": lease})).await;
     tokio::time::sleep(Duration::from_secs(2)).await;
     let shown = tester.ok("job.get", job).await;
-    // It waits for the word of somebody who may.
+    // The job waits for a person who may confirm.
     (shown["reason"] == "yes").then_some(DANGEROUS)
 }
 

@@ -1,4 +1,4 @@
-//! What of an arm's readings is kept, and what is written: exact, in the test's own time.
+//! History and recordings in detail, without an engine, with exact times.
 
 use std::io;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::bare::{ARM, BareStation};
 
-/// A place for recordings that writes nothing: the test sees what it would be told.
+/// Store that writes nothing: the test looks at the orders.
 struct Nowhere;
 
 impl RecordingStore for Nowhere {
@@ -38,7 +38,7 @@ fn with_ring(ring: u32, save_on_alarm: bool) -> BareStation {
 }
 
 impl BareStation {
-    /// So many readings, at this distance.
+    /// Reports this many readings at this interval.
     fn read_on(&mut self, count: usize, pause: Duration) {
         for _ in 0..count {
             self.now += pause;
@@ -46,7 +46,7 @@ impl BareStation {
         }
     }
 
-    /// How often the arm is to be read from now on, where that has changed.
+    /// Returns the new rates of reading, as ordered.
     fn rates(&mut self) -> Vec<Option<u32>> {
         let next = || self.station.poll_order();
         let orders = std::iter::from_fn(next);
@@ -72,7 +72,7 @@ impl BareStation {
         });
     }
 
-    /// Time passes without a reading, until what is due by then is done; the files that were begun.
+    /// Lets time pass without readings. Returns the orders of files.
     fn pass(&mut self, seconds: u64) -> Vec<RecordOrder> {
         let until = self.now + Duration::from_secs(seconds);
         while let Some(due) = self.station.poll_timeout().filter(|due| *due <= until) {
@@ -89,7 +89,7 @@ impl BareStation {
         std::iter::from_fn(next).collect()
     }
 
-    /// How many readings the ring has, and how old its first one is, s.
+    /// Returns number of readings in the history, and the age of the first, s.
     fn ring(&mut self) -> (usize, f64) {
         self.send("record.save_last", &json!({"seconds": 600}));
         let Some(RecordOrder::Save { samples, .. }) = self.orders().pop() else {
@@ -105,7 +105,7 @@ fn the_ring_has_ten_minutes_and_at_most_thirty_thousand_readings() {
     let mut bare = recording();
     bare.read_on(700, Duration::from_secs(1));
     assert_eq!(bare.ring(), (601, 600.0));
-    // A reading each 10 ms is more than any subscription asks for.
+    // One reading per 10 ms is more than any subscription asks for.
     bare.read_on(40_000, Duration::from_millis(10));
     let (count, age) = bare.ring();
     assert_eq!(count, 30_000);
@@ -148,7 +148,7 @@ fn an_arm_is_read_five_times_a_second_at_rest_and_fifty_while_it_moves() {
     assert_eq!(bare.rates(), []);
     bare.moves_on(1);
     assert_eq!(bare.rates(), [Some(50)]);
-    // Two seconds after its last motion it rests.
+    // Two seconds after the last motion the arm counts as resting.
     bare.read_on(99, Duration::from_millis(20));
     assert_eq!(bare.rates(), []);
     bare.read_on(2, Duration::from_millis(20));
@@ -259,7 +259,7 @@ fn alarms_have_one_file_a_minute_and_nothing_is_written_twice() {
 
 #[test]
 fn an_alarm_at_the_beginning_or_where_it_was_switched_off_writes_nothing() {
-    // What stands when the station begins was not led to by anything that was seen.
+    // Nothing seen has led to an alarm that is active from the start.
     let mut bare = with_ring(50, true);
     bare.read_on(1, Duration::from_millis(20));
     bare.alarm();

@@ -1,4 +1,4 @@
-//! Programs with options: `setup`, previews, and G-code that begins where the arm stands.
+//! Programs with options: `setup`, previews, and G-code that starts where the arm stands.
 
 use std::time::Duration;
 
@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 use crate::bench::{LocalStation, Tester};
 use crate::jobs::until;
 
-/// A square of 20 mm.
+/// Square of 20 mm.
 const SQUARE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40'>\
     <rect x='10' y='10' width='20' height='20' fill='none' stroke='black'/></svg>";
 
-/// Lines that count from where the tool is.
+/// Lines relative to the tool's position.
 const RELATIVE: &str = "G21\nG91\nG1 X10 F1200\nG1 Y15\nG1 X-10\nG1 Y-15\n";
 
 async fn checked(tester: &mut Tester, setup: Value) -> Value {
@@ -36,7 +36,7 @@ async fn a_setup_says_where_and_how_a_drawing_is_done() {
     let drawn = |report: &Value| report["drawn_mm"].as_f64().unwrap();
     assert!((drawn(&there) - 2.0 * drawn(&plain)).abs() < 1.0);
     assert_eq!(there["placed"]["scale"], json!(2.0));
-    // Which work it is: what was said, else what the tool is for.
+    // The kind of work is the given one, or follows from the tool.
     for (setup, burns) in [
         (json!({}), false),
         (json!({"tool": "laser"}), true),
@@ -52,7 +52,7 @@ async fn a_setup_says_where_and_how_a_drawing_is_done() {
     assert!((drawn(&grid) - 4.0 * drawn(&plain)).abs() < 1.0, "{grid}");
 }
 
-/// A circle in an icon of 24 pixels.
+/// Circle in an icon of 24 pixels.
 const ICON: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='24' height='24' viewBox='0 0 24 24'>\
     <circle cx='12' cy='12' r='11' fill='none' stroke='black'/></svg>";
 
@@ -64,7 +64,7 @@ async fn circle_of_an_icon_is_round_in_the_size_of_its_setup() {
         for width in [10.0, 80.0, 120.0] {
             let params = json!({"text": ICON, "setup": {"work": work, "width": width}});
             let report = anna.ok("job.check", params).await;
-            // Chords within 0.05 mm of so large a circle are 0.1 mm shorter than it.
+            // Chords within 0.05 mm of the circle are 0.1 mm shorter in total.
             let round = std::f64::consts::PI * width;
             let drawn = report["drawn_mm"].as_f64().unwrap();
             assert!((drawn - round).abs() < 0.3, "{work} {width}: {drawn}");
@@ -163,7 +163,7 @@ async fn frame_goes_by_the_tool_in_force_and_a_refusal_names_an_unknown_one() {
     );
 }
 
-/// Two layers, of which the second has two lines.
+/// Two layers, the second with two lines.
 const LAYERS: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40' fill='none'>\
     <g id='one' stroke='red'><path d='M5 5H35'/></g>\
     <g id='two' stroke='blue'><path d='M5 15H35'/><path d='M5 25H35'/></g></svg>";
@@ -184,7 +184,8 @@ async fn a_check_tells_the_parts_and_each_line_whose_it_is() {
         let all = report["preview"]["strokes"].as_array().unwrap().iter();
         Value::from(all.map(|line| line["part"].clone()).collect::<Vec<_>>())
     };
-    // They are told before they are asked for, as the file has them: the lines then are of none, and the time is that of all.
+    // Parts are listed without `parts` as well; then lines have no part, and the time is that of
+    // the whole.
     let plain = checked(json!({"at": [230, 0], "scale": 0.5})).await;
     assert_eq!(of(&plain, "name"), json!(["one", "two"]));
     assert_eq!(of(&plain, "strokes"), json!([1, 2]));
@@ -199,7 +200,7 @@ async fn a_check_tells_the_parts_and_each_line_whose_it_is() {
     let number = |member: &str, nth: usize| report["parts"][nth][member].as_f64().unwrap();
     assert!((number("drawn_mm", 0) - 60.0).abs() < 0.1, "{report}");
     assert!((number("drawn_mm", 1) - 120.0).abs() < 0.1, "{report}");
-    // Nothing of the time is lost but the way before the first part.
+    // Only the travel before the first part is not in the times of the parts.
     let all = report["seconds"].as_f64().unwrap();
     let parts = number("seconds", 0) + number("seconds", 1);
     assert!(
@@ -263,7 +264,7 @@ async fn what_a_setup_does_not_have_is_named() {
         (json!({"frame_power": 2}), "setup.frame_power"),
         (json!({"raw": true, "fit": true}), "setup.raw"),
     ] {
-        // Before the lease, which nobody has.
+        // Before the lease is required.
         for method in ["job.check", "job.start"] {
             let params = json!({"text": SQUARE, "setup": setup});
             let refused = anna.call(method, params).await.unwrap_err();
@@ -291,7 +292,7 @@ async fn a_preview_has_the_lines_that_are_left() {
         (&strokes[0]["part"], &strokes[0]["reachable"]),
         (&Value::Null, &json!(true))
     );
-    // The way there and away, in space.
+    // Travels to and from the lines, in space.
     let travels = report["preview"]["travels"].as_array().unwrap();
     let ends = travels.first().unwrap().as_array().unwrap().last().unwrap();
     assert_eq!(ends[2], strokes[0]["height"], "{travels:?}");
@@ -302,7 +303,7 @@ async fn a_preview_has_the_lines_that_are_left() {
     assert_eq!(json!(points), json!(corners));
     let plain = anna.ok("job.check", json!({"text": SQUARE})).await;
     assert_eq!(plain.get("preview"), None);
-    // What is out of reach is shown where it would be.
+    // Lines out of reach are shown where they would be.
     let far = anna.ok("job.check", looked(json!({"at": [320, 0]}))).await;
     assert_eq!(far["ok"], json!(false));
     let strokes = far["preview"]["strokes"].as_array().unwrap();
@@ -340,7 +341,7 @@ async fn g_code_that_names_no_start_begins_where_the_arm_stands() {
     assert!((most[1] - -5.0).abs() < 0.1, "{most:?}");
     let pose = bench.arms[0].state().pose;
     assert!((pose.x - 210.0).abs() < 0.1 && (pose.y - -20.0).abs() < 0.1);
-    // A start that is said counts wherever the arm is.
+    // An explicit start applies wherever the arm is.
     let there = json!({"start": [200, 10, 0], "raw": true});
     let params = json!({"text": RELATIVE, "setup": there});
     let report = anna.ok("job.check", params).await;
@@ -373,7 +374,7 @@ async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
     let pose = bench.arms[0].state().pose;
     let there = (pose.x - 210.0).abs() < 0.1 && (pose.y - -20.0).abs() < 0.1;
     assert!(there, "{pose:?}");
-    // What begins in its middle has to be told where it began.
+    // A start in the middle needs the position at which the program started.
     let params = json!({"text": slow, "from": 3});
     let refused = anna.call("job.start", params).await.unwrap_err();
     assert!(
@@ -382,7 +383,7 @@ async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
     );
 }
 
-/// What is not in front of the arm, stays dark or is of another machine is a note of the check here as well.
+/// Notes of a check: out of the arm's front, without a mark, or for another machine.
 #[tokio::test(start_paused = true)]
 async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
     const WIDE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='240mm' height='20mm' viewBox='0 0 240 20'>\
@@ -447,7 +448,7 @@ async fn bad_option_of_a_setup_has_the_sentence_of_every_door() {
             "{error}"
         );
         assert_eq!(error["message"], json!(format!("`setup`: {message}")));
-        // A session may send 200 messages a second.
+        // Below the limit of 200 messages per second.
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
 }

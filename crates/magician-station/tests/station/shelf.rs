@@ -1,4 +1,4 @@
-//! A library of programs in memory, and a reader that waits to be let on.
+//! Library of programs in memory, and a reader that can be held back.
 
 use std::collections::BTreeMap;
 use std::io::{self, Cursor, Read};
@@ -14,10 +14,10 @@ use magician_station::{
 
 type Programs = Arc<Mutex<BTreeMap<ProgramName, Vec<u8>>>>;
 
-/// Programs in memory, with room for some.
+/// Programs in memory, with limited room.
 pub(crate) struct Shelf {
     pub(crate) programs: Programs,
-    /// Bytes of one program for which there is room.
+    /// Largest program that fits, bytes.
     pub(crate) room: Mutex<usize>,
 }
 
@@ -31,7 +31,7 @@ impl Default for Shelf {
 }
 
 impl Shelf {
-    /// A program that is there.
+    /// Returns the content of a program.
     pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
         let name = ProgramName::new(name).unwrap();
         self.programs.lock().unwrap()[&name].clone()
@@ -126,7 +126,7 @@ impl PresetStore for Drawer {
     }
 }
 
-/// What readers do at present.
+/// State of the readers.
 #[derive(Default)]
 pub(crate) struct Reads {
     pub(crate) closed: bool,
@@ -134,7 +134,7 @@ pub(crate) struct Reads {
     pub(crate) most: usize,
 }
 
-/// Holds readers up while it is closed.
+/// Gate that holds readers back while it is closed.
 #[derive(Clone, Default)]
 pub(crate) struct Gate(Arc<(Mutex<Reads>, Condvar)>);
 
@@ -144,18 +144,18 @@ impl Gate {
         self.0.1.notify_all();
     }
 
-    /// As many read now.
+    /// Returns the number of readers at work.
     pub(crate) fn now(&self) -> usize {
         self.0.0.lock().unwrap().now
     }
 
-    /// As many read at once, at most.
+    /// Returns the largest number of readers at work at once.
     pub(crate) fn most(&self) -> usize {
         self.0.0.lock().unwrap().most
     }
 }
 
-/// A reader behind a gate.
+/// Reader behind a gate.
 pub(crate) struct Gated(pub(crate) FormatReader, pub(crate) Gate);
 
 impl Reader for Gated {

@@ -1,4 +1,4 @@
-//! What is known of an arm behind a line that broke: nothing that was read before.
+//! After a lost line nothing counts that was read before.
 
 use std::time::Duration;
 
@@ -17,14 +17,14 @@ fn no_state_from_before_a_lost_line_is_sent_or_answered_after_it() {
     station.now += Duration::from_millis(10);
     station.line(true);
     assert_eq!(station.states(), [json!({"link": "lost", "t": 1.0})]);
-    // A change beside the reading has it sent, if there is one.
+    // A change outside the reading triggers a state, if there is a reading.
     station.send("lease.acquire", &json!({}));
-    // What was on its way when the line broke.
+    // Readings that were on their way when the line broke.
     station.now += Duration::from_millis(5);
     station.read(1.0, Duration::from_millis(6));
     station.read(1.0, Duration::from_millis(60));
     assert_eq!(station.states(), [] as [Value; 0]);
-    // Not longer ago than 100 ms, but before.
+    // Less than 100 ms old, but from before.
     while station.station.poll_order().is_some() {}
     station.send("arm.state", &json!({}));
     let order = station.station.poll_order();
@@ -55,7 +55,7 @@ fn a_state_that_waits_to_be_sent_when_the_line_breaks_is_not() {
         station.line(true);
         station.now += Duration::from_millis(100);
         station.read(3.0, Duration::ZERO);
-        // Nothing was sent in between: first that it was lost, then what was found, and that it is up.
+        // Nothing was sent in between: first the loss, then the new state with the line up.
         let states = station.states();
         assert_eq!(states[0]["link"], json!("lost"), "{frame}");
         let x = states[1].get("x");

@@ -1,5 +1,5 @@
-//! The jobs of a station and a disk that fails at any write, or dies with the program: nothing answered is lost, nothing
-//! is done twice. Without arms, files and time: the test is all of them.
+//! Property tests of durability: a disk that fails at any write, or dies with the program. Nothing
+//! answered is lost, nothing is done twice. Without arms, files and clock.
 
 use std::io;
 use std::sync::{Arc, Mutex};
@@ -14,16 +14,16 @@ use magician_station::{
 };
 use serde_json::{Value, json};
 
-/// What happens to one write.
+/// Fate of one write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
-    /// The disk takes nothing and says so.
+    /// The disk refuses and reports it.
     Full,
-    /// It says so, and has taken it all the same.
+    /// The disk reports a failure but has written.
     LostWord,
-    /// The program is killed before it.
+    /// The program is killed before the write.
     KilledBefore,
-    /// The program is killed behind it, before it hears of it.
+    /// The program is killed after the write, before it learns of it.
     KilledBehind,
 }
 
@@ -34,7 +34,7 @@ const FAULTS: [Fault; 4] = [
     Fault::KilledBehind,
 ];
 
-/// What is on the disk.
+/// Content of the disk.
 #[derive(Clone, Default)]
 struct Disk(Arc<Mutex<Value>>);
 
@@ -53,32 +53,32 @@ impl JobStore for Disk {
     }
 }
 
-/// What a client was answered.
+/// Promise given by an answer.
 #[derive(Clone, Debug, PartialEq)]
 enum Promise {
-    /// This key has this job.
+    /// The job with this key exists.
     Started(String, String),
-    /// The job is out of the queue.
+    /// The job has left the queue.
     Stopped(String),
-    /// The job has gone on after its stop.
+    /// The job has resumed after its stop.
     GoesOn(String),
-    /// The job is out of the list.
+    /// The job has left the list.
     Deleted(String),
-    /// That was asked for, and the program was killed before it was answered: either is right.
+    /// Requested, but the program was killed before the answer: both states are right.
     MayBeDeleted(String),
 }
 
-/// A process: a station with one arm that does what the test says.
+/// Process: a station with one arm that does what the test says.
 struct Life {
     station: Station,
     socket: SocketId,
     disk: Disk,
     requests: u64,
-    /// The write that fails, from 0, and how.
+    /// Number of the failing write, from 0, and its fate.
     fault: Option<(u32, Fault)>,
     writes: u32,
     killed: bool,
-    /// Jobs that the arm was told to begin, in their order.
+    /// Jobs that the arm was ordered to start, in order.
     begun: Vec<JobId>,
     promises: Vec<Promise>,
 }
@@ -115,7 +115,7 @@ impl Life {
         life
     }
 
-    /// Writes what is to be written, and takes what the arm is told, until nothing is left.
+    /// Carries out writes and orders until none are left.
     fn turn(&mut self) {
         while !self.killed {
             if let Some(jobs) = self.station.poll_jobs() {
@@ -161,7 +161,7 @@ impl Life {
         self.news(job, JobNews::Over(Box::new(JobEnd::new(state))));
     }
 
-    /// The last job that the arm was told to begin goes on to this state.
+    /// Brings the last started job into this state.
     fn goes_on(&mut self, state: &str) {
         let Some(job) = self.begun.last().copied() else {
             return;
@@ -173,7 +173,8 @@ impl Life {
         self.news(job, running);
     }
 
-    /// Calls a method; `None` if it is not answered, because the program was killed or the answer comes later.
+    /// Calls a method. `None` if there is no answer, because the program was killed or the answer
+    /// comes later.
     fn call(&mut self, method: &str, params: Value) -> Option<Result<Value, Value>> {
         self.requests += 1;
         let id = self.requests;
@@ -188,7 +189,7 @@ impl Life {
     }
 
     fn answer(&mut self, id: u64) -> Option<Result<Value, Value>> {
-        // What is sent before the kill is heard.
+        // Messages sent before the kill are received.
         let mut answer = None;
         while let Some(Outgoing::Text(text)) = self.station.poll_send(self.socket) {
             let message: Value = serde_json::from_str(&text).unwrap();
@@ -202,7 +203,7 @@ impl Life {
         answer
     }
 
-    /// Starts a job of this key; behind the one that runs, if there is one.
+    /// Starts a job with this key, queued if another one runs.
     fn start(&mut self, key: &str) {
         let text = json!({"format": "magician-plan", "version": 1, "title": key, "steps": []});
         let params =
@@ -227,7 +228,7 @@ impl Life {
         }
     }
 
-    /// Lets a job that was stopped go on, up to its first step.
+    /// Resumes a stopped job, up to its first step.
     fn resume(&mut self, key: &str) {
         let Some(job) = self.job(key) else { return };
         let at_once = self.call("job.resume", json!({"job": job}));
@@ -263,10 +264,10 @@ impl Life {
     }
 }
 
-/// One thing that clients and arm do.
+/// Step of the day.
 type Step = (&'static str, fn(&mut Life));
 
-/// A day that leads through all states.
+/// Day that leads through all states.
 const DAY: [Step; 14] = [
     ("a begins", |life| life.start("a")),
     ("a runs", |life| life.goes_on("running")),
@@ -276,7 +277,7 @@ const DAY: [Step; 14] = [
     ("d goes before b", |life| life.reorder("d", 1)),
     ("c is stopped", |life| life.stop("c")),
     ("a is done", |life| life.goes_on("done")),
-    // d has begun by now.
+    // d has started by now.
     ("d runs", |life| life.goes_on("running")),
     ("a is deleted", |life| life.delete("a")),
     ("d is done", |life| life.goes_on("done")),
@@ -285,7 +286,7 @@ const DAY: [Step; 14] = [
     ("b goes on", |life| life.resume("b")),
 ];
 
-/// Lives the first steps of the day with this fault, and a second life after it.
+/// Runs the first steps of the day with this fault, and then a second process.
 fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
     let disk = Disk::default();
     let mut first = Life::new(disk.clone(), "1", fault);
@@ -293,7 +294,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
         step(&mut first);
     }
     let at = || format!("after {:?} with {fault:?}", DAY[..steps].last());
-    // Jobs that the arm was told to begin, by the ids that clients have.
+    // Jobs that the arm was ordered to start, by their public ids.
     let begun: Vec<_> = first
         .begun
         .iter()
@@ -363,7 +364,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
             assert_eq!(job["reason"], json!("restart"), "{}", at());
         }
     }
-    // Nothing begins by itself.
+    // Nothing starts by itself.
     assert_eq!(second.begun, [], "{}", at());
     for (key, job) in &keys {
         if deleted(job) || stopped(job) {
@@ -391,7 +392,8 @@ fn nothing_answered_is_lost_and_nothing_done_twice_whichever_write_fails() {
     assert!(lives > 300, "{lives}");
 }
 
-/// The day itself does what its steps say, or the property above says nothing.
+/// Checks that the day without faults does what its steps say. Otherwise the property proves
+/// nothing.
 #[test]
 fn the_day_leads_through_every_state() {
     let mut life = Life::new(Disk::default(), "1", None);

@@ -1,4 +1,4 @@
-//! The height of the work surface, taken from where the tool touches it, and what errors say to do.
+//! Height of the work surface, measured by touching it, and the remedies in errors.
 
 use magician_station::Role;
 use serde_json::{Value, json};
@@ -8,14 +8,14 @@ use crate::bench::{LocalStation, Tester};
 const LINE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
     <path d='M2 5 L18 5' fill='none' stroke='black'/></svg>";
 
-/// The height that a drawing is laid at.
+/// Returns the height at which a drawing is placed.
 async fn height(tester: &mut Tester) -> f64 {
     let job = json!({"text": LINE, "setup": {"work": "draw"}, "preview": true});
     let report = tester.ok("job.check", job).await;
     report["preview"]["strokes"][0]["height"].as_f64().unwrap()
 }
 
-/// The code of the arm's error.
+/// Returns the code of the arm's error.
 fn code(error: &Value) -> &str {
     error["data"]["code"].as_str().unwrap_or_default()
 }
@@ -65,7 +65,7 @@ async fn further_touches_tilt_the_surface_as_the_table_is() {
         anna.ok("arm.move", to).await;
         anna.call("surface.touch", json!({"add": true})).await
     };
-    // A table that rises by 1 in 100 along x.
+    // The table rises by 1 in 100 along x.
     let at = |x: f64, y: f64| [x, y, -52.0 + (x - 200.0) / 100.0];
     for (nth, place) in [at(200.0, -60.0), at(200.0, 60.0), at(260.0, 0.0)]
         .into_iter()
@@ -79,7 +79,7 @@ async fn further_touches_tilt_the_surface_as_the_table_is() {
     let slope = known["plane"]["slope_x"].as_f64().unwrap();
     assert!((slope - 0.01).abs() < 1e-4, "{known}");
     assert!(known["residual"].as_f64().unwrap() < 0.01, "{known}");
-    // One that is alone begins anew; three in line are refused, and what was known stays.
+    // A single touch starts a new measurement. Three in line are refused, and the surface stays.
     let alone = anna.ok("surface.touch", json!({})).await;
     assert_eq!(alone["touches"], json!(1));
     let mut touch = async |[x, y, z]: [f64; 3]| {
@@ -115,7 +115,7 @@ async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader()
         if nth == 0 {
             assert_eq!(known["corners"], json!(["lower-left"]));
             assert_eq!(known["sheet"], json!(null));
-            // The same place once more is no other corner.
+            // Touching the same place again does not give another corner.
             let again = json!({"corner": "lower-right"});
             let refused = anna.call("surface.corner", again).await.unwrap_err();
             let why = refused["message"].as_str().unwrap();
@@ -136,7 +136,7 @@ async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader()
     near(&sheet["size"][0], 140.0);
     near(&sheet["size"][1], 80.0);
     near(&known["plane"]["z"], -52.5);
-    // A drawing lies on it: what is up in the file is towards the arm.
+    // A drawing lies on it: the top of the file points towards the arm.
     let job = json!({"text": LINE, "setup": {"work": "draw"}, "preview": true});
     let report = anna.ok("job.check", job).await;
     let stroke = &report["preview"]["strokes"][0];
@@ -151,7 +151,7 @@ async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader()
         &json!(other[0].as_f64().unwrap() - one[0].as_f64().unwrap()),
         0.0,
     );
-    // A touch says less than a sheet; both are forgotten by the same request.
+    // A touch is refused while a sheet is known. One request forgets both.
     let touched = anna.call("surface.touch", json!({})).await.unwrap_err();
     assert!(
         touched["message"].as_str().unwrap().contains("sheet"),
@@ -229,7 +229,7 @@ async fn error_of_the_arm_says_what_to_do_about_it_as_the_command_does() {
     let refused = anna.call("arm.move", away).await.unwrap_err();
     assert_eq!(code(&refused), "laser-on");
     assert_eq!(refused["data"]["remedies"][0]["action"], json!("laser-off"));
-    // What ends a job has them, too.
+    // The error of a job has remedies as well.
     let job = json!({"text": LINE, "setup": {"work": "draw"}, "after_check": false});
     let id = anna.ok("job.start", job).await["job"].clone();
     let job = loop {

@@ -1,4 +1,4 @@
-//! Programs that are taught: rows of a table, the plan that they make, and points that a hand teaches.
+//! Teaching: rows of a table, the plan made from them, and points taught by hand.
 
 use std::time::Duration;
 
@@ -100,13 +100,14 @@ async fn a_hand_teaches_points_until_the_lease_ends() {
     assert_eq!(taught.len(), 2, "{events:?}");
     assert_eq!(taught[0]["step"]["by"], json!("joints"));
     assert_ne!(taught[0]["step"]["move"], taught[1]["step"]["move"]);
-    // What was changed of the arm for it is restored, and it tells no more.
+    // Settings are restored, and nothing more is reported.
     anna.ok("lease.release", json!({"lease": lease})).await;
     anna.listen(Duration::from_secs(1)).await;
     assert_eq!(anna.ok("arm.get", enabled).await["is_enabled"], json!(0));
 }
 
-/// Whether the arm is set to tell, and how often it has told of a hand that leaves it, once all that was sent is done.
+/// Returns the setting for reports of the unlock key, and the number of reports, once everything
+/// sent is done.
 async fn tells(tester: &mut Tester) -> (Value, usize) {
     tester.listen(Duration::from_secs(1)).await;
     let enabled = json!({"command": "HHTTrigOutputEnabled"});

@@ -1,4 +1,4 @@
-//! What subscribers are told of tools and laser beside what the arm does, while nobody asks for it.
+//! States of tools and laser that subscribers receive while a job runs.
 
 use std::time::Duration;
 
@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
 
-/// Readings come so often, and a tool is told with the next one.
+/// Interval of readings. A change of a tool is sent with the next one.
 const READING: Duration = Duration::from_millis(50);
 
 const GRIPPER: [&str; 3] = ["open", "closed", "off"];
 
-/// Four lines that burn.
+/// Program that burns four lines.
 const BURNS: &str =
     "G21\nG90\nM4 S1000\nG0 X0 Y0\nG1 X30 Y0 F1200\nG1 X30 Y30\nG1 X0 Y30\nG1 X0 Y0\nM5\n";
 
@@ -21,7 +21,7 @@ fn burning_job() -> Value {
     json!({"text": BURNS, "format": "gcode", "setup": setup, "yes": true})
 }
 
-/// A subscriber that adds up what it is told.
+/// Subscriber that accumulates the changes it receives.
 struct Told {
     tester: Tester,
     binary: bool,
@@ -85,7 +85,7 @@ async fn laser_of_a_job_is_told_to_every_subscriber_while_it_burns() {
             0
         };
         burnt += u32::from(burning > 0);
-        // Three readings: one that was under way, and one of the slower subscriber.
+        // Three readings: one in flight, and one of the slower subscriber.
         if burning > 2 {
             assert_eq!((text.laser(), bytes.laser()), (json!(true), json!(true)));
         }
@@ -156,7 +156,7 @@ async fn suction_and_gripper_of_a_job_are_told_as_the_arm_does_them() {
     let (mut before, mut same, mut seen) = ((false, false), 0, Vec::new());
     for _ in 0..900 {
         text.listen(READING).await;
-        // Who says nothing loses the lease.
+        // A silent session loses the lease.
         anna.ok("job.get", json!({"job": job})).await;
         let state = bench.arms[0].state();
         let is = (state.suction.commanded, state.gripper.commanded);
@@ -191,7 +191,7 @@ async fn suction_and_gripper_of_a_job_are_told_as_the_arm_does_them() {
     );
 }
 
-/// Any sequence of what switches tools, by any method: what is told is what the arm does.
+/// Any sequence of tool commands by any method: the reported state is that of the arm.
 #[tokio::test(start_paused = true)]
 async fn told_outputs_are_those_of_the_arm_for_any_sequence_of_calls() {
     for seed in 0..20_u64 {
@@ -242,7 +242,7 @@ async fn told_outputs_are_those_of_the_arm_for_any_sequence_of_calls() {
             let told = (tool["suction"].clone(), tool["gripper"] == json!("closed"));
             let is = (json!(state.suction.commanded), state.gripper.commanded);
             assert_eq!(told, is, "{seed}: {tool} {calls:#?}");
-            // A command that waits in a queue that stands counts as burning.
+            // A laser command that waits in a stopped queue counts as burning.
             assert!(
                 !state.laser || tool["laser"] == json!(true),
                 "{seed}: {tool} {calls:#?}"

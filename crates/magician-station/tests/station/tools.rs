@@ -86,7 +86,7 @@ async fn one_setting_of_speeds_is_set_by_its_name() {
             "{wrong}: {refused}"
         );
     }
-    // A job takes its speed as a whole alone.
+    // During a job only the speed as a whole can be changed.
     anna.begin_job().await;
     let row =
         json!({"row": "PTPCommonParams", "fields": {"velocity_ratio": 5, "acceleration_ratio": 5}});

@@ -1,4 +1,4 @@
-//! What takes its time: whose turn it is.
+//! Turns of long-running requests.
 
 use magician_station::LibraryAct;
 use serde_json::json;

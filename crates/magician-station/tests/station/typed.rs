@@ -1,4 +1,4 @@
-//! What is sent is of its type: values against the schemas of the station's own document.
+//! Checks of messages against the schemas of the station's OpenRPC document.
 
 use std::sync::LazyLock;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 static DOCUMENT: LazyLock<Value> = LazyLock::new(openrpc);
 
-/// Whether a value has the members of its schema, each of its kind, and no others.
+/// Checks that a value has the members of its schema, with the right types, and no others.
 pub(crate) fn is_of(value: &Value, schema: &Value) -> Result<(), String> {
     if let Some(reference) = schema["$ref"].as_str() {
         let there = DOCUMENT.pointer(reference.trim_start_matches('#'));
@@ -94,12 +94,12 @@ pub(crate) fn is_of(value: &Value, schema: &Value) -> Result<(), String> {
     Ok(())
 }
 
-/// The component of this name.
+/// Returns the component with this name.
 pub(crate) fn component(name: &str) -> &'static Value {
     &DOCUMENT["components"]["schemas"][name]
 }
 
-/// A message of the station, as it came.
+/// Checks a notification.
 pub(crate) fn check_notification(message: &Value) {
     let method = message["method"].as_str().unwrap_or_default();
     let rows = DOCUMENT["x-notifications"].as_array().unwrap();
@@ -113,7 +113,7 @@ pub(crate) fn check_notification(message: &Value) {
     assert_eq!(rows.len(), NOTIFICATIONS.len());
 }
 
-/// A call that succeeded: what was given and what came.
+/// Checks parameters and result of a successful call.
 pub(crate) fn check_call(method: &str, params: &Value, result: &Value) {
     let rows = DOCUMENT["methods"].as_array().unwrap();
     let Some(row) = rows.iter().find(|row| row["name"] == method) else {
@@ -132,7 +132,7 @@ pub(crate) fn check_call(method: &str, params: &Value, result: &Value) {
     }
 }
 
-/// An error, as it came.
+/// Checks an error.
 pub(crate) fn check_error(method: &str, error: &Value) {
     let errors = DOCUMENT["components"]["errors"].as_object().unwrap();
     let code = &error["code"];

@@ -1,4 +1,5 @@
-//! Changes of a class before their file is on the disk: they do not count, and wait for their answer.
+//! Changes of a class before their file is on the disk: they have no effect, and their answers
+//! wait.
 
 use serde_json::{Value, json};
 
@@ -6,7 +7,7 @@ use crate::bare::BareStation;
 
 const CLASS: &str = "[[pupil]]\nname = \"Ada\"\n";
 
-/// The answers that have come since.
+/// Returns the new answers.
 fn answers(bare: &mut BareStation) -> Vec<Value> {
     let mut heard = bare.heard();
     heard.retain(|message| message.get("id").is_some());
@@ -25,7 +26,7 @@ fn change_counts_and_is_answered_once_its_file_is_on_the_disk() {
     let file = &files["class.toml"];
     assert!(file.text.contains("Ada"), "{}", file.text);
     let written = file.revision;
-    // What was written before it is another file.
+    // An earlier revision is another version.
     bare.station
         .file_kept(bare.now, "class.toml", written - 1, Ok(()));
     bare.station

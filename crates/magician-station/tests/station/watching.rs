@@ -89,7 +89,7 @@ async fn a_frame_has_112_bytes_and_text_goes_along_when_the_rest_changes() {
         .map(|frame| u32::from_le_bytes(frame[4..8].try_into().unwrap()))
         .collect();
     assert_eq!(numbers, (0..numbers.len() as u32).collect::<Vec<_>>());
-    // The first is whole, and more may follow as the settings are read; then nothing changes.
+    // The first state is whole. More may follow while settings are read; then nothing changes.
     assert!(!states(&anna.notices, &made["subscription"]).is_empty());
     anna.notices.clear();
     anna.listen(Duration::from_secs(1)).await;
@@ -111,7 +111,7 @@ async fn who_does_not_read_gets_the_newest_and_misses_the_rest() {
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [220, 60, 50, 0]})).await;
     anna.frames.clear();
-    // It reads nothing for ten seconds.
+    // It does not read for ten seconds.
     tokio::time::advance(Duration::from_millis(1)).await;
     let mut other = bench.join("Other").await;
     other.listen(Duration::from_secs(4)).await;
@@ -141,7 +141,7 @@ async fn pins_are_read_for_those_who_ask() {
     let known = json!({"kind": "output", "address": 2, "value": 0});
     assert_eq!(all[0]["pins"][0], known, "the first state has them");
     assert!(all.len() > 8, "{}", all.len());
-    // A state that is read for an answer leaves them as they are.
+    // A state read for an answer leaves the pins unchanged.
     anna.notices.clear();
     anna.ok("lease.acquire", json!({})).await;
     anna.ok("arm.move", json!({"to": [220, 0, 40, 0]})).await;
@@ -152,7 +152,7 @@ async fn pins_are_read_for_those_who_ask() {
             "{state}"
         );
     }
-    // Another subscription with pins of its own begins while the arm is read already.
+    // A second subscription with its own pins starts while the arm is being read.
     let pins = json!([{"kind": "input", "address": 4}, {"kind": "output", "address": 2}]);
     let subscribed = json!({"rate": 1, "frame": "binary", "pins": pins});
     let mut ben = bench.join("Ben").await;
@@ -229,7 +229,7 @@ async fn homed_is_true_from_homing_to_the_next_reset() {
     let mut told: Vec<_> = { states.iter() }
         .filter_map(|state| state.get("homed"))
         .collect();
-    // A whole state tells again what was told.
+    // A whole state repeats values.
     told.dedup();
     assert_eq!(told, course.iter().collect::<Vec<_>>(), "{told:?}");
 }

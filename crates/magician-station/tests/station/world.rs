@@ -1,4 +1,4 @@
-//! The world of a virtual arm, and what the arm is made of.
+//! World of a virtual arm, and its geometry.
 
 use std::time::Duration;
 
@@ -45,7 +45,7 @@ async fn a_world_is_changed_by_the_holder_alone_and_by_teachers_as_a_whole() {
     assert!(!bench.arms[0].state().unlocked);
     anna.ok("world.unlock", held).await;
     assert!(bench.arms[0].state().unlocked);
-    // A real arm has none.
+    // A real arm has no world.
     let real = LocalStation::real(1).await;
     let mut anna = real.join("Anna").await;
     for (method, params) in [
@@ -75,7 +75,7 @@ async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
     );
     let placed = anna.ok("world.scenario", json!({"text": CUBES})).await;
     assert_eq!(placed, json!({"objects": ["red cube", "blue cube"]}));
-    // The arm was switched off and on: its settings are those of power-up, and the events tell.
+    // The arm was switched off and on: settings are those of power-up, and events say so.
     let read = anna
         .ok("arm.get", json!({"command": "PTPCommonParams"}))
         .await;
@@ -95,7 +95,7 @@ async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
         object(&look, "red cube"),
         &json!({"name": "red cube", "at": [230.0, -40.0, -60.0], "turn": 0.0, "size": [20.0, 20.0, 20.0], "color": "#808080", "held": false})
     );
-    // Onto the other one.
+    // Onto the other cube.
     let place = json!({"name": "red cube", "at": [220, 60, 100]});
     anna.ok("world.place", place).await;
     let look = anna.ok("world.look", json!({})).await;
@@ -118,14 +118,14 @@ async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
         (&json!(true), &json!([220.0, 0.0, 0.0])),
         "{cube}"
     );
-    // By hand out of the cup.
+    // Taken out of the suction cup by hand.
     let place = json!({"name": "red cube", "at": [220, -60, 0]});
     anna.ok("world.place", place).await;
     let look = anna.ok("world.look", json!({})).await;
     assert_eq!(object(&look, "red cube")["held"], json!(false));
 }
 
-/// The codes of the notes of a job that plays these steps.
+/// Returns the codes of the notes of a job with these steps.
 async fn notes_of(tester: &mut Tester, steps: Value) -> Vec<Value> {
     let plan = json!({
         "format": "magician-plan", "version": 1, "title": "pick", "tool": "suction", "steps": steps,
@@ -198,7 +198,7 @@ async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base
         anna.ok("session.list", json!({})).await;
     }
     assert!(bench.arms[0].state().homed);
-    // A job has the arm: no hand is at it.
+    // A job has the arm, so no hand may act on it.
     anna.begin_job().await;
     assert_eq!(
         anna.code("world.unlock", json!({"held": true})).await,

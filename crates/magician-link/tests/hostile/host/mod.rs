@@ -1,5 +1,6 @@
-//! A program that sends anything, and a station that answers anything, or nothing, in any order: a script says what, line by line. At
-//! the end the station has answered and the line of its arms is lost: then each call of the program must have been answered once.
+//! Host of the property tests: a program and a station driven by a script, line by line, in any
+//! order. At the end the station has answered everything and the line to its arms is lost. Then
+//! each call of the program must have been answered exactly once.
 
 use std::collections::{HashMap, VecDeque};
 use std::time::Duration;
@@ -8,31 +9,31 @@ use magician_link::{Link, LinkOptions};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-/// Calls to the station that follow from what one line of a script does: more are a loop.
+/// Most calls to the station caused by one line of a script. More of them are an endless loop.
 const MOST_CALLS: usize = 5000;
-/// Codes of the station's errors.
+/// Error codes of the station.
 const CODES: [i64; 8] = [
     -32602, -32001, -32002, -32003, -32004, -32005, -32000, -32007,
 ];
-/// Kinds of its errors of an arm.
+/// Error kinds of an arm.
 const KINDS: [&str; 5] = ["queue-full", "timeout", "port", "alarm", "uncertain"];
 
-/// A call of the station that is not answered yet.
+/// Call to the station without an answer.
 struct Call {
     id: u64,
     method: String,
     params: Value,
 }
 
-/// A connection and all that is around it.
+/// Link with its surroundings.
 pub(crate) struct Life {
     link: Link,
     now: HostInstant,
     pending: VecDeque<Call>,
     subscriptions: u64,
-    /// What the station has queued.
+    /// Last index that the station has given.
     index: u64,
-    /// How often each id was asked and answered.
+    /// Number of requests and of answers per id.
     asked: HashMap<String, (u32, u32)>,
 }
 
@@ -51,7 +52,7 @@ impl Life {
         life
     }
 
-    /// Does what a script says.
+    /// Runs a script.
     pub(crate) fn live(&mut self, script: &str) {
         for line in script.lines() {
             self.line(line);
@@ -107,7 +108,7 @@ impl Life {
         self.now = until;
     }
 
-    /// One call is answered.
+    /// Answers one call.
     fn answer(&mut self, at: usize, answer: &Answer) {
         if self.pending.is_empty() {
             return;
@@ -137,7 +138,7 @@ impl Life {
         panic!("the calls do not end");
     }
 
-    /// What a station says.
+    /// Returns a valid answer of the station.
     fn good(&mut self, call: &Call) -> Value {
         match call.method.as_str() {
             "session.hello" => json!({"session": "s0-1", "role": "teacher", "arms": ["arm", "b"]}),
@@ -162,7 +163,7 @@ impl Life {
         }
     }
 
-    /// The arm has finished so many more, or an alarm holds it.
+    /// Reports that the arm has finished this many more commands, or that an alarm holds the queue.
     fn finish(&mut self, more: u64, alarm: Option<u64>) {
         let index = self.index.saturating_sub(20) + more;
         let state =
@@ -187,7 +188,7 @@ impl Life {
         self.link.hear(self.now, &said.to_string());
     }
 
-    /// Takes what is to be sent; no answer may come twice, or to what was not asked.
+    /// Collects outgoing messages. An answer must not come twice, nor without a request.
     fn look(&mut self) {
         while let Some(call) = self.link.poll_station() {
             let text: Value = serde_json::from_str(&call.text).expect("JSON");
@@ -211,7 +212,7 @@ impl Life {
         while self.link.poll_noted().is_some() {}
     }
 
-    /// The station answers all, the arms are lost: nothing is left unanswered.
+    /// Ends the test: the station answers everything, the arms are lost, and no call may be left.
     pub(crate) fn end(mut self) {
         self.answer_all();
         self.event("link-lost");
@@ -231,7 +232,7 @@ impl Life {
     }
 }
 
-/// What the station answers.
+/// Answer of the station.
 enum Answer {
     Good,
     Error(usize),

@@ -1,4 +1,4 @@
-//! The other end of a socket, and what arms say.
+//! Client end of a socket, and reports of arms.
 
 use std::collections::HashMap;
 use std::time::Duration;
@@ -9,14 +9,14 @@ use magician_station::api::RpcError;
 use magician_station::{ArmReading, SocketId, ToolReading};
 use serde_json::{Map, Value, json};
 
-/// The other end of a socket.
+/// Client end of a socket.
 pub(super) struct Client {
     pub(super) socket: SocketId,
     pub(super) session: Option<String>,
     pub(super) closed: bool,
-    /// Requests by their id as JSON: how often it was asked, and answered.
+    /// Number of requests and of answers, by id as JSON.
     pub(super) asked: HashMap<String, (usize, usize)>,
-    /// Messages that were sent, and answers that came.
+    /// Number of messages sent, and of answers received.
     pub(super) sent: usize,
     pub(super) answers: usize,
 }
@@ -46,7 +46,7 @@ impl Client {
     }
 }
 
-/// A reading with this `x`, and numbers that are hard to write.
+/// Returns a reading with this `x`, and numbers that are hard to format.
 pub(crate) fn reading(x: f32) -> ArmReading {
     ArmReading {
         age: Duration::ZERO,
@@ -71,7 +71,7 @@ pub(crate) fn reading(x: f32) -> ArmReading {
     }
 }
 
-/// An arm that does not answer.
+/// Returns the error of an arm that does not answer.
 pub(super) fn failed() -> RpcError {
     RpcError {
         code: RpcError::ARM,

@@ -1,5 +1,6 @@
-//! Clients and arms that do anything at all to a station: a script says what, line by line. After each line the station is
-//! looked at; at the end everybody who still has a socket must have been answered.
+//! Host of the property tests: clients and arms that do anything, driven by a script, line by line.
+//! The station's bounds are checked after each line; at the end every client with a socket must
+//! have all its answers.
 
 pub(crate) mod client;
 
@@ -20,30 +21,30 @@ use serde_json::{Value, json};
 use self::client::{Client, failed, reading};
 
 const ARMS: u64 = 2;
-/// Clients of a script.
+/// Number of clients.
 const CLIENTS: usize = 10;
-/// Requests under way on a socket, at most; stops come in any number.
+/// Most requests of a socket in flight. Stops are not limited.
 const UNDER_WAY: usize = 64;
 
-/// A station and all that is around it.
+/// Station with its surroundings.
 pub(crate) struct Life {
     station: Station,
     now: HostInstant,
     clients: Vec<Client>,
-    /// The sockets that had an end, as far as their requests may still be under way.
+    /// Number of closed sockets whose requests may still be in flight.
     opened: usize,
-    /// Sees who has the lease.
+    /// Observer of leases.
     spy: SocketId,
     holders: Vec<Option<String>>,
-    /// Jobs that may begin without the lease: as many as were put into a queue.
+    /// Number of jobs that may start without the lease, because they were queued.
     queued: u64,
-    /// States of jobs that were written.
+    /// Number of written versions of the jobs.
     writes: u64,
-    /// Orders that are not reported.
+    /// Orders without a report.
     orders: Vec<(ArmId, ArmOrder)>,
     /// Requests that the library has not answered.
     library: Vec<RequestId>,
-    /// A number that tells one reading from another.
+    /// Counter that distinguishes readings.
     read: f32,
 }
 
@@ -84,7 +85,7 @@ fn peer(role: Option<Role>, at: usize) -> Peer {
 }
 
 impl Life {
-    /// Does what a script says.
+    /// Runs a script.
     pub(crate) fn live(&mut self, script: &str) {
         for line in script.lines() {
             self.line(line);
@@ -153,7 +154,7 @@ impl Life {
         });
     }
 
-    /// The line breaks, or the client closes it.
+    /// Closes a socket, by a broken line or by the client.
     fn close(&mut self, at: usize) {
         if at < self.clients.len() {
             let client = self.clients.remove(at);
@@ -193,7 +194,7 @@ impl Life {
             client.asked.entry(id.to_string()).or_default().0 += 1;
         }
         let socket = client.socket;
-        // What is over by now is no part of what the message does.
+        // Timeouts first, so that their effects are not attributed to the message.
         self.station.handle_timeout(self.now);
         self.take_orders(None);
         if let Some(token) = Station::token_of(text) {
@@ -215,7 +216,7 @@ impl Life {
         self.take_orders(Some(at));
     }
 
-    /// Takes the orders that came of a message of a client, or of nobody's.
+    /// Collects orders caused by a message of a client, or by no client.
     fn take_orders(&mut self, by: Option<usize>) {
         self.write_all();
         while let Some((arm, order)) = self.station.poll_order() {
@@ -263,7 +264,7 @@ impl Life {
         self.spy();
     }
 
-    /// A disk that takes all but each seventh state of the jobs, and each seventh file, at once.
+    /// Disk that fails for every seventh version of the jobs, and every seventh file.
     fn write_all(&mut self) {
         loop {
             while let Some(jobs) = self.station.poll_jobs() {
@@ -291,7 +292,7 @@ impl Life {
         }
     }
 
-    /// Hears who has which lease.
+    /// Follows who holds which lease.
     fn spy(&mut self) {
         while let Some(outgoing) = self.station.poll_send(self.spy) {
             let Outgoing::Text(text) = outgoing else {
@@ -307,7 +308,7 @@ impl Life {
         }
     }
 
-    /// The library has done something.
+    /// Answers for the library.
     fn look_up(&mut self, good: bool) {
         if let Some(request) = self.library.pop() {
             let outcome = if good { Ok(json!({})) } else { Err(failed()) };
@@ -315,7 +316,7 @@ impl Life {
         }
     }
 
-    /// An arm reports what came of an order.
+    /// Reports the result of an order.
     fn report(&mut self, at: usize, good: bool) {
         self.look_up(good);
         if self.orders.is_empty() {
@@ -368,7 +369,7 @@ impl Life {
         self.done(arm, request, state, good);
     }
 
-    /// The arm was read.
+    /// Reports a reading of the arm.
     fn reading(&mut self, arm: ArmId) {
         self.read += 1.0;
         let report = ArmReport::Reading(Box::new(reading(self.read)));
@@ -385,7 +386,7 @@ impl Life {
         self.station.report(self.now, arm, report);
     }
 
-    /// A client reads all that there is for it.
+    /// Reads all messages of a client.
     fn drain(&mut self, at: usize) {
         let Some(client) = self.clients.get_mut(at) else {
             return;
@@ -407,7 +408,7 @@ impl Life {
         }
     }
 
-    /// Nothing grows beyond its bounds.
+    /// Checks that nothing exceeds its bounds.
     fn look(&self) {
         let size = self.station.size();
         let sockets = self.clients.len() + 1;
@@ -422,7 +423,8 @@ impl Life {
         assert!(size.unsent <= bytes, "{size:?}");
     }
 
-    /// The arms report everything, all waits end: whoever still has a socket was answered.
+    /// Ends the test: arms report everything and all waits end. Then every client with a socket has
+    /// its answers.
     pub(crate) fn end(&mut self) {
         while !(self.orders.is_empty() && self.library.is_empty()) {
             self.report(0, true);

@@ -1,4 +1,4 @@
-//! What has to be so after every event of a class.
+//! Invariants of a class, checked after every event.
 
 use magician_station::control::{ArmId, JobClaim, JobId, PersonId, SessionId, TurnState};
 
@@ -14,7 +14,7 @@ impl Model {
                 let good = match event {
                     Event::Leave(whose) => whose == person,
                     Event::Release(session, _) => Self::person(session) == Some(person),
-                    // By the end of the turn or of the slot.
+                    // The turn or the slot has ended.
                     Event::Pass => before.waits(person).is_none(),
                     Event::EndTurn(arm) => before.turn(arm).is_some_and(|turn| turn.0 == person),
                     _ => false,
@@ -83,14 +83,14 @@ impl Model {
         Ok(())
     }
 
-    /// What a teacher says of a turn is so.
+    /// Checks the effects of a teacher's decision about a turn.
     fn check_word_of_teacher(&self, before: &Self, event: Event) -> Checked {
         let (arm, ends) = match event {
             Event::EndTurn(arm) => (arm, true),
             Event::NextTurn(arm) => (arm, false),
             _ => return Ok(()),
         };
-        // What the word of the teacher's page begins has come before.
+        // Effects of the teacher's message itself come before.
         let Some((person, ..)) = before.turn(arm) else {
             return Ok(());
         };
@@ -134,7 +134,7 @@ impl Model {
             let then = now.and_then(|(.., left)| left);
             must(then == left, "a turn that is suspended keeps its time")?;
         }
-        // An arm that is free waits for nobody but the one whose turn is kept.
+        // A free arm waits only for the person whose turn is kept.
         let idle = turn.is_none() && self.arm(arm).lease.is_none() && self.arm(arm).job.is_none();
         let mut queue = self.control.control.places();
         let wanted = queue.any(|place| {
@@ -144,7 +144,7 @@ impl Model {
         must(!(idle && wanted), "an arm is not idle while somebody waits")
     }
 
-    /// What has to be so where a job that waited begins.
+    /// Checks a job that starts from the queue.
     pub(super) fn check_begun(&self, claim: JobClaim) -> Checked {
         let arm = self.arm(claim.arm);
         must(!arm.frozen, "frozen arms do not move")?;
@@ -177,7 +177,7 @@ impl Model {
             })
     }
 
-    /// Places and turns of a person.
+    /// Counts places and turns of a person.
     fn places(&self, person: PersonId) -> usize {
         let queue = self.control.control.places();
         let waits = queue.filter(|place| mutant::known(place.person) == person);

@@ -1,4 +1,5 @@
-//! A class at two arms in every order of events: persons, turns, slots and freezes. Two pupils, one with two pages, and a teacher.
+//! Exhaustive search over a class at two arms: persons, turns, slots and freezes in every order.
+//! Two pupils, one with two pages, and a teacher.
 
 mod laws;
 mod mutant;
@@ -29,51 +30,51 @@ pub(crate) const PAGES: [(SessionId, PersonId); 3] = [
 pub(crate) const ARMS: [ArmId; 2] = [ArmId(0), ArmId(1)];
 const LENGTH: Duration = Duration::from_secs(20);
 const GRACE: Duration = Duration::from_secs(8);
-/// Jobs that wait for an arm, at most.
+/// Most jobs that wait for an arm.
 const JOBS: usize = 2;
-/// Events within which each planted bug is found, and within which control has none.
+/// Depth at which each planted bug is found, and at which control has none.
 const DEPTH: usize = 5;
 const FURTHER: usize = 5;
 
-/// What happens.
+/// Event of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// For the first arm, or for any.
+    /// Joins for the first arm, or for any.
     Join(PersonId, bool),
     Leave(PersonId),
     Acquire(SessionId, ArmId),
     Release(SessionId, ArmId),
     Take(ArmId),
     Word(SessionId),
-    /// A page is closed, or its line breaks.
+    /// A page is closed, or its connection breaks.
     Gone(SessionId),
-    /// It comes back: with what it had within the time for that, else anew.
+    /// A page comes back: with its session while that lasts, otherwise with a new one.
     Back(SessionId),
     Move(SessionId, ArmId),
     StartJob(SessionId, ArmId),
     EndJob(ArmId),
-    /// A job for when the arm is free.
+    /// Queues a job for when the arm is free.
     QueueJob(SessionId, ArmId),
     Freeze(ArmId),
     Free(ArmId),
     /// A teacher ends the turn at an arm.
     EndTurn(ArmId),
-    /// A teacher passes it to the next.
+    /// A teacher passes the turn to the next person.
     NextTurn(ArmId),
-    /// Time passes up to what is due next.
+    /// Time passes until the next deadline.
     Pass,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Arm {
     pub(crate) lease: Option<SessionId>,
-    /// What is under way: whose.
+    /// Requests in progress and their sessions.
     pub(crate) moves: BTreeMap<RequestId, SessionId>,
-    /// The job that runs: whose.
+    /// Session of the running job.
     pub(crate) job: Option<SessionId>,
     pub(crate) paused: bool,
     pub(crate) frozen: bool,
-    /// The jobs that wait, by their arrival: whose.
+    /// Waiting jobs by arrival, and their sessions.
     pub(crate) line: Vec<(JobId, SessionId)>,
 }
 
@@ -82,14 +83,14 @@ pub(crate) struct Model {
     pub(crate) control: Mutant,
     pub(crate) now: HostInstant,
     pub(crate) begun: HostInstant,
-    /// Whether each session has a socket, and whether control knows it.
+    /// True if the session has a socket, and if control knows it.
     pub(crate) sockets: BTreeMap<SessionId, (bool, bool)>,
     pub(crate) arms: Vec<Arm>,
     pub(crate) last: LeaseId,
     pub(crate) requests: u64,
 }
 
-/// The slots of the second arm: Anna's, and Ben's behind it.
+/// Slots of the second arm: Anna's, followed by Ben's.
 pub(crate) fn slots(begun: HostInstant) -> Vec<Slot> {
     let at = |seconds| begun + Duration::from_secs(seconds);
     let slot = |from, until, person| Slot {
@@ -139,13 +140,13 @@ impl Model {
         &mut self.arms[arm.0 as usize]
     }
 
-    /// Whose a session is; none: the teacher's.
+    /// Returns the person of a session. `None` for the teacher's.
     pub(crate) fn person(session: SessionId) -> Option<PersonId> {
         let found = PAGES.iter().find(|(page, _)| *page == session);
         found.map(|(_, person)| *person)
     }
 
-    /// Whose turn it is at an arm, what it does, and what is left of it.
+    /// Returns person, state and rest of the turn at an arm.
     pub(crate) fn turn(&self, arm: ArmId) -> Option<(PersonId, TurnState, Option<Duration>)> {
         let (turn, left) = self.control.control.turn(self.now, arm)?;
         Some((mutant::known(turn.person), turn.state, left))
@@ -167,7 +168,7 @@ impl Explored for Model {
                 out.push(Back(session));
                 continue;
             }
-            // The second page is there for what follows from the first one's end.
+            // The second page matters only for what follows from the end of the first.
             let second = session == PAGES[1].0;
             out.extend([Word(session), Gone(session)]);
             for arm in ARMS {

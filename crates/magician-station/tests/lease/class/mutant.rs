@@ -1,4 +1,4 @@
-//! Control of a class with a bug planted in it.
+//! Control of a class with a planted bug.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -10,46 +10,46 @@ use magician_station::control::{
 
 use super::{ARMS, Model, PAGES, TEACHER};
 
-/// What is wrong.
+/// Planted bug.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bug {
-    /// A pupil is taken for a teacher.
+    /// A pupil counts as a teacher.
     NotIdentified,
-    /// Slots count where they begin, and not where they end.
+    /// Slots are checked at their start and not at their end.
     SlotForgotten,
-    /// A place is the socket's, and ends with it.
+    /// A place belongs to the socket and ends with it.
     PlaceOfSocket,
-    /// A place for each arm.
+    /// A person has a place per arm.
     PlacePerArm,
-    /// Who comes last is the first.
+    /// The last in the queue is served first.
     JumpsQueue,
-    /// What runs goes on when the arm is frozen.
+    /// Motion continues when the arm is frozen.
     MovesFrozen,
-    /// A frozen arm is moved by who has the lease.
+    /// The holder may move a frozen arm.
     StartsFrozen,
-    /// A turn has no end.
+    /// A turn does not end.
     WithoutEnd,
     /// A teacher who takes an arm ends the turn.
     TakeEndsTurn,
-    /// The end of a turn or a slot leaves what moves alone.
+    /// Motion continues after the end of a turn or a slot.
     MovesOn,
-    /// The next is told, and gets no lease.
+    /// The next person is notified but gets no lease.
     NextWithoutLease,
-    /// A job begins at any idle arm, whoever has the turn.
+    /// A job starts at any idle arm, regardless of the turn.
     JobIgnoresTurn,
-    /// A job goes before those that wait already.
+    /// A new job goes before those that wait.
     JobJumpsQueue,
-    /// A job waits for ever where its owner has gone.
+    /// A job whose owner has left waits for ever.
     JobForgotten,
-    /// A turn that is ended goes on.
+    /// A turn that was ended continues.
     EndForgotten,
-    /// Who passes a turn on has no place any more.
+    /// Passing a turn removes the person from the queue.
     NextLosesPlace,
-    /// A turn is passed on to nobody.
+    /// A turn is passed although no one is waiting.
     NextToNobody,
 }
 
-/// Each bug, and the law that it breaks first.
+/// Each bug, and the invariant that it breaks first.
 pub(crate) const BUGS: [(Bug, &str); 17] = [
     (Bug::NotIdentified, "who holds an arm has its turn"),
     (Bug::SlotForgotten, "nobody holds outside of a slot"),
@@ -76,7 +76,7 @@ pub(crate) const BUGS: [(Bug, &str); 17] = [
     (Bug::NextToNobody, "a turn and a place are kept"),
 ];
 
-/// The person whom a forged number stands for.
+/// Returns the person for a forged number.
 pub(crate) fn known(person: PersonId) -> PersonId {
     PersonId(person.0 % 100)
 }
@@ -106,7 +106,7 @@ impl Mutant {
     pub(crate) fn join(&mut self, now: HostInstant, person: PersonId, any: bool) {
         let arms = if any { &ARMS[..] } else { &ARMS[..1] };
         if self.has(Bug::PlacePerArm) {
-            // The schedule of the second arm knows no forged number.
+            // The schedule of the second arm does not know forged numbers.
             for arm in arms {
                 let forged = PersonId(person.0 + 100 * arm.0);
                 let _ = { &mut self.control }.join_turn(now, forged, BTreeSet::from([ARMS[0]]));
@@ -196,7 +196,7 @@ impl Mutant {
         self.control.queue_job(claim, place);
     }
 
-    /// Takes out the next job that may begin at an arm.
+    /// Removes and returns the next job that may start at an arm.
     pub(crate) fn next_job(&mut self, now: HostInstant, arm: ArmId) -> Option<JobClaim> {
         let next = if self.has(Bug::JobIgnoresTurn) {
             self.control.jobs(arm).next().copied()
@@ -230,5 +230,5 @@ impl Mutant {
     }
 }
 
-/// A time that nobody waits.
+/// Waiting time of zero.
 pub(crate) const AT_ONCE: Duration = Duration::ZERO;

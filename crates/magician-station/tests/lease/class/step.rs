@@ -1,4 +1,4 @@
-//! What an event does to control and to the arms, and what the effects of control do to them.
+//! Applies events to control and the arms, and effects of control to the arms.
 
 use std::time::Duration;
 
@@ -43,7 +43,7 @@ impl Model {
         };
         if let Some(session) = speaks {
             self.control.control.keep_alive(now, session);
-            // What follows from the word comes before the rest.
+            // Effects of the sign of life come first.
             self.carry_out_all(event, request, false)?;
         }
         match event {
@@ -55,7 +55,7 @@ impl Model {
                     .acquire(now, session, arm, request, AT_ONCE);
             }
             Release(session, arm) => {
-                // It may have passed on by the word.
+                // The sign of life may have passed the lease on.
                 if self.arm(arm).lease == Some(session) {
                     let mut ended = Vec::new();
                     for (id, arm) in ARMS.into_iter().zip(&mut self.arms) {
@@ -65,7 +65,7 @@ impl Model {
                         }
                     }
                     self.control.control.release_all(now, session);
-                    // What was released goes on, and comes to its end.
+                    // Motion of a released lease continues and comes to its end.
                     for (arm, request) in ended {
                         self.control.control.finish(now, arm, request);
                     }
@@ -144,7 +144,7 @@ impl Model {
         Ok(())
     }
 
-    /// Begins what may begin of the jobs that wait, as a station does after each event.
+    /// Starts waiting jobs that may start, as a station does after each event.
     fn begin_jobs(&mut self) -> Checked {
         for arm in ARMS {
             while let Some(claim) = self.control.next_job(self.now, arm) {
@@ -192,7 +192,7 @@ impl Model {
                     Event::Acquire(session, _) => session,
                     _ => TEACHER,
                 };
-                // The holder itself gets its own again.
+                // A holder that acquires again gets its own lease.
                 if self.arm(arm).lease != Some(session) {
                     must(lease > self.last, "a number is used once")?;
                     self.last = lease;

@@ -1,4 +1,5 @@
-//! Every call of the table, made on a virtual arm: each is answered. On a real one, frames beyond the table are sent.
+//! Every call of the table on a virtual arm: each is answered. On a real arm, frames beyond the
+//! table are sent.
 
 use magician_link::{Access, Class, Kind, Method, methods};
 use magician_station::link::LinkOptions;
@@ -7,7 +8,7 @@ use serde_json::{Map, Value, json};
 use super::program::Program;
 use crate::bench::LocalStation;
 
-/// Parameters of their kinds, within what the table allows.
+/// Parameters of the right types, within the table's ranges.
 fn sample(method: &Method) -> Value {
     let mut params = Map::new();
     for param in &method.params {
@@ -45,7 +46,7 @@ fn sample(method: &Method) -> Value {
     Value::Object(params)
 }
 
-/// How a call of each method is answered: `ok`, or its number.
+/// Returns the answer of each method: `ok`, or the error number.
 async fn answers(ids: std::ops::RangeInclusive<u8>) -> Vec<(String, String, String)> {
     let mut options = LinkOptions::default();
     (options.dangerous, options.laser) = (true, true);
@@ -80,7 +81,7 @@ async fn answers(ids: std::ops::RangeInclusive<u8>) -> Vec<(String, String, Stri
 
 #[tokio::test(start_paused = true)]
 async fn every_call_is_answered_on_a_virtual_arm() {
-    // A laser that may burn keeps the queue from being started: the queue's own calls come to an arm of their own.
+    // A laser that may burn prevents the start of the queue, so calls of the queue use another arm.
     let mut all = answers(0..=239).await;
     all.extend(answers(240..=255).await);
     assert_eq!(all.len(), 149);
@@ -110,7 +111,7 @@ async fn frames_beyond_the_table_are_sent_to_a_real_arm() {
     let beyond =
         { methods().iter() }.filter(|method| method.command.is_none() && method.refused.is_none());
     for method in beyond {
-        // This arm does not know them, and says nothing.
+        // This arm does not know the frames and does not answer.
         let code = program.code(&method.name, sample(method)).await;
         assert_eq!(code, 150, "{}", method.name);
     }

@@ -1,4 +1,4 @@
-//! A program: what it says and hears.
+//! Program for DobotLink, as a test client.
 
 use std::time::Duration;
 
@@ -8,10 +8,10 @@ use tokio::time::timeout;
 
 use crate::bench::LocalStation;
 
-/// No answer takes longer.
+/// Longest time for an answer, in virtual time.
 const PATIENCE: Duration = Duration::from_secs(200);
 
-/// A program with an answer for each of its calls.
+/// Program that waits for the answer to each call.
 pub(crate) struct Program {
     pub(crate) link: LinkProgram,
     next: i64,
@@ -37,7 +37,7 @@ impl Program {
         }
     }
 
-    /// One whose arm is connected.
+    /// Creates a program with a connected arm.
     pub(crate) async fn connected(bench: &LocalStation) -> Self {
         let mut program = Self::new(bench);
         program.ok("ConnectDobot", json!({})).await;
@@ -95,7 +95,7 @@ impl Program {
         serde_json::from_str(&heard.expect("not cut off")).unwrap()
     }
 
-    /// Text as it is.
+    /// Sends text as it is.
     pub(crate) async fn raw(&mut self, text: &str) -> Value {
         self.link.say(text).await;
         self.heard().await

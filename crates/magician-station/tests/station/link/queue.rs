@@ -1,4 +1,4 @@
-//! Queued calls: indices, waiting, and what ends it.
+//! Queued calls: indices, waiting, cancelling.
 
 use std::time::Duration;
 
@@ -55,7 +55,7 @@ async fn calls_in_flight_keep_their_order() {
     let mut program = Program::connected(&bench).await;
     let mut ids = Vec::new();
     for step in 0..100 {
-        // More than the queue holds: those that find no room are kept back, and none overtakes another.
+        // More than fit into the queue: the rest is held back in order.
         let x = 200.0 + f64::from(step) * 0.5;
         let move_to = json!({"cpMode": 1, "x": x, "y": 0, "z": 30, "power": 100, "timeout": 100_000, "isWaitForFinish": false});
         ids.push(program.send("SetCPCmd", move_to).await);
@@ -197,7 +197,7 @@ async fn a_jog_of_a_program_that_hangs_ends() {
         .await;
     sleep(Duration::from_secs(4)).await;
     assert!(bench.arms[0].state().moving);
-    // No word for longer than five seconds.
+    // Silent for more than five seconds.
     sleep(Duration::from_millis(1_500)).await;
     assert!(!bench.arms[0].state().moving);
 }
@@ -231,7 +231,7 @@ async fn jog_of_another_axis_begins_when_the_arm_stands() {
     sleep(Duration::from_secs(1)).await;
     let y = bench.arms[0].state().pose.y;
     program.ok("SetJOGCmd", jog(4)).await;
-    // A real arm would carry the speed of x over to y, and move it the wrong way.
+    // A real arm would carry the speed along x over to y and move the wrong way.
     let x = bench.arms[0].state().pose.x;
     sleep(Duration::from_secs(3)).await;
     let state = bench.arms[0].state();

@@ -1,4 +1,4 @@
-//! Who may: connecting, the lease, what is dangerous, what is wrong.
+//! Rights of programs: connecting, leases, dangerous calls, invalid calls.
 
 use magician_station::link::LinkOptions;
 use magician_station::{Role, link::LinkService};
@@ -91,7 +91,7 @@ async fn what_is_wrong_has_its_number() {
         assert_eq!(answer["error"]["code"], json!(code), "{text}");
         assert_eq!(answer["id"], json!(1), "{text}");
     }
-    // What is no JSON is not answered.
+    // Text that is not JSON is not answered.
     program.link.say("{").await;
     let answer = program
         .raw(r#"{"id": 2, "method": "dobotlink.api.ShowMessage"}"#)
@@ -166,7 +166,7 @@ async fn a_program_without_the_lease_reads_and_stops_and_moves_nothing() {
     assert_eq!(anna.answer(id).await.unwrap_err()["code"], json!(-32007));
     let lease = anna.lease().await;
     anna.ok("lease.release", json!({"lease": lease})).await;
-    // Now it is free.
+    // Now the lease is free.
     program.ok("SetPTPCmd", at).await;
 }
 
@@ -213,12 +213,12 @@ async fn what_is_dangerous_or_burns_needs_its_flag() {
     let why = refused(&mut program, "SetDeviceSN", sn.clone()).await;
     assert!(why.contains("--link-dangerous"), "{why}");
     assert_eq!(program.code("SetDeviceRestart", json!({})).await, -32605);
-    // What is off is always obeyed.
+    // Switching off is always permitted.
     program
         .ok("SetEndEffectorLaser", json!({"enable": true, "on": false}))
         .await;
     drop(program);
-    // Each flag allows its own alone.
+    // Each flag permits its own kind alone.
     let mut options = LinkOptions::default();
     options.laser = true;
     let mut program = Program::with(&bench, options);
