@@ -1,4 +1,4 @@
-// The page of docs/STATION-CLIENTS.md, served from elsewhere, as somebody would write it who knows the API alone.
+// The page of docs/guide/STATION-CLIENTS.md, served from elsewhere, as somebody would write it who knows the API alone.
 import assert from "node:assert/strict";
 import { once } from "node:events";
 import { readFileSync } from "node:fs";

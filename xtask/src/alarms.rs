@@ -32,7 +32,7 @@ The other alarms that have a name belong to the arm's siblings and are raised by
 those above:
 ";
 
-/// Writes `docs/ALARMS.md`.
+/// Writes `docs/reference/ALARMS.md`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
     fs::write(docs.join("reference/ALARMS.md"), page(&Suite::built_in()?))?;
     Ok(())

@@ -1,7 +1,7 @@
 //! Citations of errata (`E07`) and of sections of the model (`model section 7`): where they stand in a text, and the links that lead on.
 //!
 //! The pages that are written from tables take their links from here, and a test holds every citation in the repository
-//! against the anchors of `docs/ERRATA.md` and `docs/MODEL.md`.
+//! against the anchors of `docs/reference/ERRATA.md` and `docs/reference/MODEL.md`.
 
 use std::ops::Range;
 

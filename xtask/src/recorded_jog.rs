@@ -182,7 +182,7 @@ fn draw() -> Result<String, Box<dyn Error>> {
     Ok(svg.finish())
 }
 
-/// Writes `docs/jog-recording.svg`.
+/// Writes `docs/pictures/jog-recording.svg`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
     fs::write(docs.join("pictures/jog-recording.svg"), draw()?)?;
     Ok(())

@@ -4,7 +4,7 @@ use magician::{Error, ErrorKind, Voice};
 
 use crate::voice::Vendor;
 
-/// What the functions return: the numbers of the vendor's headers (docs/VENDOR-LIBRARY.md, Results).
+/// What the functions return: the numbers of the vendor's headers (docs/guide/VENDOR-LIBRARY.md, Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Code {
@@ -20,7 +20,7 @@ pub enum Code {
     InvalidDevice = 4,
 }
 
-/// What `ConnectDobot` returns: the numbers of the vendor's headers (docs/VENDOR-LIBRARY.md, Results).
+/// What `ConnectDobot` returns: the numbers of the vendor's headers (docs/guide/VENDOR-LIBRARY.md, Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub(crate) enum Connected {

@@ -1,4 +1,4 @@
-//! The table of the interface: every function of the vendor's headers and export tables once (docs/VENDOR-FUNCTIONS.md).
+//! The table of the interface: every function of the vendor's headers and export tables once (docs/reference/VENDOR-FUNCTIONS.md).
 //!
 //! A row: what it comes to ([`Kind`](crate::Kind)), the ids it begins with ([`Ids`](crate::Ids)), its name, its
 //! arguments after the ids, the families that have it so, and its body.

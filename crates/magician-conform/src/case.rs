@@ -18,8 +18,8 @@ pub struct Case {
     pub pattern: String,
     /// What it shows, in a sentence.
     pub title: String,
-    /// The source: a section of the document or of the model (`docs/MODEL.md`), an erratum or a habit
-    /// of hosts (both in `docs/ERRATA.md`), a recorded frame (`vector`) or pose.
+    /// The source: a section of the document or of the model (`docs/reference/MODEL.md`), an erratum or a habit
+    /// of hosts (both in `docs/reference/ERRATA.md`), a recorded frame (`vector`) or pose.
     pub source: String,
     /// How sure that is.
     pub confidence: Confidence,

@@ -8,8 +8,8 @@
 //! * [`faults`] (feature) is what a bad line does, from a seed; [`pair`] (feature) a host and a virtual arm on one virtual clock.
 //!
 //! The crate `magician` drives these over real lines and re-exports them. Lengths are mm, angles degrees, times microseconds
-//! unless a name says otherwise. An erratum (E37) that is cited is in `docs/ERRATA.md` of the repository, a model section in
-//! `docs/MODEL.md`.
+//! unless a name says otherwise. An erratum (E37) that is cited is in `docs/reference/ERRATA.md` of the repository, a model section in
+//! `docs/reference/MODEL.md`.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

@@ -10,7 +10,7 @@
 //! * [`LinkReport`]: counts of calls, unknown parameters and errors.
 //!
 //! Behaviour of DobotLink that moves an arm by mistake is not imitated: a lost answer is not
-//! repeated, and a missing coordinate is an error instead of 0. `docs/LINK.md` lists the
+//! repeated, and a missing coordinate is an error instead of 0. `docs/guide/LINK.md` lists the
 //! differences.
 
 #![forbid(unsafe_code)]

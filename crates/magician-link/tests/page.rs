@@ -1,4 +1,4 @@
-//! Checks that docs/LINK.md names every call without a row in the protocol's table under the answer
+//! Checks that docs/guide/LINK.md names every call without a row in the protocol's table under the answer
 //! of a virtual arm.
 
 use magician_link::methods;

@@ -2,7 +2,7 @@
 //!
 //! Pure mathematics: no clock, no I/O, no allocation, and the same results on every platform.
 //! Lengths are in mm, angles in degrees, times in seconds, or in whole microseconds where a name
-//! ends in `_us`. Sections of "the model" refer to `docs/MODEL.md` in the repository.
+//! ends in `_us`. Sections of "the model" refer to `docs/reference/MODEL.md` in the repository.
 //!
 //! The path from a request to a position:
 //!

@@ -1,7 +1,7 @@
 //! The protocol, one row a command; everything else about a command is derived from its row.
 //!
 //! The rows are the 74 commands of the vendor's document (V1.1.3, four of V1.1.5) and 16 known
-//! from vendor headers, corrected by the errata that the comments and notes name (docs/ERRATA.md). Lengths are mm,
+//! from vendor headers, corrected by the errata that the comments and notes name (docs/reference/ERRATA.md). Lengths are mm,
 //! angles degrees. How a row is written is said at the macro, in `table.rs`.
 //!
 //! The file is long because it is the table: one place for every wire layout.

@@ -13,7 +13,7 @@
 //! * [`ArmInstant`] and [`HostInstant`] are instants of the arm's clock and of the host's.
 //!
 //! Lengths are mm, angles degrees, everywhere. "Document" is the vendor's description of the protocol, its errata (E37)
-//! are in `docs/ERRATA.md` of the repository.
+//! are in `docs/reference/ERRATA.md` of the repository.
 //!
 //! ```
 //! use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, commands::Pose};

@@ -150,7 +150,7 @@ pub struct Row {
     pub source: Source,
     /// How sure the layout is.
     pub confidence: Confidence,
-    /// Where the document is corrected (docs/ERRATA.md): `E22`, `E18 to E20`, empty where it is right.
+    /// Where the document is corrected (docs/reference/ERRATA.md): `E22`, `E18 to E20`, empty where it is right.
     pub errata: &'static str,
     /// Whether a set may be queued.
     pub queueable: bool,

@@ -8,7 +8,7 @@
 //! documented. A [`World`] holds everything outside of the arm: table, objects, belt, script.
 //! [`fidelity`] reports which assumptions an arm's answers have relied on.
 //!
-//! Errata (E37) are in `docs/ERRATA.md` of the repository, model sections in `docs/MODEL.md`.
+//! Errata (E37) are in `docs/reference/ERRATA.md` of the repository, model sections in `docs/reference/MODEL.md`.
 //!
 //! ```
 //! use magician_sim::{Controller, LinkId, Profile};

@@ -9,7 +9,7 @@
 //! * `serve` (feature `serve`) has listening ends for other programs: pseudo-terminals, TCP, UDP, discovery.
 //!
 //! Lengths are mm, angles degrees, times seconds unless a name says otherwise. An erratum (E37) that is cited is in
-//! `docs/ERRATA.md` of the repository, a model section in `docs/MODEL.md`.
+//! `docs/reference/ERRATA.md` of the repository, a model section in `docs/reference/MODEL.md`.
 //!
 //! This is a convenience, not a safety function. The protocol has no heartbeat: an arm whose host
 //! dies without a word finishes what is in its queue.

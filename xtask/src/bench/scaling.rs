@@ -57,7 +57,7 @@ fn together(arms: usize, threads: usize, frames: &[FrameBuf]) -> f64 {
     })
 }
 
-/// Measures and draws `docs/scaling.svg`.
+/// Measures and draws `docs/pictures/scaling.svg`.
 pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
     let moves = pick_and_place();
     let frames: Vec<FrameBuf> = moves

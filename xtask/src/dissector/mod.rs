@@ -18,7 +18,7 @@ const HEAD: &str = "\
 /// What does not depend on the table.
 const ENGINE: &str = include_str!("engine.lua");
 
-/// Writes `docs/wireshark/magician.lua`.
+/// Writes `docs/reference/wireshark/magician.lua`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
     let folder = docs.join("reference/wireshark");
     fs::create_dir_all(&folder)?;

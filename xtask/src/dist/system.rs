@@ -31,7 +31,7 @@ pub(super) enum Family {
     MacOs(&'static str),
 }
 
-/// The systems of docs/PLATFORMS.md.
+/// The systems of docs/guide/PLATFORMS.md.
 pub(super) const SYSTEMS: [System; 5] = [
     System {
         triple: "x86_64-unknown-linux-gnu",

@@ -22,7 +22,7 @@ arm can reach.
 `cargo xtask gallery` draws them all again.
 ";
 
-/// Draws every mode into `docs/gallery` and lists them in `docs/GALLERY.md`.
+/// Draws every mode into `docs/evidence/gallery` and lists them in `docs/evidence/GALLERY.md`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
     let pictures = docs.join("evidence/gallery");
     fs::create_dir_all(&pictures)?;

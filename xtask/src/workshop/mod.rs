@@ -21,7 +21,7 @@ const DOCS: &str = "docs/evidence";
 const PICTURES: &str = "workshop";
 const PAGE: &str = "WORKSHOP.md";
 
-/// Runs every piece, draws it into `docs/workshop` and lists them in `docs/WORKSHOP.md`. With names it only runs these and shows their
+/// Runs every piece, draws it into `docs/evidence/workshop` and lists them in `docs/evidence/WORKSHOP.md`. With names it only runs these and shows their
 /// figures; the page stays.
 pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let bench = Bench::new(root)?;

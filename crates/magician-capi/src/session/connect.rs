@@ -44,7 +44,7 @@ struct Connection {
     kind: i32,
 }
 
-/// `ConnectDobot`, as each family has it (docs/VENDOR-LIBRARY.md).
+/// `ConnectDobot`, as each family has it (docs/guide/VENDOR-LIBRARY.md).
 impl Registry {
     /// Of `v1`: whatever was connected before is closed, and opened again if it is the same.
     pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {

@@ -1,5 +1,5 @@
 //! The header and the library, as a C compiler and a C program see them.
-// Where there is no `cc`, on Windows, other checks stand in for these: docs/PLATFORMS.md.
+// Where there is no `cc`, on Windows, other checks stand in for these: docs/guide/PLATFORMS.md.
 #![cfg(unix)]
 
 // Builds the shared library.

@@ -13,7 +13,7 @@
 //! * **A stop stops it.** Nothing that was started before a stop runs after it, whoever started it.
 //! * **Released is released.** A jog that was let go of while the arm still came to rest starts nothing.
 //!
-//! Two kinds of jogs pass through it ([`JogKind`]). Measured on the virtual arm (docs/MEASUREMENTS.md, "Jogs"), neither can be the
+//! Two kinds of jogs pass through it ([`JogKind`]). Measured on the virtual arm (docs/evidence/MEASUREMENTS.md, "Jogs"), neither can be the
 //! only one. The arm has no path of joints, so a joint rests between pieces: J1 falls to 10 % of full speed there. Pieces also start
 //! 5 to 16 times later, and along a line load it 12 to 25 times as much. The arm's own jog goes on when the program dies.
 //! A fence is no third kind but a bound of the own jog.

@@ -63,9 +63,9 @@ pub enum Strictness {
 /// Document that states an assumption.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Authority {
-    /// A section of the reference model of the arm: `docs/MODEL.md` of the repository.
+    /// A section of the reference model of the arm: `docs/reference/MODEL.md` of the repository.
     Model(&'static str),
-    /// An erratum to the vendor's protocol document: `docs/ERRATA.md` of the repository.
+    /// An erratum to the vendor's protocol document: `docs/reference/ERRATA.md` of the repository.
     Erratum(&'static str),
     /// No source: a choice of this project.
     Nobody,

@@ -21,7 +21,7 @@ enum End {
 }
 
 /// State of a job, and its state at the next station after each end. The same rows are in
-/// `docs/STATION.md`.
+/// `docs/reference/STATION.md`.
 const TABLE: [(&str, [&str; 3]); 7] = [
     ("queued", ["queued", "queued", "queued"]),
     ("checking", ["interrupted", "stopped", "interrupted"]),

@@ -1,4 +1,4 @@
-//! Rights: the table in docs/STATION.md for every method and role; every path to the laser; queued
+//! Rights: the table in docs/reference/STATION.md for every method and role; every path to the laser; queued
 //! jobs.
 
 use std::collections::BTreeSet;

@@ -145,7 +145,7 @@ impl fmt::Display for Port {
 /// The serial ports of this computer, likely arms first.
 ///
 /// The USB adapters behind them are known on Linux (from sysfs), macOS (from `ioreg`) and Windows
-/// (from `reg query`). docs/PLATFORMS.md says what of this has been run: Linux, Windows under Wine.
+/// (from `reg query`). docs/guide/PLATFORMS.md says what of this has been run: Linux, Windows under Wine.
 ///
 /// None in a build without the feature `lines`.
 ///

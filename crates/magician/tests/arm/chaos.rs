@@ -69,7 +69,7 @@ fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     share.map(apart).fold(f64::INFINITY, f64::min)
 }
 
-/// How runs ended: what docs/GUARANTEES.md promises of each error, by its code.
+/// How runs ended: what docs/reference/GUARANTEES.md promises of each error, by its code.
 #[derive(Default)]
 struct Endings {
     finished: usize,

@@ -1,4 +1,4 @@
-//! What each robot word costs on the line: the table of docs/FRAMES.md, counted.
+//! What each robot word costs on the line: the table of docs/reference/FRAMES.md, counted.
 
 use std::time::Duration;
 

@@ -1,5 +1,5 @@
 //! What each kind of jog costs and how it feels, as a table: `cargo test -p magician --test arm jog_figures -- --ignored --nocapture`.
-//! The results stand in docs/MEASUREMENTS.md.
+//! The results stand in docs/evidence/MEASUREMENTS.md.
 
 use std::time::Duration;
 

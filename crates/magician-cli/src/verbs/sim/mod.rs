@@ -116,7 +116,7 @@ pub(crate) struct Sim {
     /// in TOML; `--profile -` prints the usual one as a template
     #[arg(long, value_name = "NAME|FILE")]
     profile: Option<PathBuf>,
-    /// Refuse behaviour that is only assumed, where the real arm's is unknown; see docs/FIDELITY.md
+    /// Refuse behaviour that is only assumed, where the real arm's is unknown; see docs/reference/FIDELITY.md
     #[arg(long)]
     strict: bool,
     /// At the end, list the facts and assumptions behind the replies

@@ -1,4 +1,4 @@
-//! The manual, docs/SCENARIOS.md: its tables match the schema, and its examples are valid
+//! The manual, docs/guide/SCENARIOS.md: its tables match the schema, and its examples are valid
 //! scenarios.
 
 use std::fmt::Write as _;
