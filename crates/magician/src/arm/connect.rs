@@ -1,7 +1,8 @@
-//! Connecting to an arm, and ending the connection. //! A connection is made in three steps: a
-//! [`Route`](transport::Route) or the caller's opener yields a [`Line`], [`Arm::greet`] spawns the
-//! driver task on it, and a probe makes sure that an arm answers. The route is kept so that the
-//! task can open the line again after it broke.
+//! Connecting to an arm, and ending the connection.
+//!
+//! A connection is made in three steps: a [`Route`](transport::Route) or the caller's opener yields
+//! a [`Line`], [`Arm::greet`] spawns the driver task on it, and a probe makes sure that an arm
+//! answers. The route is kept so that the task can open the line again after it broke.
 
 use std::future::Future;
 use std::io;

@@ -1,9 +1,10 @@
-//! The command queue of the arm: start, clear, look, and fill. //! A queued command is accepted
-//! with an index; the arm counts the finished ones by the same index. Filling is serialised by the
-//! lock [`Flow`], which also caches the free places, so that the space is read only when the cache
-//! says zero. Commands that other programs left in the queue are found by counting: if more
-//! commands wait than this connection has unfinished, the queue is foreign, and is not started by
-//! accident.
+//! The command queue of the arm: start, clear, look, and fill.
+//!
+//! A queued command is accepted with an index; the arm counts the finished ones by the same index.
+//! Filling is serialised by the lock [`Flow`], which also caches the free places, so that the space
+//! is read only when the cache says zero. Commands that other programs left in the queue are found
+//! by counting: if more commands wait than this connection has unfinished, the queue is foreign,
+//! and is not started by accident.
 
 use magician_host::picture::QueueLook;
 use magician_protocol::commands::{

@@ -1,4 +1,5 @@
-//! Requests of a handle: deadline, submission to the driver task, and the wait for the answer. //!
+//! Requests of a handle: deadline, submission to the driver task, and the wait for the answer.
+//!
 //! Each request carries its deadline to the task, which ends it with an error when the deadline
 //! passes. The handle watches the deadline too, so a call returns even if the task is starved. Time
 //! in which the process was suspended does not count against it.
