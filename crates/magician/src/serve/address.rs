@@ -1,8 +1,10 @@
+//! Addresses of endpoints.
+
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 
 use super::ServeError;
 
-/// Reads `HOST[:PORT]`; an IPv6 host with a port stands in brackets.
+/// Resolves `HOST[:PORT]`; an IPv6 host with a port needs brackets.
 pub(super) fn resolve(text: &str, port: Option<u16>) -> Result<SocketAddr, ServeError> {
     let wrong = |reason| ServeError::Address {
         address: text.to_owned(),

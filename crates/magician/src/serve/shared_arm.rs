@@ -1,3 +1,5 @@
+//! Virtual arm on the wall clock, as a service behind endpoints, with log, trace and files.
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -10,7 +12,7 @@ use super::service::device_id;
 use super::{Notice, OnNotice, ServeError, Service};
 use magician_sim::{HostInstant, LinkId, Runner};
 
-/// What all endpoints share: the arm on the wall clock, the log and the trace.
+/// Virtual arm shared by all endpoints: wall clock, log and trace.
 pub(super) struct SharedArm {
     runner: Runner,
     start: Instant,
@@ -69,7 +71,7 @@ impl SharedArm {
         self.runner.handle_timeout(now);
     }
 
-    /// Passes on what the controller has to tell.
+    /// Passes on the events of the controller.
     pub(super) fn report(&mut self) {
         while let Some(event) = self.runner.controller_mut().poll_event() {
             self.notice(Notice::Arm(event));
@@ -84,20 +86,20 @@ impl SharedArm {
         }
     }
 
-    /// A flash that cannot be written is no reason to stop serving.
+    /// Reports a flash that could not be written, which is no reason to stop serving.
     fn kept(&mut self, kept: Result<(), FlashFileError>) {
         if let Err(error) = kept {
             self.notice(Notice::FlashNotKept(error));
         }
     }
 
-    /// Completes what is being written.
+    /// Completes the files being written.
     pub(super) fn end(mut self) -> Result<(), ServeError> {
         self.tick();
         self.recording.end(&mut self.runner)
     }
 
-    /// How long nothing is due.
+    /// Returns the time until something is due.
     pub(super) fn wait(&self) -> Option<Duration> {
         let keeper = self.keeper.as_ref();
         let due = [
@@ -112,7 +114,7 @@ impl SharedArm {
         HostInstant::ZERO + self.start.elapsed()
     }
 
-    /// The link of a client that is known by this name.
+    /// Returns a new link for a client of this name.
     fn next_link(&mut self, name: &str) -> LinkId {
         let link = LinkId(self.links);
         self.links = self.links.wrapping_add(1);
@@ -120,7 +122,7 @@ impl SharedArm {
         link
     }
 
-    /// A trace that cannot be written ends; the arm does not.
+    /// Handles a write to the trace. A trace that fails is ended; the arm continues.
     fn taped(&mut self, written: std::io::Result<()>) {
         if let Err(error) = written {
             self.tape = tape::Tape::OFF;
@@ -205,13 +207,13 @@ mod tape {
     use magician_record::trace::{TraceLink, TraceWriter};
     use magician_sim::{HostInstant, LinkId};
 
-    /// The trace, if there is one.
+    /// Trace, if requested.
     pub(super) struct Tape(Option<Running>);
 
     struct Running {
         writer: TraceWriter<Box<dyn Write + Send>>,
         places: BTreeMap<LinkId, TraceLink>,
-        /// Microseconds since 1970 when the wall clock of the runner showed 0.
+        /// Microseconds since 1970 at time 0 of the runner's host clock.
         epoch: u64,
     }
 
@@ -260,7 +262,7 @@ mod tape {
             place.map_or(Ok(()), |place| tape.writer.close(place))
         }
 
-        /// The place of one client becomes that of the next.
+        /// Passes the interface of one client on to its successor.
         pub(super) fn renew(&mut self, link: LinkId, next: LinkId) -> io::Result<()> {
             let Some(tape) = &mut self.0 else {
                 return Ok(());
@@ -274,7 +276,7 @@ mod tape {
     }
 }
 
-/// Without the feature there is nothing to write to.
+/// Empty substitute without the feature.
 #[cfg(not(feature = "trace"))]
 mod tape {
     use std::io;
