@@ -140,14 +140,17 @@ pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
         )
     };
     match std::fs::metadata(path) {
+        // Most users have no settings file.
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         Ok(about) if about.len() > LARGEST => {
             return Err(unreadable(&"it is too large for a settings file"));
         }
+        // Other errors appear again when the file is read, with the same text.
         _ => {}
     }
     let text = std::fs::read_to_string(path).map_err(|error| unreadable(&error))?;
     read_text(&text).map_err(|flaw| {
+        // Editors count lines and columns from 1, in characters.
         let before = text.get(..flaw.place.start).unwrap_or(&text);
         let line = before.matches('\n').count() + 1;
         let column = before
@@ -201,6 +204,7 @@ fn one(
             format!("write [{full}] and its values below it"),
         ));
     };
+    // A laser is assumed unless denied: that errs on the safe side.
     let (mut port, mut laser, mut lowest_j2, mut fence) = (None, true, None, None);
     for (key, value) in values {
         let wrong =
@@ -219,6 +223,7 @@ fn one(
                 lowest_j2 = Some(angle.ok_or_else(|| wrong("expected degrees from -20 to 0"))?);
             }
             ("fence", _) => fence = Some(fence_of(&format!("{full}.fence"), value)?),
+            // Unknown keys are errors: a misspelt fence must not be ignored.
             (other, _) => {
                 let flaw = Flaw::new(key.span(), format!("unknown setting '{full}.{other}'"));
                 return Err(flaw.help("an arm has port, laser, lowest_j2 and fence"));
@@ -234,6 +239,7 @@ fn one(
         port,
         laser,
         lowest_j2,
+        // An empty fence would still cost reads before each motion.
         fence: fence.filter(|fence| !fence.is_empty()),
     })
 }
@@ -288,6 +294,7 @@ fn fence_of(full: &str, table: &Spanned<DeValue<'_>>) -> std::result::Result<Fen
 
 fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
+        // Converted through `i64`, since TOML numbers may be hexadecimal or octal.
         DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
             .ok()
             .map(|number| number as f64),
@@ -327,6 +334,7 @@ fn cuboid(value: &DeValue<'_>) -> Option<Cuboid> {
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the text is not a fence.
 pub fn fence(text: &str) -> Result<Option<Fence>> {
+    // The parser reads whole documents, so the inline table becomes the value of a key.
     let text = format!("fence = {text}");
     let file = DeTable::parse(&text);
     let file = file.map_err(|error| {

@@ -252,6 +252,7 @@ impl Asker {
         }
         match failed {
             Some(error) if !sent => Err(no_network(error)),
+            // One network that fails does not matter if another one was reached.
             _ => Ok(()),
         }
     }
@@ -279,6 +280,7 @@ impl Asker {
                     Poll::Ready(Err(_)) => {}
                 }
                 if turn >= TURN {
+                    // A flood of answers must not delay the end of the search.
                     cx.waker().wake_by_ref();
                     break;
                 }
@@ -316,6 +318,7 @@ fn parse(answer: &[u8], from: IpAddr) -> Option<Found> {
 /// Returns the broadcast addresses of this computer's networks.
 #[cfg(target_os = "linux")]
 fn broadcasts() -> Vec<IpAddr> {
+    // The kernel's routing table lists broadcast addresses without a privilege or a crate.
     let routes = std::fs::read_to_string("/proc/net/fib_trie").unwrap_or_default();
     in_trie(&routes)
 }

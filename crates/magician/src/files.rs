@@ -371,6 +371,7 @@ impl WholeFile {
     }
 
     fn end(&mut self) -> io::Result<()> {
+        // A partly written file must never get the name of a complete one.
         if self.state.has_failed.load(Ordering::Relaxed) {
             return Err(io::Error::other("it was not written to its end"));
         }
@@ -409,6 +410,8 @@ impl WholeFile {
             return;
         }
         let has_failed = self.state.has_failed.load(Ordering::Relaxed);
+        // A panic, or another owner: it is unknown if the content is complete, so its part is kept
+        // aside.
         if has_failed || self.is_shared || std::thread::panicking() {
             return;
         }
@@ -463,6 +466,7 @@ impl State {
                 self.has_bytes.store(true, Ordering::Relaxed);
                 Ok(count)
             }
+            // `write_all` retries an interrupted write, so it is no failure.
             Err(error) if error.kind() == io::ErrorKind::Interrupted => Err(error),
             Err(error) => {
                 self.has_failed.store(true, Ordering::Relaxed);
@@ -478,6 +482,7 @@ impl State {
                 let told = format!("{error}; what was written before is in {place}");
                 io::Error::new(error.kind(), told)
             }
+            // Nothing was written, so there is no place to name.
             _ => error,
         }
     }
@@ -520,6 +525,7 @@ impl Old {
 fn beside(path: &Path, is_private: bool) -> io::Result<(PathBuf, File)> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     for _ in 0..MOST_ATTEMPTS {
+        // Two threads of this process must not choose the same name.
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let at = named(path, &format!(".{}-{number}.new", std::process::id()));
         match new(&at, is_private) {
@@ -581,6 +587,7 @@ fn reserve(path: &Path, is_private: bool) -> io::Result<File> {
 
 fn is_locked(path: &Path) -> bool {
     let file = File::options().append(true).open(path);
+    // Any other result, including a file system without locks, counts as free.
     file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
 }
 

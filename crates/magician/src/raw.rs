@@ -140,6 +140,7 @@ impl RawLine {
         Ok(Self {
             way: None,
             transport: Some(serial_at(path, baud)?),
+            // No route: another baud rate is a test, which is not worth a reconnect.
             name: path.to_owned(),
             settings: Settings::ORDERED,
         })
@@ -179,6 +180,7 @@ impl RawLine {
         let mut rest = bytes;
         while !rest.is_empty() {
             let count = poll_fn(|cx| self.poll_send(cx, rest)).await?;
+            // A short write is normal on a serial line with a full buffer.
             rest = rest.get(count..).unwrap_or_default();
         }
         Ok(())
@@ -223,6 +225,7 @@ impl RawLine {
 
     fn passed(&self, count: io::Result<usize>) -> Result<usize> {
         match count {
+            // End of stream, for reads and writes alike.
             Ok(0) => Err(self.gone()),
             Ok(count) => Ok(count),
             Err(error) => Err(Error::gone(&self.name, error)),

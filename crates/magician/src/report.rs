@@ -151,6 +151,7 @@ impl ArmInfo {
             device_name: name.lossy().to_string(),
             device_sn: serial.lossy().to_string(),
             firmware: numbers.map(|number| number.to_string()).join("."),
+            // An extra timeout on older firmware; nothing else identifies the processor.
             device_id: device_id(arm).await?,
             uptime_ms: arm.get::<DeviceTime>().await?.g_systick,
             with_l: arm.get::<DeviceWithL>().await?.with_l.is_on(),
@@ -303,6 +304,7 @@ impl ErrorFigures {
     pub fn of(error: &Error) -> Self {
         Self {
             code: Some(error.code().name()),
+            // People count steps from 1.
             step: error.step().map(|step| step + 1),
             command: error.command().map(str::to_owned),
             value: error.value(),
@@ -314,6 +316,7 @@ impl ErrorFigures {
             remedies: error.remedies().to_vec(),
             station: error.station().map(str::to_owned),
             sentence: SentenceReport::of(error.sentence()),
+            // Without a command the sentence already is the bare fact.
             fact: error.command().map(|_| error.message().to_owned()),
         }
     }
@@ -384,6 +387,8 @@ impl From<&MessageValue> for SentenceValue {
                 option: Some(name.to_string()),
                 ..Self::default()
             },
+            // Unreachable in a published build too: the crates depend on each other by exact
+            // version.
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }
@@ -434,9 +439,12 @@ impl Serialize for Told<'_> {
             Act::UseStation(url) => {
                 map.serialize_entry("system", &format!("magician --station {url} VERB"))?;
             }
+            // Unreachable in a published build too: the crates depend on each other by exact
+            // version.
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }
+        // An empty effect is left out: the contract has absent fields, not empty ones.
         if !self.0.effect.is_empty() {
             map.serialize_entry("effect", &self.0.effect)?;
         }

@@ -171,6 +171,7 @@ impl Simulation {
             stopped: false,
             refused: false,
         };
+        // Bytes of an earlier host may be half a frame.
         simulation.arm.close(LINK);
         simulation.send(&ClearAllAlarmsState {}.into(), Ctrl::SET);
         simulation.send(&QueuedCmdClear {}.into(), Ctrl::SET);
@@ -202,6 +203,7 @@ impl Simulation {
             };
             self.send(&command, Ctrl::SET);
         }
+        // In the precision of the wire, so that equal targets compare equal.
         let target = action.target.map(|target| target.map(|value| value as f32));
         if let Some(target) = target.filter(|target| !target.iter().any(|value| value.is_nan())) {
             self.tell(kind, target, end);
@@ -249,6 +251,7 @@ impl Simulation {
 
     /// Sends a target if the check accepts it and the arm comes to rest before the end of the step.
     fn tell(&mut self, kind: ActionKind, target: [f32; 4], end: ArmInstant) {
+        // A forced stop leaves the queue stopped, even once the arm is at rest.
         if self.arm.busy() || self.stopped {
             // The same target again continues the motion; relative targets always add up.
             let goes_there = !kind.is_relative() && self.target == Some((kind, target));
@@ -282,6 +285,7 @@ impl Simulation {
 
     /// Lets time pass until the arm is at rest, or until `end`.
     fn rest_by(&mut self, end: ArmInstant) {
+        // Event by event: a queue that ends early must not consume the rest of the time.
         while self.arm.busy() {
             match self.arm.poll_timeout().filter(|next| *next < end) {
                 Some(next) => self.arm.advance(next),
@@ -300,6 +304,7 @@ impl Simulation {
         self.arm.exchange(LINK, frame.bytes()).pop()
     }
 
+    // Answered at once: the controller needs no time for a read.
     fn ask<R: Readable<Query = NoArgs>>(&mut self) -> Option<R> {
         let frame = FrameBuf::get(&NoArgs, R::ROW).ok()?;
         self.exchange(&frame)?.frame().read().ok()

@@ -91,6 +91,7 @@ fn device(port: &str) -> String {
             }
         }
         Ok(target) => return target.to_string(),
+        // Not a target at all; compared as it is spelled.
         Err(_) => return port.to_owned(),
     };
     fs::canonicalize(&path).map_or(path, |real| real.display().to_string())
@@ -170,6 +171,7 @@ pub fn stations() -> Vec<LocalStation> {
         }
         let content: LocalStation = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
         if !lives(content.pid) {
+            // Its process has ended without removing it, so the token in it is of no use.
             let _ = fs::remove_file(&path);
             return None;
         }

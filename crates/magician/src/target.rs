@@ -140,6 +140,8 @@ impl Target {
     /// # Errors
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the text is not a target.
     pub fn parse(text: &str, speed: SimSpeed) -> Result<Self> {
+        // A Windows path such as `C:\x` also has a colon; its scheme is unknown, so it falls
+        // through to the paths.
         let (scheme, rest) = match text.split_once(':') {
             Some((scheme, rest)) => (scheme, Some(rest)),
             None => (text, None),
@@ -149,6 +151,8 @@ impl Target {
             ("sim", Some(speed)) => parse_speed(speed).map(Self::Sim),
             ("udp", Some(address)) => {
                 let (host, port) = split_port(address, "udp:HOST[:PORT]")?;
+                // The port of the arm's Wi-Fi module (errata E45).
+                // E45).
                 let port = port.unwrap_or(UDP_PORT);
                 Ok(Self::Udp { host, port })
             }
@@ -162,6 +166,7 @@ impl Target {
             ("ble", Some(name)) if !name.is_empty() => Ok(Self::Ble(name.to_owned())),
             ("usb", Some(ids)) => parse_usb(ids).ok_or_else(|| bad(text)),
             ("arm", Some(serial)) if !serial.is_empty() => Ok(Self::Arm(serial.to_owned())),
+            // A known scheme with a bad rest is an error of its own, never a path.
             ("usb" | "arm" | "udp" | "tcp" | "ble", _) => Err(bad(text)),
             _ if is_serial(text) => Ok(Self::Serial(port_name(text).to_owned())),
             _ => Err(bad(text)),
@@ -204,7 +209,9 @@ fn parse_usb(ids: &str) -> Option<Target> {
     };
     let id = |text: &str| {
         let digits =
+            // Leading zeros may be missing, as in the output of some tools.
             (1..=4).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        // `from_str_radix` also accepts a sign, which the digits check excludes.
         u16::from_str_radix(text, 16).ok().filter(|_| digits)
     };
     Some(Target::Usb {
@@ -269,6 +276,7 @@ pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u1
 
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // IPv6 addresses need brackets, so that the text parses to the same target again.
         let host_port = |f: &mut fmt::Formatter<'_>, scheme, host: &str, port| {
             if host.contains(':') {
                 write!(f, "{scheme}:[{host}]:{port}")

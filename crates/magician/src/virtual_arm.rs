@@ -66,6 +66,7 @@ impl From<Runner> for VirtualArm {
         static MADE: AtomicU64 = AtomicU64::new(0);
         Self {
             cell: Arc::new(Mutex::new(Cell::new(runner))),
+            // Relaxed: only uniqueness matters.
             number: MADE.fetch_add(1, Ordering::Relaxed),
         }
     }
@@ -194,6 +195,7 @@ impl VirtualArm {
     /// continue. At full speed and in virtual time it is the arm's time, otherwise wall-clock time.
     pub fn advance(&self, time: Duration) {
         self.lock().put_forward(time);
+        // Touching the cell lets the events of the passed time happen now, not at the next request.
         self.with(|_| ());
     }
 
@@ -250,6 +252,7 @@ impl VirtualArm {
     pub fn restart_in(&self, scenario: &Scenario) {
         let mut cell = self.lock();
         let now = cell.now();
+        // Brought to the present first, so that the restart does not swallow events before it.
         cell.runner.handle_timeout(now);
         let world = World::from_scenario(scenario);
         let arm = cell.runner.controller().switched_on_in(world);
@@ -268,6 +271,7 @@ impl VirtualArm {
         let now = cell.now();
         cell.runner.handle_timeout(now);
         let outcome = act(cell.runner.controller_mut());
+        // Once more: the action may have made an event due now.
         cell.runner.handle_timeout(now);
         cell.touched();
         cell.wake();

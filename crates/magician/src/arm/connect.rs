@@ -40,6 +40,7 @@ impl Arm {
     /// `breaks`.
     async fn go(way: transport::Route, breaks: bool, options: Options) -> Result<Self> {
         let way = Arc::new(way.fitted(&options)?);
+        // Opened here and not in the task, so that a wrong port is an error of this call.
         let line = way.open().await?;
         let to_open = Arc::clone(&way);
         let again: Opener = Box::new(move || {
@@ -101,6 +102,7 @@ impl Arm {
             })
         });
         let line = again().await?;
+        // Without a route there is no name to add to an error.
         Self::greet(line, Some(again), options).await
     }
 
@@ -182,6 +184,7 @@ impl Arm {
             inbox,
             (Arc::clone(&shared), events),
         );
+        // Not joined: the task ends by itself after the last handle, and `ended` reports it.
         tokio::spawn(driver.run());
         let probes = options.probe;
         let inner = Inner {

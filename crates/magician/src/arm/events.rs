@@ -123,6 +123,7 @@ impl Events {
     pub async fn next(&mut self) -> Option<Event> {
         match self.receiver.as_mut()?.recv().await {
             Ok(event) => Some(event),
+            // Reported in place of the lost events, so that a listener can read the state again.
             Err(RecvError::Lagged(events)) => Some(Event::Missed { events }),
             Err(RecvError::Closed) => None,
         }
@@ -134,6 +135,7 @@ impl Arm {
     /// that falls more than 256 events behind [misses](Event::Missed) the oldest.
     #[must_use]
     pub fn events(&self) -> Events {
+        // Weak: a handle must not keep the channel open after the task has ended.
         let sender = self.inner.shared.events.upgrade();
         Events {
             receiver: sender.map(|sender| sender.subscribe()),

@@ -45,6 +45,7 @@ pub(super) struct Waiter(SyncSender<Result<()>>);
 
 impl Waiter {
     pub(super) fn tell(self, outcome: Result<()>) {
+        // A waiter that has timed out has dropped its receiver.
         let _ = self.0.try_send(outcome);
     }
 }
@@ -235,6 +236,7 @@ impl Arm {
                 Err(_) => {
                     let look = Request::get::<Pose>(&magician_protocol::NoArgs)?;
                     let patience = Instant::now() + Duration::from_millis(300);
+                    // The answer itself is of no interest, only that it arrived.
                     let _ = self.ask_until(look, patience.min(until)).await;
                 }
             }

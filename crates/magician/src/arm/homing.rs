@@ -115,6 +115,8 @@ impl ClockReading {
     fn rate_until(&self, later: &Self) -> ClockRate {
         let least = later.asked.saturating_duration_since(self.heard);
         let most = later.heard.saturating_duration_since(self.asked);
+        // A clock that went backwards counts as no time: the arm was reset, which the driver finds
+        // out.
         let ran = later.uptime.saturating_sub(self.uptime);
         if ran > most.mul_f64(1.0 + CRYSTAL / 1000.0) + READING {
             ClockRate::Faster
@@ -291,6 +293,7 @@ impl Homing<'_> {
     /// program without motion (only a belt, say) reads the alarms as well, and warns of nothing.
     pub(super) async fn warn_if_not_homed(self, moves: bool) -> Result<()> {
         let asks = if moves { WARNED } else { ASKED };
+        // Clones may ask at the same time; only the first of them reads.
         if self.arm.inner.reset_asked.fetch_max(asks, Ordering::SeqCst) >= asks {
             return Ok(());
         }

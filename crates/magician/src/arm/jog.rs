@@ -202,6 +202,7 @@ impl Jog {
             // A jog that replaced this one has moved the arm on, so rest is its concern.
             Some(Phase::Over(_, Stands::Seen) | Phase::Over(JogEnd::Replaced, _)) => Ok(()),
             Some(Phase::Over(why @ (JogEnd::LinkLost | JogEnd::Closed), _)) => Err(self.ended(why)),
+            // Timed out, or ended without being seen at rest.
             _ => {
                 let message = message!(
                     "the jog's end is not confirmed: the arm does not answer, or still moves"
@@ -310,6 +311,8 @@ impl Arm {
             return BoundedJog::start(self, direction, options.keep, stops, deadline).await;
         }
         let turn = Box::pin(FencedJog::hold(self, direction, deadline)).await?;
+        // Held to the end of this call: no other motion may pass the fence's check before the jog
+        // begins.
         let (_turn, fence) = turn.unzip();
         // From here on a dropped call ends the jog, because it drops the guard.
         let (jog, phase) = Jog::new(self, options.keep);
@@ -335,6 +338,7 @@ impl Arm {
         {
             Ok(Ok(())) => {}
             Ok(Err(_)) => return Err(Error::closed()),
+            // The inbox stayed full until the deadline, so the task is starved.
             Err(_) => return Err(Error::stuck()),
         }
         // The request expires with this call, so a jog that has not begun by then never does.

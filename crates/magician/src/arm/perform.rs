@@ -33,6 +33,7 @@ async fn check_all(check: Preflight, commands: &[Set]) -> Result<CheckedProgram>
         for some in commands.chunks(TURN) {
             program.extend(some)?;
             if some.len() == TURN {
+                // The driver of the connection may share this thread, and must not be starved.
                 tokio::task::yield_now().await;
             }
         }

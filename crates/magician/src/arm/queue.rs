@@ -49,6 +49,7 @@ impl Queue<'_> {
                     ErrorCode::StopUnconfirmed => {
                         Error::new(ErrorCode::Busy, message!("the arm moves"))
                     }
+                    // Any other error is about the line, not about the motion.
                     _ => error,
                 })?;
         }

@@ -120,6 +120,7 @@ impl Arm {
         match timeout_at(deadline, self.inner.messages.send(message)).await {
             Ok(Ok(())) => Ok(answer),
             Ok(Err(_)) => Err(Error::closed()),
+            // The inbox stayed full until the deadline, so the task is starved.
             Err(_) => Err(Error::stuck()),
         }
     }
@@ -180,6 +181,7 @@ impl Arm {
     /// message sent while the task ends may stay in the inbox, together with its reply channel.
     pub(super) async fn heard<T>(&self, answer: &mut oneshot::Receiver<T>) -> Option<T> {
         tokio::select! {
+            // The answer first: one that arrived before the end of the connection still counts.
             biased;
             answer = &mut *answer => answer.ok(),
             () = self.ended() => answer.try_recv().ok(),

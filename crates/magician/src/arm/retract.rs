@@ -52,6 +52,7 @@ impl Arm {
     /// call ([`ErrorKind::Closed`](crate::ErrorKind::Closed)); else as [`run`](Self::run).
     pub async fn lift(&self, height: f64) -> Result<Lifted> {
         let stops = self.stops();
+        // The target does not matter: only the kind of move decides which settings are read.
         let course = course_from_here(self, &[line_to(0.0, 0.0, 0.0, 0.0)]).await?;
         let lift = course.lift(height)?;
         retract(self, course, &lift.commands, stops).await?;
@@ -87,6 +88,7 @@ async fn course_from_here(arm: &Arm, moves: &[Set]) -> Result<Preflight> {
         return Err(arm.stopped_by(alarms).await);
     }
     let course = arm.preflight_for(moves).await?;
+    // A relative move from an unknown position could go anywhere.
     if course.arm().is_none() {
         return Err(Error::new(
             ErrorCode::PositionUnknown,
@@ -102,6 +104,7 @@ async fn retract(arm: &Arm, course: Preflight, commands: &[Set], stops: u64) -> 
     let options = RunOptions::default().unless_stopped_since(stops);
     let run = arm.start_with(commands.iter().copied(), options);
     let mut run = run.along(course);
+    // No `?` here: the speeds are restored after a failed run as well.
     let ran = run.wait(|_| {}).await;
     let restored = saved.restore(arm).await;
     ran?;

@@ -60,6 +60,7 @@ impl Samples {
 #[cfg(feature = "sim")]
 impl Drop for Samples {
     fn drop(&mut self) {
+        // Otherwise the virtual arm would keep sampling without a receiver.
         self.arm.end_samples(self.number);
     }
 }

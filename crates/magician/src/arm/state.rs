@@ -199,6 +199,7 @@ impl StateWatch {
         sleep_until(self.next).await;
         loop {
             tokio::select! {
+                // The end first: the last state of a closed connection is not a new one.
                 biased;
                 ended = self.link.wait_for(|link| *link == Link::Closed) => {
                     drop(ended);

@@ -197,6 +197,7 @@ impl Watch {
         // The pose does not show the rail.
         let rail = match pace {
             Some(QueuedPace::Rail) => Some(arm.get::<PoseL>().await?),
+            // Everything else shows in the pose, so the read is spared.
             _ => None,
         };
         let pose = (arm.get::<Pose>().await?, rail);
@@ -230,6 +231,7 @@ impl Watch {
             }
             Some(QueuedPace::Motion | QueuedPace::Rail | QueuedPace::Moment) => grace,
             Some(QueuedPace::Pause(time) | QueuedPace::Motor(time)) => time.saturating_add(grace),
+            // A command of another program, or one the picture has lost: as long as any may take.
             None => LONG,
         };
         if self.changed.elapsed() < patience {

@@ -120,6 +120,8 @@ impl Arm {
 
     /// See [`crate::Arm::close`]; it ends the connection for all clones.
     pub fn close(self) {
+        // An error means that the connection has ended already, or that waiting is not allowed
+        // here.
         let _ = self.block(|arm| async {
             arm.clone().close().await;
             Ok(())

@@ -54,6 +54,7 @@ impl Server {
                 let connected = connecting.await;
                 let ended = connected.as_ref().ok().map(Arm::ended);
                 let _ = tell.send(connected);
+                // The sender is dropped with the last handle, which ends this wait with an error.
                 let _ = over.await;
                 if let Some(ended) = ended {
                     ended.await;
@@ -83,6 +84,7 @@ impl Drop for Server {
     fn drop(&mut self) {
         drop(self.until.take());
         if let (Ok(()), Some(thread)) = (outside_async(), self.thread.take()) {
+            // A panic of the thread has been reported by its hook.
             let _ = thread.join();
         }
     }

@@ -34,6 +34,7 @@ pub(super) fn sweep(target: &Path) {
         let other = entry.file_name();
         let is_left = is_stump_of(&name.to_string_lossy(), &other.to_string_lossy())
             && entry.metadata().is_ok_and(|about| {
+                // A file from the future, after a clock change, has no age and stays.
                 let age = about.modified().ok().and_then(|time| time.elapsed().ok());
                 about.is_file() && age.is_some_and(|age| age >= STUMP_AGE)
             })

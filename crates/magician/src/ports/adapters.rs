@@ -44,6 +44,7 @@ fn has_port(device: &Path) -> bool {
         let entries = std::fs::read_dir(dir).into_iter().flatten().flatten();
         entries.map(|entry| entry.path()).collect::<Vec<_>>()
     };
+    // The kernel names them `ttyUSB0` or `ttyACM0`, by driver.
     let is_terminal = |path: &Path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.starts_with("tty")

@@ -35,6 +35,7 @@ fn parse(text: &str) -> Vec<(String, Usb)> {
     let mut path: Vec<Node> = Vec::new();
     for line in text.lines() {
         if let Some(column) = line.find("+-o ") {
+            // A line further left ends the branch of every deeper node.
             path.retain(|node| node.column < column);
             path.push(Node {
                 column,
@@ -68,6 +69,7 @@ fn parse(text: &str) -> Vec<(String, Usb)> {
                     found.push((port, usb));
                 }
             }
+            // The registry has dozens of other properties.
             _ => {}
         }
     }

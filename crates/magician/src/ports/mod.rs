@@ -78,6 +78,7 @@ const fn kind(vendor: u16, product: u16, chip: &'static str, module: &'static st
 const ADAPTERS: [Kind; 5] = [
     kind(0x10C4, 0xEA60, "CP210x", "cp210x"),
     kind(0x1A86, 0x7523, "CH340", "ch341"),
+    // A CDC device, so it has a port even without a vendor driver.
     kind(0x1A86, 0x55D4, "CH9102", "cdc_acm"),
     Kind {
         in_arms: false,
@@ -117,6 +118,7 @@ impl Port {
 
     /// True if a path leads to this port, also through symbolic links.
     fn is_at(&self, path: &str) -> bool {
+        // Both are resolved: links such as `/dev/serial/by-id/..` lead to the same device.
         let canonical = |path: &str| Path::new(path).canonicalize().ok();
         self.path == path
             || cfg!(windows) && self.path.eq_ignore_ascii_case(path)
@@ -163,6 +165,7 @@ pub fn ports() -> Result<Vec<Port>> {
     let paths: Vec<std::path::PathBuf> = Vec::new();
     let paths = paths.iter().map(|path| path.to_string_lossy().into_owned());
     let mut ports = described(paths.filter(|path| !is_double(path)).collect());
+    // Likely arms first, then by name, so that lists are stable between calls.
     ports.sort_by_key(|port| (!port.likely_arm(), port.path.clone()));
     Ok(ports)
 }
@@ -175,6 +178,8 @@ fn is_double(path: &str) -> bool {
 #[cfg(target_os = "linux")]
 fn described(paths: Vec<String>) -> Vec<Port> {
     let port = |path: String| Port {
+        // Per port, not per device: on-board ports have no USB device, and stay in the list without
+        // one.
         usb: sysfs::usb(Path::new("/sys/class/tty"), Path::new(&path)),
         path,
     };
@@ -189,6 +194,7 @@ fn described(paths: Vec<String>) -> Vec<Port> {
 
 #[cfg(windows)]
 fn described(paths: Vec<String>) -> Vec<Port> {
+    // Only present ports are described: each costs a `reg` process.
     let known = windows::adapters(&paths);
     with(paths, |path| {
         known.iter().find(|(at, _)| at.eq_ignore_ascii_case(path))
@@ -213,6 +219,7 @@ fn described(paths: Vec<String>) -> Vec<Port> {
 /// Returns the output of a system program; empty if it fails.
 #[cfg(any(target_os = "macos", windows))]
 fn said_by(program: &str, arguments: &[&str]) -> String {
+    // A missing program only costs the description of the ports, never their list.
     match std::process::Command::new(program).args(arguments).output() {
         Ok(output) => String::from_utf8_lossy(&output.stdout).into_owned(),
         Err(error) => {

@@ -66,6 +66,7 @@ impl Remembered {
         match (same.as_slice(), kin.is_empty()) {
             ([port], _) => Ok(port.path.clone()),
             (_, true) => Err(self.gone(present)),
+            // Adapters of the same make are here, and none can be identified as ours.
             _ => Err(self.another(&kin)),
         }
     }

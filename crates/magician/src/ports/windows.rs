@@ -18,6 +18,7 @@ pub(super) fn adapters(present: &[String]) -> Vec<(String, Usb)> {
         "reg",
         &["query", DEVICES, "/s", "/v", "PortName"],
     ));
+    // The registry keeps the keys of every adapter that was ever connected.
     found.retain(|adapter| (present.iter()).any(|port| port.eq_ignore_ascii_case(&adapter.port)));
     let describe = |mut adapter: Adapter| {
         let about = super::said_by("reg", &["query", &adapter.key]);
@@ -95,6 +96,7 @@ fn describe(usb: &mut Usb, text: &str) {
             "DeviceDesc" => usb.name = Some(text),
             "Mfg" => usb.manufacturer = Some(text),
             "LocationInformation" if usb.location.is_none() => usb.location = Some(text),
+            // Other values of the key are of no interest.
             _ => {}
         }
     }

@@ -27,6 +27,7 @@ fn split(text: &str, default: Option<u16>) -> Result<(&str, u16), &'static str> 
             let port = port.map_err(|_| "the port is not a number from 0 to 65535")?;
             (&text[..at], port)
         }
+        // An IPv6 address without brackets has no room for a port.
         _ => (text, default.ok_or(missing)?),
     };
     let host = host

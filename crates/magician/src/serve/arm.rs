@@ -105,6 +105,7 @@ impl Arm {
         if let Some(wait) = self.hub.wait()
             && self.timer.poll(cx, wait).is_ready()
         {
+            // Already due: poll again after the other arms.
             cx.waker().wake_by_ref();
         }
         Ok(())

@@ -53,6 +53,7 @@ impl WriteBehind {
         let Some(blocks) = &self.blocks else {
             return Err(io::ErrorKind::BrokenPipe.into());
         };
+        // A new block, because the thread still writes from the old one.
         let block = std::mem::replace(&mut self.block, Vec::with_capacity(BLOCK));
         let sent = match self.full {
             Full::Wait => blocks.send(block).map_err(|_| ()),

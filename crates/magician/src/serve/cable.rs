@@ -30,6 +30,7 @@ impl Cable {
         &mut self,
         pulls: u64,
         plugged: bool,
+        // A pull counts even if the cable is in again: clients of the old connection are gone.
         listeners: &mut Listeners,
         service: &mut dyn Service,
     ) -> Result<(), ServeError> {

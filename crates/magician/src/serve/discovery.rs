@@ -104,6 +104,7 @@ impl Listener for Answerer {
                 Poll::Ready(Err(error)) => return Err(error),
             }
         }
+        // More datagrams may wait; the other endpoints get a turn first.
         cx.waker().wake_by_ref();
         Ok(())
     }

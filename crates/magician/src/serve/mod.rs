@@ -125,6 +125,7 @@ impl Endpoint {
     pub fn is_exposed(&self) -> bool {
         match self {
             Self::Udp(address) | Self::Tcp(address) => !address.ip().to_canonical().is_loopback(),
+            // A pseudo-terminal belongs to its user; a discovery socket carries no commands.
             _ => false,
         }
     }
@@ -248,6 +249,7 @@ impl ServeError {
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Address { .. } => ErrorKind::InvalidInput,
+            // All others come from the system, not from the input.
             _ => ErrorKind::Port,
         }
     }
@@ -272,6 +274,7 @@ impl Server {
             specs: Vec::new(),
             discovery: Discovery::default(),
             number: None,
+            // Empty closures instead of `Option`, so that callers need no case for them.
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
             orders: Orders::new(),
@@ -328,6 +331,7 @@ impl Server {
     /// Adds endpoints after those added before.
     #[must_use]
     pub fn endpoints(mut self, endpoints: Endpoints) -> Self {
+        // Behind those given before: the order is that of `on_ready`, and the first names the arm.
         self.specs.extend(endpoints.specs);
         self
     }
@@ -415,12 +419,14 @@ impl Server {
     /// [`ServeError`] if an endpoint cannot be opened (none then stays open) or fails, and at the
     /// end if the recording is incomplete.
     pub async fn serve_until(self, end: impl Future<Output = ()>) -> Result<(), ServeError> {
+        // One arm is the same as several: a single path for opening, polling and ending.
         serve_all([self], end).await
     }
 
     /// Checks for predictable errors of its endpoints.
     fn check(&self) -> Result<(), ServeError> {
         let mut specs = self.specs.iter();
+        // Before anything is opened, so that a typo in the last address leaves no symlink behind.
         specs.try_for_each(|spec| spec.check(self.number))?;
         spec::check(&self.discovery, self.number)
     }
@@ -437,6 +443,7 @@ trait Listener {
     fn unplug(&mut self, service: &mut dyn Service);
     /// Accepts clients again, because the cable is plugged in.
     fn plug(&mut self, _: &mut dyn Service) -> Result<(), ServeError> {
+        // Sockets stay open while unplugged; only a pseudo-terminal has to be made anew.
         Ok(())
     }
 }

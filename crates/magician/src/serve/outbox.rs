@@ -25,6 +25,8 @@ impl Outbox {
         if self.frame.is_none() {
             (self.frame, self.sent) = (Some(frame), 0);
             self.flush(write)?;
+            // A frame without a single byte written may be dropped; one partly written has to be
+            // completed.
             if self.sent == 0 {
                 self.frame = None;
             }

@@ -38,6 +38,7 @@ mod on {
                 Speed::Max => Full::Wait,
                 Speed::Times(_) => Full::Fail,
             };
+            // The file counts from the start of the arm's clock, so the epoch is now minus that.
             let since_1970 = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
             let millis = u64::try_from(since_1970.as_millis()).unwrap_or_default();
             let clock = runner.controller().now();
@@ -90,6 +91,7 @@ mod on {
             };
             let recorder = recorder
                 .into_inner()
+                // A panic while recording leaves a file that may still be completed.
                 .unwrap_or_else(PoisonError::into_inner);
             let finished = recorder.finish().and_then(|behind| behind.finish());
             finished.map_err(ServeError::Record)

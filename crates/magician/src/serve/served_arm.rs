@@ -113,6 +113,7 @@ impl ServedArm {
         let mut cell = self.clients.arm.lock();
         cell.watch(cx.waker());
         if self.cable.is_behind(cell.runner.pulls()) {
+            // Pulled meanwhile; the endpoints follow in the next round.
             cx.waker().wake_by_ref();
         }
         let Some(at) = cell.runner.poll_change() else {
@@ -125,6 +126,7 @@ impl ServedArm {
             Some(comes) => {
                 self.alarm.as_mut().reset(comes);
                 if self.alarm.as_mut().poll(cx).is_ready() {
+                    // Due while the timer was set: poll again after the other tasks.
                     cx.waker().wake_by_ref();
                 }
             }

@@ -56,6 +56,7 @@ pub(super) fn device_id(arm: &mut Controller, link: LinkId) -> [u32; 3] {
         arm.receive(link, request.bytes());
     }
     let reply = arm.poll_transmit(link);
+    // The link is ours alone, so its state can be dropped without harm.
     arm.close(link);
     let value = reply.and_then(|reply| reply.frame().read::<DeviceId>().ok());
     value.map_or([0; 3], |id| id.device_id)

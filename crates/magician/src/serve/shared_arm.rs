@@ -47,6 +47,7 @@ impl SharedArm {
         out: Box<dyn std::io::Write + Send>,
         speed: magician_sim::Speed,
     ) -> Result<(), ServeError> {
+        // Before the first client, so that the recording has every motion.
         self.recording = Recording::begin(out, &mut self.runner, speed)?;
         Ok(())
     }
@@ -117,6 +118,8 @@ impl SharedArm {
     /// Returns a new link for a client of this name.
     fn next_link(&mut self, name: &str) -> LinkId {
         let link = LinkId(self.links);
+        // A link is never reused while its number is in a trace; after 2^32 clients that no longer
+        // matters.
         self.links = self.links.wrapping_add(1);
         self.recording.name(link, name);
         link
@@ -146,6 +149,8 @@ impl Service for SharedArm {
     }
 
     fn renew(&mut self, link: LinkId, name: &str) -> LinkId {
+        // Renewed, not reopened: the trace keeps one interface for all successive clients of a
+        // terminal.
         self.runner.close(link);
         let next = self.next_link(name);
         let written = self.tape.renew(link, next);
@@ -189,6 +194,7 @@ impl Service for SharedArm {
 
 impl Drop for SharedArm {
     fn drop(&mut self) {
+        // On drop and not only at the end: a cancelled server must keep the flash as well.
         if let Some(mut keeper) = self.keeper.take() {
             let kept = keeper.finish(self.runner.controller());
             self.kept(kept);
@@ -221,6 +227,8 @@ mod tape {
         pub(super) const OFF: Self = Self(None);
 
         pub(super) fn new(out: Box<dyn Write + Send>) -> io::Result<Self> {
+            // A clock before 1970 gives epoch 0: the trace then has wrong dates, but is still
+            // written.
             let epoch = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
             Ok(Self(Some(Running {
                 writer: TraceWriter::new(out)?,
@@ -250,6 +258,7 @@ mod tape {
             let Some(place) = tape.places.get(&link) else {
                 return Ok(());
             };
+            // Host time of the runner, so that the trace agrees with the pacing of the line.
             let time = tape.epoch.saturating_add(now.as_micros());
             tape.writer.record(*place, time, direction, bytes)
         }

@@ -110,6 +110,7 @@ pub(super) fn place(listeners: &Listeners) -> Option<String> {
         #[cfg(unix)]
         Endpoint::Pty { path, .. } => {
             let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            // The parent is resolved and not the link: its target changes at each start.
             let parent = path.parent().and_then(|parent| parent.canonicalize().ok());
             match (parent, path.file_name()) {
                 (Some(parent), Some(name)) => parent.join(name).display().to_string(),
@@ -166,6 +167,7 @@ impl Place {
             let name = text.to_owned();
             return Ok(Self { address, name });
         }
+        // In 32 bits, so that an overflow of the port is an error and does not wrap.
         let port = u32::from(address.port()).saturating_add(further);
         address.set_port(u16::try_from(port).map_err(|_| ServeError::Address {
             address: text.to_owned(),

@@ -122,6 +122,7 @@ impl Tcp {
                 }
             }
         }
+        // More connections may wait; those that are open get a turn first.
         cx.waker().wake_by_ref();
     }
 
@@ -186,6 +187,7 @@ impl Listener for Tcp {
             self.places.table.close(key);
             match turn {
                 Turn::Refused => peer.refuse(service),
+                // A closed connection and a broken one are the same to the log.
                 _ => peer.leave(service),
             }
         }
@@ -232,6 +234,7 @@ impl Connection {
             }
             self.send(cx, service)?;
         }
+        // More bytes may wait; the other connections get a turn first.
         cx.waker().wake_by_ref();
         Ok(Turn::GoesOn)
     }
@@ -244,6 +247,7 @@ impl Connection {
             places.table.heard(now, self.key);
             return true;
         };
+        // Only up to the first frame: the service has a decoder of its own for everything.
         let mut events = std::iter::from_fn(|| {
             first
                 .next(&mut bytes)

@@ -51,6 +51,7 @@ mod linux {
                 };
                 let mut count = [0; 8];
                 match guard.try_io(|fd| Ok(rustix::io::read(fd, &mut count)?)) {
+                    // The readiness was stale; `try_io` has cleared it.
                     Err(_) => {}
                     Ok(_) => self.armed = None,
                 }
@@ -74,6 +75,7 @@ mod linux {
 
     fn timespec(wait: Duration) -> Timespec {
         Timespec {
+            // Seconds beyond the type's range are as good as forever.
             tv_sec: i64::try_from(wait.as_secs()).unwrap_or(i64::MAX),
             tv_nsec: i64::from(wait.subsec_nanos()),
         }

@@ -92,6 +92,7 @@ impl Listener for Udp {
             }
             self.send(cx, service);
         }
+        // More datagrams may wait; the other endpoints get a turn first.
         cx.waker().wake_by_ref();
         Ok(())
     }

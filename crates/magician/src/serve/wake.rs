@@ -22,6 +22,7 @@ impl WakeSet {
 
     fn wake(&self) {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Cloned, so that the lock is not held while foreign code runs.
         let waker = known.clone();
         drop(known);
         waker.wake();
@@ -53,6 +54,7 @@ impl Wake for WakeFlag {
     }
 
     fn wake_by_ref(self: &Arc<Self>) {
+        // Only the first call since the last poll wakes the future; the others change nothing.
         if !self.rung.swap(true, Ordering::AcqRel) {
             self.house.wake();
         }

@@ -38,6 +38,7 @@ impl Away {
     ) -> Poll<io::Result<usize>> {
         let now = Instant::now();
         let before = self.looked.replace(now);
+        // The first read counts as one after a long time: bytes may have arrived before.
         self.asks |= before.is_none_or(|before| now.saturating_duration_since(before) > AWAY);
         if told.is_ready() || !self.asks {
             return told;

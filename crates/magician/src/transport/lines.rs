@@ -35,6 +35,7 @@ impl Lines {
                 let stream = tcp::connect(host, *port).await?;
                 Ok((Box::new(stream), Settings::ORDERED, "TCP"))
             }
+            // Serial ports by any name; other targets are handled by the route.
             _ => {
                 let settings = Settings {
                     baud: Some(BAUD_RATE),
@@ -58,6 +59,7 @@ impl Lines {
             // The given name is enough, so a system that cannot list ports does not prevent
             // opening.
             (None, Target::Serial(_)) => ports::ports().unwrap_or_default(),
+            // To find an adapter or a serial number the list is essential, so its error counts.
             _ => ports::ports()?,
         };
         let (path, port) = match (target, &adapter) {

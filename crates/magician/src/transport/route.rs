@@ -131,6 +131,7 @@ impl Route {
         }
         #[cfg(feature = "trace")]
         if let Some(tracer) = &self.tracer {
+            // Outside the faults, so that the trace shows what this program sent and received.
             transport = Box::new(Traced::new(transport, tracer.clone(), &name));
         }
         Ok(Line {
@@ -158,6 +159,8 @@ impl Route {
         match &self.target {
             Target::Sim(_) => self.shows_arm,
             Target::Serial(path) => is_pseudo_terminal(path),
+            // USB ids and serial numbers name a real port, which the lock of `serial.rs` makes
+            // exclusive.
             Target::Usb { .. } | Target::Arm(_) => false,
             Target::Udp { .. } | Target::Tcp { .. } | Target::Ble(_) => true,
         }
@@ -169,6 +172,7 @@ impl Route {
             Target::Sim(speed) => {
                 let powered_up = || VirtualArm::powered_up(*speed);
                 let arm = lock(&self.arm).get_or_insert_with(powered_up).clone();
+                // A block, so that the lock is released before the message is built.
                 let gone = { arm.lock() }.is_gone();
                 if gone {
                     let message = "the cable of the virtual arm is not plugged in";
@@ -231,6 +235,7 @@ fn is_pseudo_terminal(path: &str) -> bool {
     }
     let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     let real = real.to_string_lossy();
+    // Linux, macOS and Windows, in this order.
     let pipes = ["/dev/pts/", "/dev/ttys", r"\\.\pipe\"];
     pipes.iter().any(|pipe| real.starts_with(pipe))
 }

@@ -129,6 +129,7 @@ async fn exchange(
         rest = rest.get(count..).filter(|_| count > 0)?;
     }
     loop {
+        // Larger than the answer; longer bursts are read in pieces.
         let mut bytes = [0; 256];
         let count = poll_fn(|cx| line.poll_read(cx, &mut bytes)).await.ok()?;
         let mut input = bytes.get(..count).filter(|bytes| !bytes.is_empty())?;

@@ -122,6 +122,7 @@ fn explain(path: &str, error: io::Error) -> Error {
         io::ErrorKind::PermissionDenied if cfg!(windows) => held(path).with_source(error),
         io::ErrorKind::PermissionDenied => forbidden(path).with_source(error),
         io::ErrorKind::ResourceBusy => held(path).with_source(error),
+        // Opened but without line settings: a regular file, a directory or another device.
         _ if std::fs::metadata(path).is_ok() && !is_terminal(&error) => {
             let known = ports::ports().unwrap_or_default();
             let message = format!("{path} is not a serial port ({})", ports::list(&known));
@@ -201,6 +202,7 @@ fn udev() -> String {
 fn owner_group(path: &Path) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
 
+    // From the file itself: the name of the group differs by distribution (dialout, uucp).
     let gid = std::fs::metadata(path).ok()?.gid();
     let groups = std::fs::read_to_string("/etc/group").ok()?;
     let line = groups.lines().find(|line| {
@@ -244,6 +246,7 @@ fn holders(path: &Path) -> Vec<String> {
         if is_one && pid == std::process::id() {
             found.push("this program itself".to_owned());
         } else if is_one {
+            // A process that has ended meanwhile is still listed, without its name.
             let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
             found.push(format!("{} (process {pid})", name.trim()));
         }

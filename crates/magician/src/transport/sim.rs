@@ -49,6 +49,7 @@ impl Transport for Sim {
         loop {
             let now = cell.now();
             cell.runner.handle_timeout(now);
+            // Even if the cable is in again: the connection of before is gone.
             if cell.breaks() && cell.runner.pulls() != self.pulls {
                 return Poll::Ready(Err(io::Error::other("the cable was pulled")));
             }

@@ -39,6 +39,7 @@ impl Transport for Tcp {
 /// Connects to a TCP port.
 pub(super) async fn connect(host: &str, port: u16) -> Result<Tcp> {
     let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
+    // The system's own timeout is minutes.
     let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
     // Nagle's algorithm would hold small frames back until the previous one is acknowledged.

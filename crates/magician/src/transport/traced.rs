@@ -44,6 +44,7 @@ impl Tracer {
     /// continues.
     pub fn new(out: impl Write + Send + 'static) -> io::Result<Self> {
         let out: Box<dyn Write + Send> = Box::new(out);
+        // The wall clock is read once; later times follow the monotonic clock, which never jumps.
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
         let epoch = since.map_or(0, |since| u64::try_from(since.as_micros()).unwrap_or(0));
         let file = File {
@@ -78,6 +79,7 @@ impl Tracer {
     /// clones.
     pub fn end(&self) {
         self.with(|file| {
+            // Clones share the file, so none of them writes from now on.
             file.writer = None;
             Ok(())
         });
@@ -89,6 +91,7 @@ impl Tracer {
         };
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         if let Err(error) = act(&mut file) {
+            // A full disk must not stop the arm.
             tracing::warn!(%error, "the trace cannot be written and stops here");
             file.writer = None;
             file.failed = Some(error.to_string());
@@ -105,6 +108,7 @@ impl std::fmt::Debug for Tracer {
 impl File {
     /// Returns the link of this name; a reopened line continues its link.
     fn link(&mut self, name: &str) -> io::Result<Option<TraceLink>> {
+        // A reopened line continues its interface, so one arm is one interface in Wireshark.
         let known = self.links.iter().find(|(known, _)| known == name);
         if let Some((_, link)) = known {
             return Ok(Some(*link));
@@ -122,6 +126,7 @@ impl File {
         let time = self.epoch.saturating_add(passed);
         match (self.link(name)?, &mut self.writer) {
             (Some(link), Some(writer)) => writer.record(link, time, direction, bytes),
+            // A failed file, or a link that could not be added: the line continues without a trace.
             _ => Ok(()),
         }
     }
@@ -159,6 +164,7 @@ impl Traced {
     }
 
     fn record(&self, direction: Direction, bytes: &[u8], count: &Poll<io::Result<usize>>) {
+        // Only bytes that really passed: a partial write is recorded as far as it went.
         if let Poll::Ready(Ok(count)) = count {
             let bytes = bytes.get(..*count).unwrap_or_default();
             self.tracer

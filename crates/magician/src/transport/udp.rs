@@ -89,6 +89,7 @@ impl Udp {
                 Err(error) => return Poll::Ready(Err(error)),
             }
         }
+        // Errors may never cease on a broken network; other tasks get a turn first.
         cx.waker().wake_by_ref();
         Poll::Pending
     }

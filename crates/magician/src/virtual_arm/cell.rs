@@ -200,6 +200,8 @@ impl Cell {
             let Some(frame) = self.runner.poll_transmit(now, link) else {
                 break;
             };
+            // A caller's buffer smaller than a frame cuts it; the transport's own buffers are
+            // larger.
             let (frame, rest) = (frame.bytes(), bytes.get_mut(count..).unwrap_or_default());
             let most = frame.len().min(rest.len());
             if let (Some(to), Some(from)) = (rest.get_mut(..most), frame.get(..most)) {
@@ -247,6 +249,7 @@ impl Cell {
                 self.runner.handle_timeout(now);
                 self.wake();
             }
+            // Another leader came or went, and the clock keeps its state.
             _ => {}
         }
         leads

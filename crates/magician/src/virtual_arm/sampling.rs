@@ -70,6 +70,7 @@ impl Sampler {
         let turns = moves != self.moves;
         let is_new = self
             .last
+            // Compared without the time, which always differs.
             .is_none_or(|last| Sample { t: taken.t, ..last } != taken);
         let is_due = arm.now() >= self.due;
         self.moves = moves;
@@ -118,6 +119,7 @@ impl VirtualArm {
     /// Starts sampling at this rate; returns the number of the sampler. `None` for an arm whose
     /// clock does not leap.
     pub(crate) fn samples(&self, rate: f64) -> Option<(u64, UnboundedReceiver<Sample>)> {
+        // Zero, negative and NaN rates have no interval.
         let every = Duration::try_from_secs_f64(1.0 / rate).ok()?;
         let mut cell = self.lock();
         if !cell.can_be_led() {

@@ -101,9 +101,11 @@ impl BoundedJog {
             begun: Some(begun),
             has_sent: false,
         };
+        // A task, so that the jog ends in order even if the caller's future is dropped.
         tokio::spawn(task.lead());
         match timeout_at(deadline, begins).await {
             Ok(begins) => begins.map_err(|_| Error::closed())??,
+            // The guard is dropped here, which also ends a jog that begins after all.
             Err(_) => {
                 return Err(Error::new(
                     ErrorCode::NoAnswer,
@@ -162,6 +164,7 @@ impl BoundedJog {
                     message!("the jog was ended before it began"),
                 )
             };
+            // The caller may have given up, and then needs no reason.
             let _ = begun.send(Err(ended.err().unwrap_or_else(over)));
         }
     }
@@ -169,6 +172,7 @@ impl BoundedJog {
     /// Ends the jog at the gate, unless it has ended.
     fn ends(&self, why: JogEnd) {
         self.shared().gate().end_one(self.asks.id, why);
+        // With a full inbox the task is awake anyway, and asks the gate.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
@@ -216,6 +220,7 @@ impl BoundedJog {
         }
         // From here on only this task checks against the fence.
         let mut turn = arm.fence_check().hold_run(true).await?;
+        // The check of the run starts from `course` itself; only the exclusive right is needed.
         let _ = turn.as_mut().map(super::fence::Turn::start);
         self.ask_gate().await?;
         let mut pieces = Pieces::new(direction, pace, course, from);
@@ -346,6 +351,7 @@ impl BoundedJog {
                 return Err(why);
             }
             tokio::select! {
+                // The end of the jog first: a piece must not be sent after it.
                 biased;
                 changed = phase.changed() => changed.map_err(|_| JogEnd::Closed)?,
                 _ = others.changed() => {}
@@ -401,6 +407,7 @@ impl BoundedJog {
                 Ok(()) => return Stands::Seen,
                 Err(error) if error.kind() == ErrorKind::Port => return Stands::Unknown,
                 Err(_) if Instant::now() >= until => return Stands::Unknown,
+                // Lost frames are repeated until the deadline; a short pause avoids a busy loop.
                 Err(_) => sleep(PAUSE).await,
             }
         }

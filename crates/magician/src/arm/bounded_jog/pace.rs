@@ -153,6 +153,7 @@ impl Pace {
             Joins::Through if a_period > 0.0 && length > a_period => {
                 a_period * (length / a_period + ROUNDING).floor()
             }
+            // Moves rest at their end, and continuous time has no periods: any length will do.
             _ => length,
         }
     }

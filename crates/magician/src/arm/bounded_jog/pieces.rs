@@ -73,6 +73,7 @@ impl Pieces {
             match course.check(&command) {
                 Ok(_) => return Ok((command, course, by.into())),
                 Err(error) if by * CUT < LEAST => return Err(error),
+                // Halving finds a piece that ends before the limit within a few checks.
                 Err(_) => by *= CUT,
             }
         }

@@ -146,6 +146,7 @@ impl Arm {
 
     /// Restores the settings that a jog has changed and still owes.
     pub(super) async fn restore_settings(&self) -> Result<()> {
+        // Taken out before the await: no lock is held while the arm is asked.
         let mut owed = std::mem::take(&mut *held(&self.inner.shared.owed));
         let mut again = owed.clone();
         let restored = owed.restore(self).await;

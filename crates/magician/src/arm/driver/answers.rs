@@ -124,6 +124,8 @@ impl Driver {
             (Some(done), Ok(reply)) => {
                 let origin = match done.to {
                     To::Caller(_) => Origin::Caller,
+                    // Including a caller that has gone: commands it left in a stopped queue must
+                    // not be started by the next one.
                     _ => Origin::Run,
                 };
                 picture.answered(now, origin, &done.request.frame(), &reply.frame());

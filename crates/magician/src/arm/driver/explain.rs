@@ -92,6 +92,7 @@ pub(super) fn failed(failure: Failure) -> Error {
             ErrorCode::TooManyRequests,
             message!("it was not sent: too many requests wait at once"),
         ),
+        // Unreachable in a published build too: the crates depend on each other by exact version.
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }

@@ -136,6 +136,7 @@ impl Greeting {
         if clearing.rest.is_at_rest() {
             self.clearing = None;
             let clear = Request::set(&QueuedCmdClear {}).ok();
+            // At stop priority: the clear must not wait behind other questions.
             let clear = clear.map(|clear| clear.priority(Priority::Stop).deadline(until(now)));
             self.dark = (clear.into_iter())
                 .map(|clear| self.connection.submit(clear))
@@ -187,6 +188,7 @@ impl Greeting {
         let asked = self.ask(now);
         match (read, wrote) {
             (Ok(read), Ok(wrote)) => (read || wrote || asked, None),
+            // Another attempt opens the line anew, so the kind of error does not matter.
             (Err(error), _) | (_, Err(error)) => (true, Some(Err(error.to_string()))),
         }
     }

@@ -67,6 +67,7 @@ impl Driver {
         match (leap, &mut self.program) {
             (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.news),
             (None, Some(program)) => program.stream.runs(now),
+            // The program has ended: the arm's clock becomes its own again.
             (_, None) => {
                 self.leading = VirtualTimeDriver::default();
                 self.line.wire().map(|wire| wire.lead(false));

@@ -76,6 +76,7 @@ enum Broken {
 impl From<&io::Error> for Broken {
     fn from(error: &io::Error) -> Self {
         match (error.raw_os_error(), error.get_ref()) {
+            // A system code recreates the error exactly; only custom errors need their text.
             (Some(code), _) => Self::System(code),
             (None, Some(told)) => Self::Told(error.kind(), told.to_string()),
             (None, None) => Self::Kind(error.kind()),

@@ -75,6 +75,7 @@ impl Driver {
             Message::Jog(start) => self.start_jog(start),
             Message::Stats(reply) => {
                 let answer = (self.connection.stats(), self.connection.capacity());
+                // The caller may have given up.
                 let _ = reply.send(answer);
             }
             Message::Submit {

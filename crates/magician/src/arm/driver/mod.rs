@@ -256,6 +256,7 @@ impl Driver {
     /// asked the system for new bytes.
     fn was_away(&mut self) -> bool {
         let now = self.now();
+        // Time without a poll: on a busy thread bytes may have arrived in it.
         let idle = now.saturating_sub(std::mem::replace(&mut self.served, now));
         let at_rest = self.connection.is_idle();
         let owed = self.link_is_up() && self.connection.is_owed();
@@ -279,6 +280,7 @@ impl Driver {
     /// Excludes the time of a suspended process from all deadlines.
     fn note_sleep(&mut self) {
         let (now, since) = (self.now(), self.served);
+        // The timer should have fired at `rings`; what it is late by is the suspension.
         let late = self.rings.take().map_or(0, |at| now.saturating_sub(at));
         if late < SLEPT {
             return;

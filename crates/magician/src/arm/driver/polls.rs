@@ -134,6 +134,7 @@ fn read(turn: usize, pins: &[Pin]) -> Result<Request, magician_protocol::EncodeE
             1 => Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
             2 => Request::get::<QueuedCmdLeftSpace>(&NoArgs),
             3 => Request::get::<AlarmsState>(&NoArgs),
+            // The first read of a round, and of every turn that lost its pin to an ended watch.
             _ => Request::get::<Pose>(&NoArgs),
         };
     };
@@ -142,6 +143,7 @@ fn read(turn: usize, pins: &[Pin]) -> Result<Request, magician_protocol::EncodeE
         Pin::Input(_) => Request::get::<IoDi>(&GetIoDi { address }),
         Pin::Output(_) => Request::get::<IoDo>(&GetIoDo { address }),
         Pin::Analog(_) => Request::get::<IoAdc>(&GetIoAdc { address }),
+        // Unreachable in a published build too: the crates depend on each other by exact version.
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }

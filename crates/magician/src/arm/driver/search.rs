@@ -120,6 +120,7 @@ impl Driver {
 
     /// Reads the progress of the known arm before the line is used again.
     fn settle(&mut self) {
+        // Taken out of the state, because the wire moves on to the next stage.
         let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
         let Stage::Greeting(greeting) = stage else {
             return;
@@ -137,6 +138,7 @@ impl Driver {
             left: requests.len(),
             reset: false,
         };
+        // The connection keeps its indices: they decide which commands the arm has taken.
         self.connection.restored();
         if darkened {
             self.connection.was_cleared();
@@ -152,6 +154,7 @@ impl Driver {
             self.shared.stop();
             tracing::warn!("{}: the arm still moved, and was stopped", self.shared.name);
         }
+        // Before the state reads, so that a requested stop is not delayed by them.
         if self.owes_halt || still_moves {
             self.halt(Vec::new());
         }
@@ -178,6 +181,7 @@ impl Driver {
         let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
         if let Stage::Settling { wire, reset, .. } = stage {
             self.line.stage = Stage::Up(wire);
+            // Only now: until the state is read, calls fail with the original cause.
             self.line.lost = None;
             tracing::info!(reset, "{}: the line is up again", self.shared.name);
             self.publish_link(Link::Up);

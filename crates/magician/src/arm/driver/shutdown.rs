@@ -58,12 +58,14 @@ impl Driver {
             let request = one.request.frame();
             if let (To::Caller(reply), true) = (one.to, request.ctrl().queued()) {
                 let error = Error::uncertain(None, None);
+                // Only queued commands: an unanswered read or setting ends with the closed channel.
                 let _ = reply.send(Err(error.with_command(command_name(&request))));
             }
         }
     }
 
     fn last_requests(&self) -> Vec<Request> {
+        // Detached on purpose: motion and laser are left as they are.
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }

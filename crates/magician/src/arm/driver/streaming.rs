@@ -128,6 +128,7 @@ impl Driver {
     pub(super) fn heed_stop(&mut self) {
         let stops = self.shared.stops();
         if let Some(program) = self.program.as_mut().filter(|one| one.stops != stops) {
+            // Interrupted, not dropped: answers in flight still tell what the arm has taken.
             program.stream.interrupt(Failure::Stopped);
         }
     }
@@ -223,6 +224,8 @@ impl Driver {
                     let error = self.explain_stream(failure);
                     self.end_program(Err(error));
                 }
+                // Unreachable in a published build too: the crates depend on each other by exact
+                // version.
                 #[cfg(not(magician_workspace))]
                 _ => unreachable!(),
             }
@@ -291,9 +294,11 @@ fn end(program: Program, outcome: Result<()>) {
         end,
         ..
     } = program;
+    // The handle then notices that its commands are no longer wanted, and gets the rest back.
     feed.close();
     let rest = outcome.is_err().then(|| (stream.leftover(), feed));
     let reached = *reached.borrow();
+    // The handle may have dropped the run, and then wants nothing back.
     let _ = end.send(End {
         outcome,
         reached,

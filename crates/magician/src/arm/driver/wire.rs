@@ -35,6 +35,7 @@ impl Wire {
         match self.transport.poll_read(cx, &mut bytes) {
             Poll::Pending => Ok(false),
             Poll::Ready(Err(error)) => Err(error),
+            // The other end has closed the line in an orderly way, which is a loss all the same.
             Poll::Ready(Ok(0)) => Err(io::ErrorKind::UnexpectedEof.into()),
             Poll::Ready(Ok(count)) => {
                 connection.receive(now, bytes.get(..count).unwrap_or_default());
@@ -53,6 +54,7 @@ impl Wire {
         begins: impl FnOnce(&FrameBuf),
     ) -> io::Result<bool> {
         if self.out.is_none() {
+            // Only when the previous frame is out: a stop may then still overtake what waits.
             self.out = connection.poll_transmit(now).map(|frame| (frame, 0));
             if let Some((frame, _)) = &self.out {
                 begins(frame);
@@ -100,6 +102,7 @@ impl Wire {
             let _ = self.transport.poll_write(&mut cx, rest);
         }
         for frame in frames {
+            // Best effort: a pending write is dropped, since nothing can wait for it.
             let _ = self.transport.poll_write(&mut cx, frame.bytes());
         }
     }

@@ -99,6 +99,7 @@ impl Sort {
             id if id == QueuedCmdStartDownload::ROW.id => {
                 return Self::Unknown("programs stored in the arm cannot be checked");
             }
+            // Moves and settings are told apart below, by their effect.
             _ => {}
         }
         match Set::decode(row.id, frame.params()) {
@@ -111,6 +112,7 @@ impl Sort {
             Err(_) if matches!(row.effect, Effect::Look | Effect::Consume | Effect::Queue) => {
                 Self::Free
             }
+            // A motion whose target is unreadable cannot be checked, so it is refused.
             Err(_) => Self::Unknown("its parameters cannot be read"),
         }
     }
@@ -156,6 +158,7 @@ impl Turn<'_> {
     }
 
     fn accepted(&mut self, index: u64, then: Preflight) {
+        // The arm counts queued commands one by one, so any other index reveals a foreign command.
         let next = self.prediction.last.saturating_add(1);
         if !(index == next || self.first && index > next) {
             // Another program has queued a command in between.

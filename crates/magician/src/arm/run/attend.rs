@@ -72,6 +72,7 @@ impl<C: CommandSource> Run<C> {
         let place = place.map_err(|_| Error::closed())?;
         // No await from here on: a dropped call has either submitted it or not.
         let clears = arm.inner.shared.disruptions.clears();
+        // The clear happened on a reconnected line: the commands before it are gone from the queue.
         let cleared = std::mem::replace(&mut self.clears, clears) != clears;
         if self.leftover.is_some() {
             // The rest of an interrupted run was counted before.
@@ -125,6 +126,8 @@ impl<C: CommandSource> Run<C> {
         loop {
             let held = self.is_far_ahead(&mut news);
             tokio::select! {
+                // The end first: a poll after it would report on a queue that others may use by
+                // then.
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
                 () = &mut look => {
@@ -161,6 +164,7 @@ impl<C: CommandSource> Run<C> {
                 Ok(()) = news.changed(), if held => {}
                 () = self.feed_on(feed, burst, reached), if !held => {
                     let now = Instant::now();
+                    // Averaged over the burst, because a wake-up is shared by all of its commands.
                     let each = now.duration_since(std::mem::replace(&mut handed, now)) / burst;
                     burst = if each < QUICK { BURST } else { 1 };
                 }
@@ -277,6 +281,7 @@ async fn told(
     let mut look = pin!(look);
     loop {
         tokio::select! {
+            // The result of the poll first: the end is not lost, the caller's loop finds it next.
             biased;
             seen = &mut look => return seen.map_or_else(Attended::Failed, Attended::Seen),
             end = &mut *ending => return Attended::Over(end.ok().map(Box::new)),

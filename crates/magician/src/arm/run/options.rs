@@ -46,9 +46,13 @@ impl Default for RunOptions {
             guards: Guards::default(),
             stops: None,
             keep: false,
+            // Choice: covers a pause of the host, and is little motion if it dies.
             horizon: Duration::from_secs(2),
+            // Choice: shorter, because a laser that burns on unattended is worse than a motion.
             laser_horizon: Duration::from_secs(1),
             trust_pose: false,
+            // Choice: a network or an adapter that recovers within half a minute does not ruin a
+            // long job.
             patience: Duration::from_secs(30),
             lead: None,
         }

@@ -77,6 +77,7 @@ impl Ahead {
 
     /// True if more than a few are ahead and last at least `lead`, after the arm has taken `taken`.
     pub(super) fn is_long(&mut self, taken: u64, lead: Duration) -> bool {
+        // More than memory holds cannot be in flight, so the bound is never reached.
         let left = usize::try_from(self.handed.saturating_sub(taken)).unwrap_or(usize::MAX);
         while self.times.len() > left {
             self.lasts -= self.times.pop_front().unwrap_or_default();
@@ -174,6 +175,7 @@ impl Route {
                 // The plan refuses it: it is sent with an unknown duration, and the arm decides.
                 Err(_) => Item::unknown(command),
             },
+            // Without a plan the duration is unknown, and the stream sends what the queue takes.
             _ => Item::unknown(command),
         }
     }
@@ -182,6 +184,7 @@ impl Route {
 impl<C: CommandSource> Run<C> {
     /// Reads the settings that durations depend on, unless there are too few commands to matter.
     pub(super) async fn plan(&mut self) -> Result<()> {
+        // Planned already, by `along`, `start_checked` or an earlier `wait`.
         if std::mem::replace(&mut self.planned, true) {
             if self.pending.is_empty() {
                 self.look_ahead(1);
@@ -239,6 +242,7 @@ impl<C: CommandSource> Run<C> {
         if let (Some(end), Some(last)) = (self.route.end(), self.ran.last) {
             self.arm.known().note_standing(last.0, pose_of(end));
         }
+        // A single unknown duration makes the sum meaningless.
         if self.lasts < Micros::MAX {
             let should = Duration::from_micros(self.lasts);
             self.arm.picture().note_pace(should, took);
@@ -378,6 +382,7 @@ impl<C: CommandSource> Run<C> {
         }
         match &mut self.fenced {
             Some(fenced) if !planned.in_fence => fenced.check(command).map(drop),
+            // Checked before the start of the run, or no fence at all.
             _ => Ok(()),
         }
     }

@@ -40,6 +40,7 @@ impl<I: Iterator<Item = Set>> CommandSource for I {
     fn total(&self) -> Option<u64> {
         match self.size_hint() {
             (least, Some(most)) if least == most => Some(least as u64),
+            // An iterator that does not know its length exactly could mislead a progress bar.
             _ => None,
         }
     }
@@ -231,6 +232,7 @@ impl Feeder {
         self.supply.change(|state| state.rests = true);
         // With a full inbox the task is awake anyway, and asks the supply.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
+        // Either way the caller decides again; there is no outcome to report.
         let _ = timeout(MOMENT, changed).await;
         self.supply.change(|state| state.rests = false);
     }

@@ -179,6 +179,7 @@ impl ProxyServer {
         self.service.close_all();
         let stands = poll_fn(|cx| match self.turn(cx) {
             Ok(()) if self.service.proxy.is_letting_go() => Poll::Pending,
+            // Nothing left to end, or a failed endpoint: either way there is nothing to wait for.
             _ => Poll::Ready(()),
         });
         if timeout(STAND_BY, stands).await.is_err() {
@@ -207,6 +208,7 @@ impl ProxyServer {
                 return Ok(());
             }
         }
+        // Still busy after all rounds: yield, and continue at the next poll.
         cx.waker().wake_by_ref();
         Ok(())
     }

@@ -58,6 +58,7 @@ impl ProxyService {
 
     /// Returns the microseconds since the start.
     pub(super) fn now(&self) -> u64 {
+        // 584,000 years of microseconds fit, so the bound is never reached.
         u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 
@@ -153,6 +154,7 @@ fn concerned(event: &Event) -> Option<Client> {
         | Event::Dropped { client, .. } => Some(*client),
         Event::Foreign { from, .. } => *from,
         Event::Own { .. } | Event::Unclaimed { .. } => None,
+        // Unreachable in a published build too: the crates depend on each other by exact version.
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }

@@ -94,10 +94,12 @@ impl Wire {
     }
 
     fn lose(&mut self, service: &mut ProxyService, error: &Error) {
+        // The rest of a half-written frame would be garbage on the next line.
         self.out = None;
         if let WireState::Open(line) = std::mem::replace(&mut self.state, WireState::Changing) {
             self.state = WireState::Lost(Box::pin(find_again(*line)));
         }
+        // After the change of state, because an observer may ask for it.
         service.lose_line(error);
     }
 }

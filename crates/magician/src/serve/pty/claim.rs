@@ -80,6 +80,7 @@ pub(super) fn mark(slave: &OwnedFd) {
 pub(super) fn server_of(device: &Path) -> Option<u32> {
     use std::os::unix::fs::{FileTypeExt, MetadataExt};
 
+    // A dangling link, left by a server whose terminal is gone.
     let found = std::fs::metadata(device).ok()?;
     if !found.file_type().is_char_device() {
         return None;

@@ -96,9 +96,11 @@ impl PtyConnection {
                 // The arm's clock wakes the task when there is room.
                 0 => break,
                 room if self.read(cx, service, room)? => {}
+                // No bytes, or no room: either way another event wakes the task.
                 _ => break,
             }
             turns += 1;
+            // More bytes may wait; the other endpoints get a turn first.
             if turns == READS_PER_POLL {
                 cx.waker().wake_by_ref();
                 break;

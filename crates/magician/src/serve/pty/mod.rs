@@ -37,6 +37,7 @@ impl Pty {
     pub(super) fn open(path: &Path, service: &mut dyn Service) -> Result<Self, ServeError> {
         let way = LinkPath::new(path)?;
         way.check()?;
+        // Before the terminal is made: an occupied path should cost nothing.
         let claim = way.claim()?;
         let jack = PtyConnection::open(&way, service)?;
         Ok(Self {

@@ -56,6 +56,7 @@ impl Terminal {
             let mut guard = ready!(master.poll_read_ready(cx))?;
             match guard.try_io(|fd| would_block(rustix::io::read(fd, &mut *bytes))) {
                 Ok(result) => return Poll::Ready(result),
+                // The reactor's readiness was stale; `try_io` has cleared it, so ask again.
                 Err(_) => continue,
             }
         }

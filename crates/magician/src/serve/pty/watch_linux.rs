@@ -69,6 +69,7 @@ impl Watch {
                         closed: seen.intersects(CLOSED),
                     }));
                 }
+                // The readiness was stale; `try_io` has cleared it, so ask again.
                 Err(_) => continue,
             }
         }

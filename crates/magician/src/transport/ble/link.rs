@@ -163,6 +163,7 @@ impl Transport for Link {
             return Poll::Ready(Err(error));
         }
         let room = ROOM.saturating_sub(self.waiting.len());
+        // The caller keeps the rest and writes it again.
         let taken = bytes.get(..room).unwrap_or(bytes);
         if taken.is_empty() && !bytes.is_empty() {
             return Poll::Pending;
@@ -196,6 +197,7 @@ impl Drop for Link {
             for writing in writes {
                 let _ = writing.await;
             }
+            // Errors of a last write are of no use: nothing can be done about them.
             if let Some(device) = device {
                 let _ = device.disconnect().await;
             }

@@ -46,6 +46,7 @@ const PREPARE: Duration = Duration::from_secs(10);
 pub(super) async fn open(wanted: &str) -> Result<Link> {
     let adapter = radio::adapter().await?;
     let device = search::find(&adapter, wanted).await?;
+    // A device connected by another program must stay connected when we leave.
     let found = device.is_connected().await.unwrap_or(false);
     let opening = Opening {
         wanted,
@@ -54,6 +55,7 @@ pub(super) async fn open(wanted: &str) -> Result<Link> {
     };
     opening.connect(&device).await?;
     let link = opening.prepare(&adapter, &device).await?;
+    // Only after success: a name must not stick to a device that cannot be used.
     radio::remember(wanted, device.id());
     opening.keep();
     Ok(link)
@@ -128,6 +130,7 @@ impl Drop for Opening<'_> {
         let Some(device) = self.device.take().filter(|_| self.ours) else {
             return;
         };
+        // Outside a runtime nothing can disconnect it; the system does so when the process ends.
         if let Ok(runtime) = Handle::try_current() {
             radio::see_off(&runtime, async move {
                 let _ = device.disconnect().await;
@@ -151,6 +154,7 @@ fn kind(properties: CharPropFlags) -> WriteType {
 /// Returns the bytes per write: a packet minus its header of three bytes. The bounds are those of
 /// the Bluetooth Core Specification for the packet of a new link, and for a value.
 fn chunk(mtu: u16) -> usize {
+    // Clamped, because the value comes unchecked from the system's Bluetooth stack.
     usize::from(mtu).saturating_sub(3).clamp(20, 512)
 }
 

@@ -47,6 +47,7 @@ pub(super) async fn adapter() -> Result<Adapter> {
     match timeout(PATIENCE, choose()).await {
         Ok(chosen) => chosen,
         Err(_) => {
+            // The service may have hung up on the session; the next attempt starts a new one.
             kept().session = None;
             Err(trouble::silent(PATIENCE))
         }
@@ -65,6 +66,7 @@ async fn choose() -> Result<Adapter> {
         None => (Manager::new().await.map_err(trouble::of_system)?, None),
     };
     if let Some(adapter) = known
+        // An adapter may have been switched off since.
         && adapter.adapter_state().await.ok() == Some(CentralState::PoweredOn)
     {
         return Ok(adapter);

@@ -61,6 +61,7 @@ pub(super) async fn find(adapter: &Adapter, wanted: &str) -> Result<Peripheral> 
     match meaning {
         Meaning::One(index) if index < devices.len() => Ok(devices.swap_remove(index)),
         Meaning::Several(indices) => Err(several(wanted, &seen, &indices)),
+        // No device, or an index that the list has lost meanwhile.
         _ => Err(not_found(wanted, &seen)),
     }
 }

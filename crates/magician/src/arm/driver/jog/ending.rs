@@ -90,6 +90,7 @@ impl Driver {
             return;
         };
         ending.under_way = true;
+        // After an unanswered stop too: see `unheard`.
         let look = ending.said.is_some() || ending.unheard;
         let rail = ending.rail;
         let deadline = self.at(now.saturating_add(PATIENCE));
@@ -116,6 +117,7 @@ impl Driver {
                 ending.first.get_or_insert(now);
                 ending.at = now;
             }
+            // No answer: its reply may still come, and must not be taken for that of the next stop.
             Err(_) => {
                 ending.unheard = true;
                 ending.at = now.saturating_add(PAUSE);
@@ -149,6 +151,7 @@ impl Driver {
                 "{}: the arm still moves after a jog was stopped",
                 self.shared.name
             );
+            // The stop was answered; the motion belongs to another program or to a hand.
             return self.jog_is_over(false);
         }
         if since(ending.said) >= AGAIN {

@@ -181,6 +181,7 @@ impl Driver {
                     let known = self.jogging.forget(jog);
                     if let Some(start) = known.and_then(|known| known.start) {
                         let error = self.why_refused(&start, why);
+                        // The caller may have given up.
                         let _ = start.reply.send(Err(error));
                     }
                 }
