@@ -1,14 +1,15 @@
-//! Which port: the one given, or the one arm that is plugged in.
+//! Choice of the port: the given one, or that of the only arm plugged in.
 
 use magician::{ErrorKind, Given, Port, Setting, Target, unbound_adapters};
 
 use super::{Attendant, Diagnosis, Finding, Part, system};
 
 impl Diagnosis {
-    /// Where the arm is, with what was found on the way: the port given, or the one arm that is plugged in.
+    /// Finds the arm's target, and adds the findings on the way: the given port, or the only arm
+    /// that is plugged in.
     ///
     /// # Errors
-    /// A port that is none, and [`NoArm`](super::NoArm).
+    /// An invalid port, and [`NoArm`](super::NoArm).
     pub fn find<A: Attendant>(
         &mut self,
         given: Option<&str>,
@@ -30,7 +31,7 @@ impl Diagnosis {
         Ok(target)
     }
 
-    /// The one arm that is plugged in.
+    /// Finds the only arm that is plugged in.
     fn search<A: Attendant>(&mut self, to: &mut A) -> Result<Target, A::Failure> {
         let ports = match magician::ports() {
             Ok(ports) => ports,
@@ -51,7 +52,7 @@ impl Diagnosis {
     }
 }
 
-/// There is no port of an arm: why?
+/// Returns the finding for a computer without a port of an arm.
 fn nobody(ports: &[Port]) -> Finding {
     if let [adapter, ..] = unbound_adapters().as_slice() {
         let (chip, module) = (adapter.chip, adapter.module);
