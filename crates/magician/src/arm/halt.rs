@@ -29,7 +29,8 @@ const BRAKING: Duration = Duration::from_secs(5);
 /// Time between two reads that check for rest.
 pub(super) const APART: Duration = Duration::from_micros(REST_READ_INTERVAL);
 
-/// Longest wait of a blocking stop for its confirmation. Choice: `stop_blocking` documents it.
+/// Longest wait of a blocking stop for its confirmation. Choice: a thread that handles Ctrl-C or a
+/// button should not hang longer.
 const HALT: Duration = Duration::from_secs(1);
 
 /// Stops requested from outside of any task.

@@ -1,4 +1,4 @@
-//! Whether the arm is homed: from this connection, and from the record of earlier ones.
+//! Homing state of the arm, from this connection and from the record of earlier ones.
 //!
 //! The protocol has no query for homing. The driver therefore watches for HomeCmd and checks that
 //! the arm came to rest at its home point. To know of homings by earlier programs, a front end
@@ -31,7 +31,7 @@ const READING: Duration = Duration::from_millis(50);
 /// recorded 0.01 mm from it (model section 11); an aborted homing leaves the arm centimetres away.
 const AT_HOME: f32 = 2.0;
 
-/// Identity of an arm, as far as it can be told from others.
+/// Identity of an arm: its serial number and its port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ArmIdentity {
@@ -168,6 +168,7 @@ impl Homing<'_> {
     ///
     /// A [virtual arm](Arm::is_virtual) passes: its positions are right without homing.
     /// [`allowing_unhomed`](Arm::allowing_unhomed) skips the check.
+    ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with [`ErrorCode::NotHomed`] if
     /// it is not homed; else as [`get`](Arm::get).

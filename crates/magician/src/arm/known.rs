@@ -1,4 +1,4 @@
-//! Readings that are spared: values the picture already knows, with a read as fallback.
+//! Known values of the arm, which are read only if the picture does not have them.
 //!
 //! A move depends on some ten settings, the queue and the pose. To read all of them before each
 //! move would cost more frames than the move. [`Known`] returns what the picture holds if that is
@@ -23,7 +23,7 @@ use crate::connection::Micros;
 use crate::{ArmSnapshot, RestDetector, Result};
 
 impl Arm {
-    /// Returns readings that use the picture if it has the answer.
+    /// Returns access to known values, with a read as fallback.
     pub(super) fn known(&self) -> Known<'_> {
         Known { arm: self }
     }
@@ -100,8 +100,8 @@ impl Known<'_> {
         }
     }
 
-    /// Returns a look at the queue, recent or read; left space is read before the index. The steps
-    /// of one call share it as long as only reads are sent.
+    /// Returns the state of the queue, recent or read; left space is read before the index. The
+    /// steps of one call share it as long as only reads are sent.
     pub(super) async fn look_at_queue(self) -> Result<QueueLook> {
         let known = self.arm.picture().standing().fresh_look(self.arm.clock());
         match known {

@@ -83,6 +83,7 @@ impl Laser<'_> {
     /// True while commands of this connection that light it may be in progress, and if the arm
     /// reports the laser or one of its pins as on. `None` if the arm does not report it, and while
     /// commands of another program are in the queue: they may burn, and cannot be read back.
+    ///
     /// # Errors
     /// As [`get`](Arm::get); readings that some arms do not support are no error.
     pub async fn is_on(self) -> Result<Option<bool>> {

@@ -268,6 +268,7 @@ impl Arm {
     }
 
     /// Clears the alarms. This also lifts their hold on the queue if no cause remains.
+    ///
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn clear_alarms(&self) -> Result<()> {

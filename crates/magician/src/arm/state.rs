@@ -17,8 +17,8 @@ use super::shared::held;
 use super::{Arm, Link, Shared};
 use crate::{ArmSnapshot, Error, Level, Pin, QueueIndex, Result};
 
-/// Allowed readings a second. Choice: 0.01 is slower than any use seen; above 1000 no line carries
-/// them.
+/// Allowed readings a second. Choice: no line carries more than 1000, and below 0.01 a single read
+/// serves as well.
 const RATES: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 /// EIO addresses of the pins (document 1.15).
 const PINS: std::ops::RangeInclusive<u8> = 1..=20;

@@ -14,8 +14,8 @@ use tokio::time::{Instant, sleep};
 use super::Arm;
 use crate::{Action, Error, ErrorCode, QueueIndex, Result};
 
-/// Delay of the first look, and longest interval of the following ones. Choice: an arm in virtual
-/// time answers within the first.
+/// Delay of the first look, and longest interval of the following ones. Choice: a short command is
+/// reported soon, and a long wait does not load the line.
 pub(super) const FIRST_PAUSE: Duration = Duration::from_millis(2);
 const PAUSE: Duration = Duration::from_millis(50);
 /// Time without progress after which the queue and the pose are examined. Choice.
@@ -153,7 +153,6 @@ impl Watch {
                 return Ok(());
             }
             sleep(pause).await;
-            // Short commands are reported soon, and a long wait does not load the line.
             pause = (pause * 2).min(PAUSE);
         }
     }

@@ -2,8 +2,8 @@
 //!
 //! At full speed and in virtual time the arm advances its clock itself: each command takes full
 //! effect at once. For a run that is too early, because its next commands are still on their way,
-//! so connections with a run lead the clock: while there is one, the clock stands, the arm has its
-//! own speed, and time passes in their leaps. Without one, the clock of an arm at full speed
+//! so connections with a run lead the clock: while there is one, the clock stands, the arm moves at
+//! normal speed, and time passes in their leaps. Without one, the clock of an arm at full speed
 //! follows the wall clock (a jog, a belt), and in virtual time it stands until it is advanced.
 
 use std::collections::BTreeMap;

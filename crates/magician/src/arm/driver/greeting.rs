@@ -68,7 +68,7 @@ impl Greeting {
     /// known to compare with. `dark` are the requests sent first.
     pub(super) fn new(now: Micros, line: Line, ask_serial: bool, dark: Vec<Request>) -> Self {
         let settings = Settings {
-            // The stranger may not take requests back to back.
+            // An unknown arm may not take requests back to back.
             window: 1,
             ..line.settings
         };

@@ -53,7 +53,8 @@ use polls::Polls;
 pub(crate) use shutdown::SHUTDOWN;
 pub(super) use streaming::{End, Program, Reached};
 
-/// Rounds before other tasks get a turn. Choice: a run on a virtual arm is always ready.
+/// Rounds before other tasks get a turn. Choice: without a limit a run on a virtual arm, which is
+/// always ready, would starve them.
 const ROUNDS: usize = 64;
 /// Time without being polled, us, after which bytes may have arrived unseen. Choice.
 const AWAY: Micros = 20_000;

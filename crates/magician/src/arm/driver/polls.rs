@@ -21,8 +21,8 @@ use crate::connection::{Micros, Request};
 const READS: usize = 4;
 /// Reads that seldom change their answer (left space, alarms): while no command finishes, each
 /// round reads one of them in turn, as long as neither gets older than [`OLDEST`]. After a command
-/// has finished, the round reads both, because its index is reported with the alarms and places
-/// after it.
+/// has finished, the round reads both, so that its index is published with the free places and
+/// alarms read after it.
 const SELDOM: [usize; 2] = [2, 3];
 const OLDEST: Micros = 100_000;
 /// Longest time for an answer. No other state is read meanwhile.

@@ -99,7 +99,7 @@ impl Sort {
             id if id == QueuedCmdStartDownload::ROW.id => {
                 return Self::Unknown("programs stored in the arm cannot be checked");
             }
-            // Moves and settings are told apart below, by their effect.
+            // Motions and settings are distinguished below, by their effect.
             _ => {}
         }
         match Set::decode(row.id, frame.params()) {
