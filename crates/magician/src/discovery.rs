@@ -3,7 +3,7 @@
 //!
 //! The request is sent to every named host, and as a broadcast to the networks of this computer. A
 //! broadcast does not cross a router; name the arm's address there. On Linux the broadcast goes to
-//! every network of this computer, elsewhere to the one that the system chooses.
+//! every network of this computer, elsewhere to the network chosen by the system.
 
 use std::future::poll_fn;
 use std::io;

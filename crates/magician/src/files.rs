@@ -496,7 +496,7 @@ struct Old {
 }
 
 impl Old {
-    /// Finds the file and checks that it is writable; `None` if there is none.
+    /// Finds the file and checks that it is writable; `None` if there is no such file.
     fn find(path: &Path) -> io::Result<Option<Self>> {
         let file = match File::options().append(true).open(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),

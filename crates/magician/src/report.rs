@@ -254,7 +254,7 @@ impl From<&Fence> for FenceReport {
     }
 }
 
-/// Values of an error. Those that do not apply are absent.
+/// Values of an error. Values that do not apply are absent.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ErrorFigures {
     /// Error code.

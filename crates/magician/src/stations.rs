@@ -157,7 +157,7 @@ pub(crate) fn url_of(port: &str) -> Option<String> {
     others.find_map(|station| station.url_of(&wanted))
 }
 
-/// Returns the stations of this machine. The file of one that has ended is removed.
+/// Returns the stations of this machine. The file of a station that has ended is removed.
 #[must_use]
 pub fn stations() -> Vec<LocalStation> {
     let read = || fs::read_dir(folder()?).ok();

@@ -166,7 +166,7 @@ impl Target {
             ("ble", Some(name)) if !name.is_empty() => Ok(Self::Ble(name.to_owned())),
             ("usb", Some(ids)) => parse_usb(ids).ok_or_else(|| bad(text)),
             ("arm", Some(serial)) if !serial.is_empty() => Ok(Self::Arm(serial.to_owned())),
-            // A known scheme with a bad rest is an error of its own, never a path.
+            // A known scheme with a bad rest is its own error, never a path.
             ("usb" | "arm" | "udp" | "tcp" | "ble", _) => Err(bad(text)),
             _ if is_serial(text) => Ok(Self::Serial(port_name(text).to_owned())),
             _ => Err(bad(text)),

@@ -47,7 +47,7 @@ impl Disruptions {
         self.departures.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Returns the number of events so far that may have changed the path.
+    /// Returns the number of events up to now that may have changed the path.
     pub(super) fn total(&self) -> u64 {
         [&self.stops, &self.clears, &self.doubts, &self.departures]
             .into_iter()

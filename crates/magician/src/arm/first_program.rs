@@ -79,8 +79,8 @@ impl Arm {
     /// Checks all commands from where the arm stands, then runs them through the queue, and returns
     /// when the last has finished.
     ///
-    /// Nothing is sent unless every command passes. For commands without a check, or ones that are
-    /// computed while the run goes on, use [`start`](Self::start).
+    /// Nothing is sent unless every command passes. For commands without a check, or commands that
+    /// are computed while the run goes on, use [`start`](Self::start).
     ///
     /// ```
     /// use magician::{Arm, ErrorKind, build};

@@ -65,7 +65,7 @@ impl Shared {
     }
 }
 
-/// Stops the arm from any thread: one that waits for Ctrl-C, a button of a window, a watchdog.
+/// Stops the arm from any thread, such as a handler of Ctrl-C, a button of a window or a watchdog.
 ///
 /// It needs no runtime, and it does not keep the connection open: once that has ended, the arm has
 /// been stopped or was deliberately detached.
@@ -183,7 +183,7 @@ impl Arm {
                 answers.push((answer, frame));
             }
         }
-        // The pose tells where to resume a burn (`lights_out`). Without an answer the stop is still
+        // The pose shows where to resume a burn (`lights_out`). Without an answer the stop is still
         // complete.
         let pose = if burns {
             Some(

@@ -77,7 +77,7 @@ pub trait HomingRecord: fmt::Debug + Send + Sync {
     fn forget(&self, arm: &ArmIdentity);
 
     /// Returns true if this arm was homed since its power-up, `uptime` ago. Returns false if the
-    /// arm cannot be told from another arm, or this power-up from another.
+    /// arm cannot be distinguished from another arm, or this power-up from another.
     fn is_homed(&self, arm: &ArmIdentity, uptime: Duration) -> bool;
 }
 
@@ -163,7 +163,7 @@ impl Homing<'_> {
         Ok(self.arm.picture().homed())
     }
 
-    /// Refuses a real arm that is not known to be [homed](Self::is_homed), because it would draw,
+    /// Refuses a real arm unless it is known to be [homed](Self::is_homed), because it would draw,
     /// burn, play or be taught in the wrong place.
     ///
     /// A [virtual arm](Arm::is_virtual) passes: its positions are right without homing.
@@ -231,7 +231,7 @@ impl Homing<'_> {
         }
     }
 
-    /// True if the arm is at its home point: the default of the firmware, or the one that was set.
+    /// True if the arm is at its home point: the default of the firmware, or the last one set.
     async fn stands_at_home(self) -> Result<bool> {
         let pose = self.arm.get::<Pose>().await?;
         // The answer may have come by another read meanwhile, which also updates the picture.

@@ -117,7 +117,7 @@ pub struct Arm {
     /// True for the handle that a bounded jog uses itself: its calls do not wait for the end of
     /// that jog.
     leads: bool,
-    /// True if calls of this handle accept an arm that is not known to be homed.
+    /// True if calls of this handle accept an arm not known to be homed.
     allows_unhomed: bool,
     /// Minimum timeout of calls of this handle, if longer than [`Options::timeout`].
     patience: Duration,

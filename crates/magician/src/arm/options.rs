@@ -18,7 +18,7 @@ use crate::transport::Tracer;
 pub struct Options {
     /// Timeout of every single call to the arm, 3 s by default.
     ///
-    /// Waiting for a motion has deadlines of its own, and a run has its
+    /// Waiting for a motion has its own deadlines, and a run has its
     /// [patience](crate::RunOptions::patience). Over UDP a call has room for five attempts, which
     /// is longer if round trips are slow. The timeout does not run while this process is suspended
     /// or the computer sleeps.
@@ -35,9 +35,10 @@ pub struct Options {
     /// the same arm on it.
     ///
     /// To recognise the arm, the driver reads its serial number and its clock once soon after
-    /// connecting, if it was probed. An arm without a serial number, or one that was not read yet,
-    /// cannot be told from another. A stream passed to [`Arm::over`](crate::Arm::over) cannot be
-    /// reopened; one of [`Arm::over_with`](crate::Arm::over_with) can.
+    /// connecting, if it was probed. An arm without a serial number, or whose serial number was not
+    /// read yet, cannot be distinguished from another. A stream passed to
+    /// [`Arm::over`](crate::Arm::over) cannot be reopened; one of
+    /// [`Arm::over_with`](crate::Arm::over_with) can.
     pub reconnect: bool,
     /// Time after a datagram in which a UDP network may still deliver a duplicate of it; 0.1 s by
     /// default, and longer if round trips are slow.

@@ -1,8 +1,8 @@
 //! Checked programs: read the settings, check every command, then run.
 //!
 //! The check plans from where the arm stands, with the settings that the commands depend on.
-//! [`Arm::preflight_for`] finds out which these are, and reads only those that the picture does not
-//! know.
+//! [`Arm::preflight_for`] finds out which these are, and reads only the values that the picture
+//! does not know.
 
 use std::sync::atomic::Ordering;
 

@@ -185,7 +185,7 @@ impl<'a> Queue<'a> {
         Ok(index)
     }
 
-    /// Number of queued commands so far whose acceptance is uncertain.
+    /// Number of queued commands up to now whose acceptance is uncertain.
     fn doubts(self) -> u64 {
         self.arm.inner.shared.disruptions.doubts()
     }

@@ -181,7 +181,7 @@ impl Arm {
     /// message sent while the task ends may stay in the inbox, together with its reply channel.
     pub(super) async fn heard<T>(&self, answer: &mut oneshot::Receiver<T>) -> Option<T> {
         tokio::select! {
-            // The answer first: one that arrived before the end of the connection still counts.
+            // The answer first: an answer received before the end of the connection still counts.
             biased;
             answer = &mut *answer => answer.ok(),
             () = self.ended() => answer.try_recv().ok(),

@@ -1,4 +1,4 @@
-//! Samples of a virtual arm at instants of its own clock, for recordings.
+//! Samples of a virtual arm at instants of the arm's clock, for recordings.
 //!
 //! In virtual time the clock leaps further than a reader could follow by polling, so the virtual
 //! arm itself takes the samples during a leap.

@@ -43,8 +43,8 @@ impl Remembered {
     /// Returns the current path.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if it is absent, or cannot be told from another
-    /// one.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if it is absent, or cannot be distinguished from
+    /// another one.
     pub(crate) fn find(&self, present: &[Port]) -> Result<String> {
         let Some(usb) = &self.usb else {
             // Not a USB device, so the name is all that identifies it.

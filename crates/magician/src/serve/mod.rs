@@ -1,17 +1,17 @@
 //! Servers: a virtual arm for other programs, over pseudo-terminals, UDP and TCP.
 //!
-//! A [`Server`] serves a virtual arm of its own. [`Endpoints`] are the same endpoints in front of
-//! other services: a virtual arm that this process uses too ([`ServedArm`]), or an arm shared by
-//! several programs ([`ProxyServer`]).
+//! A [`Server`] serves its own virtual arm. [`Endpoints`] are the same endpoints in front of other
+//! services: a virtual arm that this process uses too ([`ServedArm`]), or an arm shared by several
+//! programs ([`ProxyServer`]).
 //!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
 //! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime has
 //! the lowest latency. Signals are left to the caller: [`Server::serve_until`] ends when the future
 //! passed to it does.
 //!
-//! Every client is a link with a decoder of its own: each successive client of a pseudo-terminal,
-//! each UDP peer, each TCP connection. No client can block the arm or make it use more memory:
-//! unread replies are dropped in whole frames, as a serial port drops them.
+//! Every client is a link with its own decoder: each successive client of a pseudo-terminal, each
+//! UDP peer, each TCP connection. No client can block the arm or make it use more memory: unread
+//! replies are dropped in whole frames, as a serial port drops them.
 
 use std::fmt;
 use std::future::Future;

@@ -17,8 +17,8 @@ use super::{Discovery, Endpoint, Endpoints, Notice, ServeError, Service};
 use crate::VirtualArm;
 
 /// Server for a [`VirtualArm`] of this process: other programs talk to the arm that this process
-/// observes and connects to as well. A [`Server`](super::Server) has an arm of its own instead,
-/// with files, line timing and speed.
+/// observes and connects to as well. A [`Server`](super::Server) has its own arm instead, with
+/// files, line timing and speed.
 ///
 /// It follows the arm's clock. It needs a tokio runtime with I/O and time enabled, and is one
 /// future.

@@ -1,8 +1,8 @@
 //! TCP endpoint.
 //!
 //! A listener must not be blocked by idle or silent hosts. A connection has a claim to a place once
-//! it has sent a whole frame; before that it gives way to any new one. If all places are claimed,
-//! one that has been silent for a while gives way (`magician_host::admission`).
+//! it has sent a whole frame; before that it gives way to any new one. If all places are claimed, a
+//! connection that has been silent for a while gives way (`magician_host::admission`).
 
 use std::io;
 use std::net::SocketAddr;
@@ -122,7 +122,7 @@ impl Tcp {
                 }
             }
         }
-        // More connections may wait; those that are open get a turn first.
+        // More connections may wait; open connections are served first.
         cx.waker().wake_by_ref();
     }
 
@@ -247,7 +247,7 @@ impl Connection {
             places.table.heard(now, self.key);
             return true;
         };
-        // Only up to the first frame: the service has a decoder of its own for everything.
+        // Only up to the first frame: the service decodes everything again itself.
         let mut events = std::iter::from_fn(|| {
             first
                 .next(&mut bytes)

@@ -30,7 +30,7 @@ impl Away {
     }
 
     /// Returns the result of a read: that of the reactor (`told`), or else the bytes that `ask`
-    /// reads directly without waiting; `None` from `ask` means there are none.
+    /// reads directly without waiting; `None` from `ask` means no bytes.
     pub(crate) fn look(
         &mut self,
         told: Poll<io::Result<usize>>,

@@ -217,9 +217,9 @@ fn owner_group(_: &Path) -> Option<String> {
     None
 }
 
-/// Returns the processes that use a port, as far as this user may know: those that hold its lock,
-/// or else those that have it open. The process at the other end of a pseudo-terminal has it open
-/// too; it is the arm, and ending it would not free the port.
+/// Returns the processes that use a port, as far as this user may know: the holders of its lock, or
+/// else the processes that have it open. The process at the other end of a pseudo-terminal has it
+/// open too; it is the arm, and ending it would not free the port.
 #[cfg(target_os = "linux")]
 fn holders(path: &Path) -> Vec<String> {
     let Ok(wanted) = path.canonicalize() else {

@@ -69,7 +69,7 @@ fn passing(error: &io::Error) -> bool {
 }
 
 impl Udp {
-    /// Receives the next datagram that is not empty.
+    /// Receives the next non-empty datagram.
     fn fetch(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         let told = self.told(cx);
         #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! Sampling of a virtual arm at instants of its own clock.
+//! Sampling of a virtual arm at instants of the arm's clock.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

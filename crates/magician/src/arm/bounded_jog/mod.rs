@@ -7,11 +7,11 @@
 //! segments, which the arm passes without resting; for joints, r and the rail they are relative
 //! moves, with a rest at each end. The next piece is sent only if everything the arm has, with that
 //! piece, is done within the hold time plus [`AFTER`]. So whatever happens to this process, the arm
-//! is at rest by then. The pose, read before each piece, tells how much is left: a late answer
+//! is at rest by then. The pose, read before each piece, shows how much is left: a late answer
 //! slows the jog down and never lengthens it.
 //!
 //! The [`Gate`](crate::gate::Gate) has the deadline, as for any jog: the jog's task asks it before
-//! the first piece, and is told when to end. The task then stops the arm, waits for rest, and
+//! the first piece, and learns when to end. The task then stops the arm, waits for rest, and
 //! restores the settings that the pieces needed. Until then other calls that change or read
 //! settings, or start motion, wait ([`Arm::waits_for_jog`]).
 
@@ -58,7 +58,7 @@ const BRAKING: Duration = Duration::from_secs(5);
 /// Tolerance of a position, mm or degrees: the resolution of a pose in binary32.
 const READ: f64 = 0.002;
 
-/// Bounded jog, run by a task of its own.
+/// Bounded jog, run by its own task.
 pub(super) struct BoundedJog {
     /// Handle whose commands do not wait for the end of this jog.
     arm: Arm,

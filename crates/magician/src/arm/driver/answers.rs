@@ -85,7 +85,7 @@ impl Driver {
         }
         let done = done.filter(|_| !is_program);
         if done.is_none() && !is_program {
-            // Its receiver was dropped when the connection began to shut down.
+            // The receiver was dropped when the connection began to shut down.
             return;
         }
         self.note_end(done.as_ref(), &result);

@@ -1,7 +1,7 @@
 //! Identification of the arm on a reconnected line.
 //!
-//! The line may lead to another arm, so it is examined over a connection of its own. If the laser
-//! may have burnt while the line was lost, the first frames switch it off and pause the queue; the
+//! The line may lead to another arm, so it is examined over a separate connection. If the laser may
+//! have burnt while the line was lost, the first frames switch it off and pause the queue; the
 //! queue is cleared once the arm is at rest. Only then the arm is asked for its version and, if one
 //! is known to compare with, its serial number.
 
@@ -35,7 +35,7 @@ struct Clearing {
     until: Micros,
 }
 
-/// Line on which the arm is being identified, over a connection of its own: answers of another arm
+/// Line on which the arm is being identified, over a separate connection: answers of another arm
 /// must not be attributed to the known one.
 pub(super) struct Greeting {
     wire: Wire,

@@ -60,7 +60,7 @@ impl Driver {
             };
             self.submit(request, deadline, to);
         }
-        // The pose tells where to resume a burn (`lights_out`).
+        // The pose shows where to resume a burn (`lights_out`).
         if let (true, Ok(look)) = (burns, Request::get::<Pose>(&NoArgs)) {
             self.submit(look, deadline, To::Nobody);
         }

@@ -144,7 +144,7 @@ async fn what_has_come_is_read_before_a_timeout_is_acted_on() {
 }
 
 /// Every call that was in flight when the process was suspended gets its answer: the one whose
-/// answer has arrived, and those that had not been sent.
+/// answer has arrived, and requests not yet sent.
 #[tokio::test(start_paused = true)]
 async fn a_host_that_was_held_up_gives_nothing_up() {
     for settings in [Settings::ORDERED, Settings::DATAGRAMS] {

@@ -1,6 +1,6 @@
 //! State of the line: up, lost, being searched for, found again.
 //!
-//! A reconnected line is not trusted at once. A connection of its own identifies the arm
+//! A reconnected line is not trusted at once. A separate connection identifies the arm
 //! (`search.rs`, `greeting.rs`). Only if it is the same arm, the line is handed to the connection
 //! that knows the indices, which then reads how far the arm has come. Until this is settled every
 //! call is refused. Nothing is retransmitted.

@@ -27,7 +27,7 @@ const STRANGER: Micros = 1_000_000;
 /// Delay after connecting before the identity is read, so that short programs do not pay for it.
 /// Choice.
 pub(super) const INTRODUCTION: Micros = 100_000;
-/// Longest time for answers that are not urgent. Choice.
+/// Longest time for non-urgent answers. Choice.
 const PATIENCE: Duration = Duration::from_millis(500);
 /// Longest time for the state reads on a reconnected line. Choice.
 const SETTLING: Duration = Duration::from_secs(1);
@@ -170,7 +170,7 @@ impl Driver {
             return;
         };
         if answer.is_err() {
-            // It fell silent again, and nothing is known about its queue.
+            // The line fell silent again, and the state of its queue is unknown.
             self.lose(&io::ErrorKind::TimedOut.into());
             return;
         }

@@ -128,7 +128,7 @@ impl Driver {
     pub(super) fn heed_stop(&mut self) {
         let stops = self.shared.stops();
         if let Some(program) = self.program.as_mut().filter(|one| one.stops != stops) {
-            // Interrupted, not dropped: answers in flight still tell what the arm has taken.
+            // Interrupted, not dropped: answers in flight still show what the arm has taken.
             program.stream.interrupt(Failure::Stopped);
         }
     }

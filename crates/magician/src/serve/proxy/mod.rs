@@ -67,7 +67,7 @@ impl<F: FnMut(ProxyNotice<'_>) + Send> ProxyObserver for F {
     }
 }
 
-/// Server that shares one arm among programs: each sees an arm of its own at its endpoint.
+/// Server that shares one arm among programs: each program sees its own arm at its endpoint.
 /// [`proxy`](crate::proxy) describes how their requests are combined.
 ///
 /// It needs a tokio runtime with I/O and time enabled, and is one future.

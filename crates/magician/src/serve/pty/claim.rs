@@ -34,7 +34,7 @@ impl Claim {
         match name {
             Ok(name) => Some(Self { _name: Some(name) }),
             Err(error) if error.kind() == ErrorKind::AddrInUse => None,
-            // Without abstract names, two servers cannot be told apart.
+            // Without abstract names, two servers cannot be distinguished.
             Err(_) => Some(Self { _name: None }),
         }
     }

@@ -14,8 +14,8 @@ const WRITE: u128 = 0x0003_CDD2_0000_1000_8000_0080_5F9B_0131;
 const WRITABLE: CharPropFlags = CharPropFlags::WRITE.union(CharPropFlags::WRITE_WITHOUT_RESPONSE);
 const NOTIFIES: CharPropFlags = CharPropFlags::NOTIFY.union(CharPropFlags::INDICATE);
 
-/// Pairs of characteristics for writes and notifications, in order of preference among those that
-/// the properties allow: as in the document from the host's view, swapped, one for both.
+/// Pairs of characteristics for writes and notifications, in order of preference among the pairs
+/// that the properties allow: as in the document from the host's view, swapped, one for both.
 const WAYS: [(u128, u128); 4] = [(WRITE, READ), (READ, WRITE), (WRITE, WRITE), (READ, READ)];
 
 /// Returns the characteristic for writes and the one for notifications.
