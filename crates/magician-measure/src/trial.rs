@@ -185,8 +185,8 @@ async fn order<T: Writable>(line: &mut RawLine, action: &T, patience: Duration) 
 ///
 /// # Errors
 /// [`ErrorKind::InvalidInput`](magician::ErrorKind::InvalidInput) if commands wait in the queue, or
-/// arrive meanwhile: they are not dropped.
-/// [`ErrorKind::Timeout`](magician::ErrorKind::Timeout), [`ErrorKind::Port`](magician::ErrorKind::Port).
+/// arrive meanwhile: they are not dropped; [`ErrorKind::Timeout`](magician::ErrorKind::Timeout),
+/// [`ErrorKind::Port`](magician::ErrorKind::Port).
 pub async fn queue_trial(
     line: &mut RawLine,
     depths: &[usize],

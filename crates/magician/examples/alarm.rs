@@ -1,7 +1,8 @@
 //! Shows an alarm and how a program recovers: a move out of reach is sent without a check, so that
 //! the arm refuses it and stops. The arm moves before and after it: keep clear of it.
 //!
-//! `cargo run -p magician --example alarm -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`.
+//! `cargo run -p magician --example alarm -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`,
+//! `udp:192.168.1.5`.
 
 use magician::{Alarm, ErrorKind, blocking::Arm, build};
 

@@ -1,7 +1,7 @@
 //! Moves three cubes with the suction cup, one by one, into a row.
 //!
-//! `cargo run -p magician --example pick_and_place -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`.
-//! The arm moves: keep clear of it, and adapt `PICK` and `PLACE` to your setup.
+//! `cargo run -p magician --example pick_and_place -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`,
+//! `udp:192.168.1.5`. The arm moves: keep clear of it, and adapt `PICK` and `PLACE` to your setup.
 
 use std::time::Duration;
 

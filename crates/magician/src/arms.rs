@@ -7,7 +7,7 @@
 //! [arms.white]
 //! port = "/dev/ttyUSB0"
 //! laser = false                 # no laser is mounted: EIO 2 and 4 may drive something else
-//! lowest_j2 = -9.0              # deg: how far its rear arm leans back; never to be found by driving there
+//! lowest_j2 = -9.0              # deg: lower limit of J2; never measure it by driving there
 //!
 //! [arms.white.fence]            # mm, in the arm's coordinates, for the tip of the tool
 //! floor = -60.0
@@ -118,9 +118,8 @@ pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
 
 /// Reads the arms from the user's settings file. A missing file has none.
 ///
-/// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column if the file cannot
-/// be read. It is no reason to move without a fence.
+/// # Errors [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column if the file
+/// cannot be read. A caller must not move the arm without its fence then.
 pub fn load() -> Result<Vec<KnownArm>> {
     match file() {
         Some(path) => load_from(&path),

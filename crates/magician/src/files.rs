@@ -115,8 +115,8 @@ pub enum Target {
     File(PathBuf),
     /// A pipe or a device, written directly.
     Device(PathBuf),
-    /// A file that this process has open (`/dev/stdout`). It may be a regular file, but whoever has
-    /// it open would continue to write to the replaced one, so output is appended.
+    /// A file that this process has open (`/dev/stdout`). It may be a regular file, but a process
+    /// that has it open would continue to write to the replaced one, so output is appended.
     Descriptor(PathBuf),
 }
 

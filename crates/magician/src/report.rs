@@ -166,7 +166,7 @@ impl ArmInfo {
     }
 }
 
-/// Older firmware does not answer this request.
+/// Reads the processor id; `None` if the firmware is too old to answer.
 async fn device_id(arm: &Arm) -> Result<Option<[u32; 3]>> {
     match arm.get::<DeviceId>().await {
         Ok(id) => Ok(Some(id.device_id)),
@@ -327,7 +327,7 @@ impl ErrorFigures {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SentenceReport {
     /// English sentence with the names of its values in braces. A sentence without a template is
-    /// its own.
+    /// its own template.
     pub template: String,
     /// Values of the template.
     #[serde(skip_serializing_if = "Vec::is_empty")]

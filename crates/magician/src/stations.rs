@@ -130,8 +130,8 @@ impl Drop for Holder {
 }
 
 /// Adds the station of this machine that has the target to the error of a line that could not be
-/// opened or does not answer. A station explains no other error, and the one of this process
-/// explains none.
+/// opened or does not answer. Other errors stay as they are, and a station of this process is never
+/// named.
 pub(crate) fn named(error: Error, target: &Target) -> Error {
     const EFFECT: &str = "uses the arm through the station that has its port";
     let of_line = matches!(

@@ -152,7 +152,6 @@ impl Target {
             ("udp", Some(address)) => {
                 let (host, port) = split_port(address, "udp:HOST[:PORT]")?;
                 // The port of the arm's Wi-Fi module (errata E45).
-                // E45).
                 let port = port.unwrap_or(UDP_PORT);
                 Ok(Self::Udp { host, port })
             }

@@ -42,8 +42,8 @@ impl<T: Target> Session<T> {
     }
 
     pub(super) async fn at(&mut self, span: Duration) -> StepResult {
-        // A clock on a line may run at another rate than the wall clock.
-        // Bounded, so that an arm whose clock stands fails the case instead of hanging it.
+        // A clock on a line may run at another rate than the wall clock. The loop is bounded, so
+        // that an arm whose clock stands fails the case instead of hanging it.
         for _ in 0..100 {
             let left = span.saturating_sub(self.elapsed().await?);
             if left.is_zero() {

@@ -263,8 +263,8 @@ impl Laser<'_> {
 const FREQUENCY: f32 = 1000.0;
 
 impl Shared {
-    /// Requests that lower the laser's pins as part of a stop; empty if this connection did not
-    /// raise them.
+    /// Returns the requests that lower the laser's pins as part of a stop; empty if this connection
+    /// did not raise them.
     pub(super) fn lowered_pins(&self) -> Vec<Request> {
         if self.picture().pins_may_be_high() {
             lowered_pins()

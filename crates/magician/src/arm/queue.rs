@@ -185,7 +185,7 @@ impl<'a> Queue<'a> {
         Ok(index)
     }
 
-    /// Number of queued commands up to now whose acceptance is uncertain.
+    /// Returns the number of queued commands up to now whose acceptance is uncertain.
     fn doubts(self) -> u64 {
         self.arm.inner.shared.disruptions.doubts()
     }

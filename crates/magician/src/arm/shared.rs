@@ -171,7 +171,7 @@ impl Shared {
         let mut last = held(&self.queue_fault);
         let last_fault = last.as_mut()?;
         let mine = since.is_some_and(|stops| stops < last_fault.stop);
-        // Reported to every call that it ended, and once to a later one, so that no fault is missed.
+        // Reported to every call that it ended, and once to a later one, so that none is missed.
         let first = !std::mem::replace(&mut last_fault.told, true);
         (mine || first).then_some(last_fault.queue_fault)
     }

@@ -69,7 +69,7 @@ pub struct StateOptions {
 }
 
 impl StateOptions {
-    /// Options for `rate` complete readings a second and no pins.
+    /// Creates options for `rate` complete readings a second and no pins.
     #[must_use]
     pub fn at(rate: f64) -> Self {
         Self {
@@ -137,12 +137,12 @@ pub(super) struct Watches {
 }
 
 impl Watches {
-    /// Shortest period of all watches.
+    /// Returns the shortest period of all watches.
     pub(super) fn period(&self) -> Option<Duration> {
         self.wanted.iter().map(|(_, period, _)| *period).min()
     }
 
-    /// Pins of all watches, each once.
+    /// Returns the pins of all watches, each once.
     pub(super) fn pins(&self) -> Vec<Pin> {
         let mut pins: Vec<Pin> = Vec::new();
         for pin in self.wanted.iter().flat_map(|(.., pins)| pins) {
@@ -240,7 +240,8 @@ impl Arm {
     /// Watches pose, queue, alarms and link at `rate` readings a second.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside of 0.01 to 1000 a second.
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside 0.01 to 1000
+    /// a second.
     pub fn state(&self, rate: f64) -> Result<StateWatch> {
         self.state_with(StateOptions::at(rate))
     }

@@ -77,7 +77,8 @@ impl Arm {
     /// Queues a command chosen at run time, as [`enqueue`](Self::enqueue) does.
     ///
     /// # Errors
-    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that cannot be queued.
+    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput)
+    /// for a command that cannot be queued.
     pub async fn enqueue_set(&self, command: &Set) -> Result<QueueIndex> {
         self.queue().fill(flow::queued(command)?, command).await
     }
@@ -101,8 +102,7 @@ impl Arm {
     ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if the parameters do not fit a
-    /// frame, else as
-    /// [`get`](Self::get) and [`enqueue`](Self::enqueue).
+    /// frame, else as [`get`](Self::get) and [`enqueue`](Self::enqueue).
     pub async fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf> {
         let request = Request::raw(id, ctrl, params)?;
         if !ctrl.queued() {

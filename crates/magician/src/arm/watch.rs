@@ -212,7 +212,7 @@ impl Watch {
             let motion = picture.motion();
             (motion.started() == Some(true), motion.stopped())
         };
-        // A stream starts the queue itself, so nobody else has to be waited for.
+        // A stream starts the queue itself, so no other program has to be waited for.
         let grace = if started || self.counted {
             STUCK
         } else {

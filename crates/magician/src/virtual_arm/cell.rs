@@ -155,7 +155,7 @@ impl Cell {
         self.lines.values().any(|end| !end.idle)
     }
 
-    /// Registers a waker for when the arm was touched.
+    /// Registers a waker, to be woken when the arm is touched.
     #[cfg(feature = "serve")]
     pub(crate) fn watch(&mut self, waker: &Waker) {
         if !self.servers.iter().any(|known| known.will_wake(waker)) {

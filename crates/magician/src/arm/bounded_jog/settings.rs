@@ -1,8 +1,8 @@
 //! Settings of bounded jogs, and the calls that wait until they are restored.
 //!
-//! The pieces run at speeds of their own, so a jog changes settings and owes their old values.
-//! Other calls must not see or overwrite the temporary ones: they wait for the end of the jog. What
-//! could not be restored over a broken line is restored over the next.
+//! The pieces need certain speeds, so a jog changes settings and owes their old values. Other calls
+//! must not see or overwrite the temporary ones: they wait for the end of the jog. Settings that
+//! could not be restored over a broken line are restored over the next one.
 
 use std::pin::Pin;
 use std::sync::Arc;

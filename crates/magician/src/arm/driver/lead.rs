@@ -1,10 +1,10 @@
 //! Passing of virtual time while a program runs.
 //!
 //! An arm in virtual time stands until its clock is advanced. During a run the driver task advances
-//! it when it is idle itself: everything the queue accepts is sent, and all answers have arrived.
-//! So the arm never waits for its host while the host has commands to send, and a run takes the
-//! estimated time to the microsecond. If the host is late (a source without a next command, a line
-//! that loses answers), time follows the wall clock instead.
+//! it whenever the task itself is idle: everything the queue accepts is sent, and all answers have
+//! arrived. So the arm never waits for its host while the host has commands to send, and a run
+//! takes the estimated time to the microsecond. If the host is late (a source without a next
+//! command, a line that loses answers), time follows the wall clock instead.
 
 use std::time::Duration;
 

@@ -135,7 +135,7 @@ impl<C: CommandSource> Run<C> {
                     let seen = *reached.borrow();
                     self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
-                    // A clock that stands must not count as an arm that is stuck.
+                    // A virtual clock that waits for the source must not count as a stuck arm.
                     if self.supply.as_ref().is_some_and(|supply| supply.stands()) {
                         watch.changed();
                     }

@@ -36,11 +36,11 @@ pub use streaming::Streaming;
 /// Program in progress, from [`Arm::start`].
 ///
 /// [`wait`](Self::wait) runs it. If that fails and [`is_interrupted`](Self::is_interrupted) is
-/// true, the line broke or an answer left a doubt that could not be resolved then. The arm has
-/// finished what it had, and another `wait` continues with the first command it did not accept. It
-/// first determines which one that is, and checks that the arm stands where its last finished
-/// command ends. If these disagree it fails with both values and sends nothing. Nothing continues
-/// by itself.
+/// true, the line broke or a lost answer left it uncertain which commands the arm has accepted. The
+/// arm finishes those, and another `wait` continues with the first command it did not accept. That
+/// `wait` first determines which command this is, and checks that the arm stands where its last
+/// finished command ends. If anything disagrees, it fails with the expected and the found value and
+/// sends nothing. A run never continues by itself.
 ///
 /// After any other error the run is over, and `wait` fails: after a stop or a reset (also during a
 /// lost line), after an alarm, and if the future of `wait` was dropped, because its progress is
