@@ -60,7 +60,7 @@ pub(crate) enum Action {
     Happens(ExternalEvent),
     /// Checks the arm's tools and motors from outside.
     Sees(Vec<Observation>),
-    /// Continues as another host, on a link of its own.
+    /// Continues as another host, on its own link.
     Link(u8),
 }
 

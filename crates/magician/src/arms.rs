@@ -118,8 +118,9 @@ pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
 
 /// Reads the arms from the user's settings file. A missing file has none.
 ///
-/// # Errors [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column if the file
-/// cannot be read. A caller must not move the arm without its fence then.
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column if the file cannot
+/// be read. A caller must not move the arm without its fence then.
 pub fn load() -> Result<Vec<KnownArm>> {
     match file() {
         Some(path) => load_from(&path),

@@ -1,9 +1,10 @@
 //! USB devices behind the ports on Windows, from the registry.
 //!
-//! Below `Enum\USB` every device that was ever connected has a key, and those with a serial port
-//! its name. The code has run under Wine, and is tested on output in the documented form; it has
-//! never run on real Windows. The text output of `reg` can be tested on any system, unlike calls of
-//! the registry API; `serialport`, which also lists ports, is licensed under the MPL.
+//! Every USB device that was ever connected has a key below `Enum\USB`, which contains the name of
+//! its serial port if it has one. The code has run under Wine, and is tested on output in the
+//! documented form; it has never run on real Windows. The text output of `reg` can be tested on any
+//! system, unlike calls of the registry API; `serialport`, which also lists ports, is licensed
+//! under the MPL.
 
 use super::Usb;
 

@@ -30,10 +30,10 @@ impl Cable {
         &mut self,
         pulls: u64,
         plugged: bool,
-        // A pull counts even if the cable is in again: clients of the old connection are gone.
         listeners: &mut Listeners,
         service: &mut dyn Service,
     ) -> Result<(), ServeError> {
+        // A pull counts even if the cable is in again: clients of the old connection are gone.
         if self.is_behind(pulls) {
             (self.pulls, self.plugged) = (pulls, false);
             for listener in listeners.iter_mut() {

@@ -14,8 +14,8 @@ use super::away::{Away, read_now};
 use super::lines::{PATIENCE, unreachable_host};
 use crate::Result;
 
-/// Socket to the arm's Wi-Fi module. We send one frame per datagram; the module cuts its bytes
-/// anywhere.
+/// Socket to the arm's Wi-Fi module. The driver sends one frame per datagram; the module cuts its
+/// bytes anywhere.
 pub(crate) struct Udp {
     socket: UdpSocket,
     /// Last datagram, and the bytes of it already returned.

@@ -40,7 +40,7 @@ impl ProxyTrace {
         self.writer.record(place, time, direction, bytes)
     }
 
-    /// Ends the interface of a client: bytes left of an unfinished frame are no frame.
+    /// Ends the interface of a client. The rest of an unfinished frame is written as it is.
     pub(super) fn close(&mut self, name: &str) -> io::Result<()> {
         let place = self.places.get(name);
         place.map_or(Ok(()), |place| self.writer.close(*place))

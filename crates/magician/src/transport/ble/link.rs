@@ -197,7 +197,7 @@ impl Drop for Link {
             for writing in writes {
                 let _ = writing.await;
             }
-            // Errors of a last write are of no use: nothing can be done about them.
+            // Nothing can be done about errors at this point.
             if let Some(device) = device {
                 let _ = device.disconnect().await;
             }

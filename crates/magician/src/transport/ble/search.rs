@@ -21,7 +21,7 @@ const LOOK: Duration = Duration::from_millis(200);
 struct Seen {
     name: Option<String>,
     address: String,
-    /// Id of the system; to be used instead of the address where the system hides it.
+    /// Id given by the system, for systems that hide the address.
     id: String,
     /// True if it advertises the service of an arm.
     arm: bool,
