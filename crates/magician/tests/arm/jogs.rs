@@ -234,7 +234,7 @@ async fn every_call_returns_by_its_deadline_on_a_line_that_takes_no_bytes() {
 #[test]
 fn a_blocking_jog() {
     let arm = magician::blocking::Arm::connect("sim:1").unwrap();
-    // A computer that suspends this thread for longer than the hold time starts another jog.
+    // If the computer suspends this thread for longer than the hold time, another jog is started.
     let jog = loop {
         let jog = arm.jog(turn()).unwrap();
         match jog.keep() {

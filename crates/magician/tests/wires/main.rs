@@ -139,7 +139,7 @@ fn a_port_that_another_program_has_locked_is_not_said_to_be_ours() {
         message.contains("in use by") && message.contains("(process "),
         "{message}"
     );
-    // It serves the arm, and does not use it.
+    // This program serves the arm, and does not use it.
     assert!(!message.contains("this program itself"), "{message}");
 }
 
