@@ -149,6 +149,7 @@ impl Case {
         let mut rows = Vec::new();
         for step in &self.steps {
             let mut deframer = Deframer::new();
+            // Raw bytes are decoded as well: they may contain whole frames.
             let mut bytes = step.action.bytes();
             while let Some(event) = deframer.next(&mut bytes) {
                 if let Event::Frame { frame, .. } = event

@@ -140,6 +140,7 @@ fn repetitions(words: &[String]) -> Result<(u32, &[String]), String> {
         .strip_suffix('x')
         .and_then(|number| number.parse().ok());
     match count {
+        // Not a count, so the word is the step itself.
         None => Ok((1, words)),
         Some(count) if (1..=MOST).contains(&count) && !rest.is_empty() => Ok((count, rest)),
         Some(_) => Err(format!(
@@ -244,6 +245,7 @@ fn frame(words: &[String]) -> Result<FrameBuf, String> {
     let [name, ctrl, params @ ..] = words else {
         return Err("write frame COMMAND CTRL BYTES".to_owned());
     };
+    // Also by number, for ids that no command has.
     let id = match name.parse::<u8>() {
         Ok(id) => id,
         Err(_) => {
@@ -326,6 +328,7 @@ fn alarms(words: &[String]) -> Result<Alarms, String> {
         [] => Err(
             "write alarms none, alarms 0x11, alarms with 0x11 or alarms without 0x11".to_owned(),
         ),
+        // A word, because an empty list would look like a forgotten one.
         [none] if none == "none" => Ok(Alarms::Are(Vec::new())),
         [with, rest @ ..] if with == "with" => codes(rest).map(Alarms::With),
         [without, rest @ ..] if without == "without" => codes(rest).map(Alarms::Without),
@@ -339,6 +342,7 @@ impl Action {
         match self {
             Self::Ask(frame, _) => Some(*frame),
             Self::Send(bytes) => Frame::new(bytes).map(FrameBuf::from),
+            // All other steps send nothing.
             _ => None,
         }
     }
@@ -348,6 +352,7 @@ impl Action {
         match self {
             Self::Ask(frame, _) => frame.bytes(),
             Self::Send(bytes) => bytes,
+            // All other steps send nothing.
             _ => &[],
         }
     }

@@ -219,6 +219,7 @@ impl Written {
                 goes: fill(&alarm.goes),
             })
         };
+        // The name with `*` for each value matches all cases of the table.
         let any = values.keys().map(|key| (key.clone(), "*".into())).collect();
         Ok(Case {
             pattern: self::fill(self.id.get_ref(), &any),

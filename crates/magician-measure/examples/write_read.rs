@@ -37,7 +37,7 @@ mod unix {
 
     /// Reads of each kind per second.
     const POLLS: f64 = 20.0;
-    /// Share of the time that is not measured, because a stream begins by reading the arm's state.
+    /// Unmeasured share of the time, because a stream begins by reading the arm's state.
     const WARM_UP: f64 = 0.25;
     /// Silence after which all replies to earlier requests have arrived. Choice.
     const SILENCE: Duration = Duration::from_millis(100);

@@ -119,8 +119,7 @@ fn judge(heard: &[u8]) -> Heard {
     }
 }
 
-/// Requests the version by datagrams, and distinguishes a host that refuses from one that is
-/// silent.
+/// Requests the version by datagrams, and distinguishes a refusing host from a silent one.
 ///
 /// # Errors
 /// [`ErrorKind::Port`](magician::ErrorKind::Port) if the host has no address or is unreachable.

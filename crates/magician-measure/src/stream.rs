@@ -65,6 +65,7 @@ impl Supply {
             self.count.set(self.count.get() + 1);
             self.last.set(Some(now));
         } else if now - self.begun >= self.time.mul_f64(WARM_UP) {
+            // This segment only starts the measurement; the rate counts those after it.
             self.warm.set(Some(now));
         }
     }
@@ -163,6 +164,7 @@ pub async fn streamed(
 /// Calls `act` at a rate per second, or never.
 async fn rounds(rate: f64, mut act: impl AsyncFnMut() -> Result<()>) -> Result<()> {
     if rate <= 0.0 {
+        // Pending and not done: a load that ends would count as an error.
         return std::future::pending().await;
     }
     let mut ticks = interval(Duration::from_secs_f64(1.0 / rate));
@@ -180,6 +182,7 @@ async fn poses(arm: &Arm, rate: f64) -> Result<()> {
 
 async fn queue(arm: &Arm, rate: f64, capacity: u32, supply: &Supply, looks: &Looks) -> Result<()> {
     rounds(rate, async || {
+        // Only load: the result is the number of free places.
         arm.get::<QueuedCmdCurrentIndex>().await?;
         look(arm, capacity, supply, looks).await
     })

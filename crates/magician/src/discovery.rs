@@ -252,7 +252,7 @@ impl Asker {
         }
         match failed {
             Some(error) if !sent => Err(no_network(error)),
-            // One network that fails does not matter if another one was reached.
+            // A network that fails does not matter if another was reached.
             _ => Ok(()),
         }
     }

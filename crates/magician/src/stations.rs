@@ -171,7 +171,7 @@ pub fn stations() -> Vec<LocalStation> {
         }
         let content: LocalStation = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
         if !lives(content.pid) {
-            // Its process has ended without removing it, so the token in it is of no use.
+            // The process ended without removing its file, so the token in it is of no use.
             let _ = fs::remove_file(&path);
             return None;
         }

@@ -133,6 +133,7 @@ impl<T: Target> Session<T> {
 
     /// Executes the steps that lead to the initial state.
     pub(crate) async fn prepare(&mut self, steps: &[Step]) -> Result<(), CaseStop> {
+        // The steps to the initial state have no times.
         self.timed = false;
         for step in steps {
             let done = self.step(&step.action).await;
@@ -161,6 +162,7 @@ impl<T: Target> Session<T> {
 
     async fn start(&mut self) -> StepResult {
         self.last = None;
+        // Earlier cases may have used the queue, so `finished nothing` means this index.
         self.before = self.current().await?;
         self.order().await
     }
@@ -180,6 +182,7 @@ impl<T: Target> Session<T> {
         match action {
             Action::Send(bytes) => {
                 self.send(bytes).await?;
+                // On a line the answer to a reading of the clock could mix with the one under test.
                 if self.target.stepped().is_some() {
                     self.order().await?;
                 }

@@ -87,6 +87,7 @@ impl<T: Target> Session<T> {
                 &[],
             );
         };
+        // A refused command is answered with bit 2 of Ctrl set.
         let ctrl = if answer.full { ctrl.with_error() } else { ctrl };
         let layout = reply_layout(row, ctrl);
         let expected = || expectation(row, ctrl, answer);
@@ -122,6 +123,7 @@ impl<T: Target> Session<T> {
         match index_of(row, ctrl, frame) {
             None => true,
             Some(index) if full => index == 0,
+            // The first index of a case may have any value: earlier cases have used the queue.
             Some(index) => index > 0 && self.last.is_none_or(|last| index == last + 1),
         }
     }
@@ -131,9 +133,11 @@ impl<T: Target> Session<T> {
         let Some(row) = Row::with_id(view.id()) else {
             return Ok(());
         };
+        // 0 is the index of a refused command.
         if let Some(index) = index_of(row, view.ctrl(), frame).filter(|index| *index > 0) {
             self.last = Some(index);
         }
+        // Durations count from the answer to the last command.
         if row.sets(view.ctrl()) {
             self.order().await?;
         }

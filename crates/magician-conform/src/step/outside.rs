@@ -73,6 +73,7 @@ pub(super) fn observation(word: &str) -> Result<Observation, String> {
     let (name, value) = word.split_once('=').ok_or("write sees laser=30")?;
     let observable = OBSERVABLES.iter().find(|(known, _)| *known == name);
     let (_, observable) = observable.ok_or_else(|| format!("unknown observation '{name}'"))?;
+    // Without a tolerance the value has to be exact.
     let (wanted, tolerance) = value.split_once("+-").unwrap_or((value, "0"));
     let number = |text: &str| {
         (text.parse::<f64>()).map_err(|_| {

@@ -65,6 +65,7 @@ impl Target for SimTarget {
 
     async fn receive(&mut self, within: Duration) -> Result<Vec<u8>> {
         let bytes = self.drain();
+        // Replies that are ready take no time of the arm's clock.
         if !bytes.is_empty() || within.is_zero() {
             return Ok(bytes);
         }
@@ -79,6 +80,7 @@ impl Target for SimTarget {
 
     async fn go_on(&mut self, at_most: Duration) -> Result<()> {
         let latest = self.arm.now() + at_most;
+        // Without a pending event nothing changes before `latest`.
         let next = self.arm.poll_timeout().unwrap_or(latest);
         self.arm.advance(next.min(latest));
         Ok(())

@@ -42,6 +42,7 @@ impl Diagnosis {
         let (pose, index) = {
             let mut at = to.count("timing answers", 2 * count);
             let pose = round_trips::<Pose>(arm, count, &mut at).await?;
+            // One progress count for both kinds.
             let more = |done| at(count + done);
             let index = round_trips::<QueuedCmdCurrentIndex>(arm, count, more).await?;
             (pose, index)
@@ -105,6 +106,7 @@ fn answers<A: Attendant>(
                 let finding = if right {
                     Finding::good("line_speed", text)
                 } else {
+                    // No fault by itself: the arm answers at this rate.
                     Finding::note("line_speed", text)
                 };
                 finding.value(baud.round()).unit("baud")
@@ -124,6 +126,7 @@ fn answers<A: Attendant>(
         "with the time of the bytes"
     };
     let text = format!("median {turnaround} ms from request to reply, {what}");
+    // A network has no fixed latency, so only a cable is judged.
     let finding = Finding::judged("turnaround", !serial || line.turnaround <= SLOW, text);
     let finding = finding.value(turnaround).unit("ms");
     report.add(
@@ -195,6 +198,7 @@ async fn alarms<A: Attendant>(
                 Part::from(Action::Home),
                 " homes it, which clears the alarm".into(),
             ]),
+            // Nothing has to be done before clearing it.
             (false, _) | (true, "") => {
                 finding.advise([Part::from(Action::ClearAlarms), " clears it".into()])
             }
@@ -213,6 +217,7 @@ async fn alarms<A: Attendant>(
             "unknown: this computer saw no homing since power-up, and the arm does not report it"
         }
     };
+    // A note, because an arm that is not homed works; only its positions are off.
     let finding = Finding::note("homed", finding).advise([
         Part::from(Action::Home),
         " corrects its positions; it moves through much of its range".into(),
@@ -271,6 +276,7 @@ async fn runs(arm: &Arm, since: QueueIndex) -> magician::Result<bool> {
     let stood = arm.get::<Pose>().await?;
     while begun.elapsed() < RUNS {
         tokio::time::sleep(LOOK).await;
+        // Either is enough: a long motion finishes no command, and a wait moves nothing.
         if arm.queue().current_index().await? > since || arm.get::<Pose>().await? != stood {
             return Ok(true);
         }

@@ -21,9 +21,11 @@ impl Diagnosis {
         };
         self.port = Some(target.to_string());
         if let Target::Serial(path) = &target {
+            // The list only describes the port; opening it decides if it can be used.
             let known = magician::ports().unwrap_or_default();
             let finding = match known.iter().find(|port| port.path == *path) {
                 Some(port) => Finding::good("port", port.to_string()),
+                // A pseudo-terminal is in no list, so this is no fault.
                 None => Finding::note("port", format!("{path}, not in the system's list of ports")),
             };
             self.add(finding.value(path.as_str()), to)?;
@@ -60,6 +62,7 @@ fn nobody(ports: &[Port]) -> Finding {
         let load = system(format!("sudo modprobe {module}"));
         let finding = Finding::bad("port", text);
         return match module {
+            // brltty takes the USB ids of this chip for those of a braille display.
             "ch341" => finding.advise([
                 load,
                 " loads its driver; if the port goes away again at once, brltty takes it for a braille display: "

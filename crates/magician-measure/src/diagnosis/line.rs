@@ -34,6 +34,7 @@ impl Diagnosis {
                 let text = match target {
                     Target::Serial(_) => "it opens; no other program uses it",
                     Target::Tcp { .. } => "it accepts a connection",
+                    // A datagram line opens without a peer, so this proves nothing more.
                     _ => "it opens",
                 };
                 self.add(Finding::good("line", text), to)?;
@@ -58,6 +59,7 @@ impl Diagnosis {
         let patience = patience.unwrap_or(PATIENCE);
         let heard = match target {
             Target::Udp { host, port } => {
+                // A separate socket: the line hides that a host refuses datagrams.
                 let asked = hear_datagrams(host, *port, patience);
                 to.attend("listening", asked).await
             }
@@ -97,6 +99,7 @@ impl Diagnosis {
             ErrorKind::Timeout,
         ),
         Heard::Nothing | Heard::Bytes(_) => {
+            // Silence and random bytes are also what a device at another baud rate sends.
             let elsewhere = match target {
                 Target::Serial(path) => other_speeds(line, path, GLIMPSE.min(patience), to).await,
                 _ => None,
@@ -121,6 +124,7 @@ impl Diagnosis {
         for depth in DEPTHS {
             let trial = back_to_back(line, depth, ROUNDS, PATIENCE);
             let seen = to.attend("sending requests back to back", trial).await?;
+            // Deeper bursts only lose more.
             if !seen.taken() {
                 break;
             }
@@ -173,6 +177,7 @@ impl Diagnosis {
     ) -> Result<(), A::Failure> {
         let trial = match trial {
             Ok(trial) => trial,
+            // Commands wait in the queue, which is no fault of the arm.
             Err(error) if error.kind() == ErrorKind::InvalidInput => {
                 let finding = Finding::note("index_law", format!("not tried: {error}")).advise([
                     Part::from("let them finish, or drop them with "),
@@ -227,6 +232,7 @@ impl Diagnosis {
         )?;
         let sound = trial.steps_by_one() && trial.left_counts();
         let reads = self.window.unwrap_or(1);
+        // Above 1 the driver resolves a lost reply by these counts, so they must be sound.
         let window = if sound {
             trial.window.min(reads).max(1)
         } else {

@@ -220,7 +220,7 @@ impl Finding {
         Self::new(check, Some(true), text)
     }
 
-    /// Creates a finding that is not in order.
+    /// Creates a finding of a fault.
     #[must_use]
     pub fn bad(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, Some(false), text)
@@ -231,7 +231,7 @@ impl Finding {
         Self::new(check, Some(ok), text)
     }
 
-    /// Creates a finding that is not judged: information, or a check that was skipped.
+    /// Creates a finding without a judgement: information, or a skipped check.
     #[must_use]
     pub fn note(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, None, text)
@@ -285,6 +285,7 @@ pub trait Attendant {
         what: &'static str,
         work: impl Future<Output = T>,
     ) -> impl Future<Output = T> {
+        // Without a display the work simply runs.
         let _ = what;
         work
     }

@@ -176,8 +176,8 @@ impl Jog {
             (_, Phase::Ending(why) | Phase::Over(why, _)) | (Err(Some(why)), Phase::Running) => {
                 Err(self.ended(why))
             }
-            // The gate has ended it without a cause of its own; the task is about to publish the
-            // cause.
+            // The gate has ended the jog and named no cause yet; the task is about to publish
+            // the cause.
             (Err(None), Phase::Running) => Ok(()),
         }
     }

@@ -36,9 +36,9 @@ impl Arm {
     ///
     /// The values follow from the commands sent over this connection and from the answers of the
     /// arm. A queued command counts once the arm has finished it, which the current index shows.
-    /// The laser counts as lit as soon as a command that may burn is sent, until one that switches
-    /// it off was answered or has finished. Changes by another program show only when read:
-    /// [`read_outputs`](Self::read_outputs). Sends no frame.
+    /// The laser counts as lit as soon as a command that may burn is sent, until a command that
+    /// switches it off was answered or has finished. Changes by another program show only when
+    /// read: [`read_outputs`](Self::read_outputs). Sends no frame.
     #[must_use]
     pub fn outputs(&self) -> ArmOutputs {
         self.picture().outputs()

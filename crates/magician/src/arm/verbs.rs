@@ -110,7 +110,8 @@ impl Arm {
         }
         let deadline = self.deadline();
         let mut flow = self.queue().take_turn(deadline, "a raw command").await?;
-        // Its effect on the queue is unknown, so the next call reads the space again.
+        // The effect of a raw command on the queue is unknown, so the next call reads the space
+        // again.
         flow.room = 0;
         self.ask_until(request, deadline).await
     }

@@ -1,4 +1,4 @@
-//! One served virtual arm with its endpoints, timer and handles.
+//! A served virtual arm with its endpoints, timer and handles.
 
 use std::sync::Arc;
 use std::task::{Context, Waker};

@@ -50,7 +50,7 @@ pub enum FlashFileError {
 /// [`TextFileError`], whose message continues after the file name.
 pub fn read_text(path: &Path) -> Result<String, TextFileError> {
     let mut bytes = Vec::new();
-    // One byte more than allowed shows that a file is too large.
+    // A byte more than allowed shows that a file is too large.
     let most = document::MOST_BYTES as u64 + 1;
     File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(document::text(bytes)?)

@@ -134,7 +134,7 @@ impl Orders {
         let Poll::Ready(Some(order)) = self.receiver.poll_recv(cx) else {
             return None;
         };
-        // One operation per round: the endpoints follow each before the next one runs.
+        // Only one operation per round: the endpoints follow each before the next runs.
         cx.waker().wake_by_ref();
         Some(order(runner))
     }

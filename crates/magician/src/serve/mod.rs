@@ -419,7 +419,8 @@ impl Server {
     /// [`ServeError`] if an endpoint cannot be opened (none then stays open) or fails, and at the
     /// end if the recording is incomplete.
     pub async fn serve_until(self, end: impl Future<Output = ()>) -> Result<(), ServeError> {
-        // One arm is the same as several: a single path for opening, polling and ending.
+        // A single arm is served like several, so there is one path for opening, polling and
+        // ending.
         serve_all([self], end).await
     }
 

@@ -73,7 +73,7 @@ enum Turn {
     GoesOn,
     /// The client has closed it, or the line broke.
     Left,
-    /// It sent its first frame while all places were in use.
+    /// The client sent its first frame while all places were in use.
     Refused,
 }
 
@@ -368,7 +368,7 @@ mod tests {
             client.write_all(&[0xAA, 0xAA, 2]).await.unwrap();
             clients.push(client);
         }
-        // It completes its frame, and is in use.
+        // This client completes its frame, so its connection is in use.
         clients[1].write_all(&[10, 0, 246]).await.unwrap();
         turns(&mut tcp, &mut service, |service| {
             service.heard == 3 * CONNECTIONS + 3

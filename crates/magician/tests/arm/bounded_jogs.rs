@@ -354,7 +354,7 @@ async fn it_ends_before_a_limit_and_before_the_fence() {
                     state.pose.z
                 );
             }
-            // It does not begin towards the limit, but away from it.
+            // A jog does not begin towards the limit, but away from it.
             let error = arm.jog_with(direction, options).await.unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Unreachable, "{what}: {error}");
             let back = build::JogDirection {

@@ -181,12 +181,12 @@ async fn a_stop_at_any_time_is_the_last_word() {
                     _ => arm.stopper().request_stop(),
                 }
             };
-            // One in three is cancelled.
+            // Every third run is cancelled.
             let ended = match how {
                 2 => {
                     let _ = timeout(pause, run.wait(|_| {})).await;
                     if desk.is_unused() {
-                        // It had not begun, and may begin after a stop.
+                        // The run had not begun, and may begin after a stop.
                         continue;
                     }
                     arm.stop()

@@ -174,7 +174,7 @@ async fn a_queue_that_nobody_of_this_program_started_is_given_time() {
     assert!((5.0..5.5).contains(&secs), "{secs}");
     assert!(error.to_string().contains("not started, or is stopped"));
     assert_eq!(error.code(), ErrorCode::QueueStopped);
-    // It was not dropped.
+    // The command was not dropped.
     arm.queue().start().await.unwrap();
     let last = arm.enqueue(&WaitCmd { timeout: 0 }).await.unwrap();
     arm.wait(last).await.unwrap();

@@ -38,7 +38,7 @@ async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
             (200, 2, 201)
         );
         assert_eq!(seen, 201);
-        // It never ran dry: the waits alone take four seconds.
+        // The queue never ran dry: the waits alone take four seconds.
         let took = begun.elapsed();
         assert!(
             took < Duration::from_millis(4600),

@@ -163,7 +163,7 @@ async fn a_stop_finds_the_arm_under_way() {
     assert_eq!(ran.unwrap_err().kind(), ErrorKind::Closed);
     let stood = cell.state();
     assert!(!stood.moving && stood.queue.waiting == 0);
-    // It braked where it was: the commands in its queue did not run first.
+    // The arm braked where it was: the commands in its queue did not run first.
     assert!(
         stood.now - found.now < Duration::from_secs(1),
         "{found:?} {stood:?}"
@@ -254,7 +254,7 @@ async fn a_pulled_cable_ends_a_run_and_the_arm_goes_on_by_the_wall_meanwhile() {
         "{error}"
     );
     assert!(begun.elapsed() >= TIMEOUT);
-    // It has finished its commands.
+    // The arm has finished its commands.
     let passed = clock(&cell) - pulled;
     // The arm may be ahead by its current period.
     let ahead = Duration::from_millis(20);

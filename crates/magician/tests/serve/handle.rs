@@ -172,7 +172,7 @@ mod terminals {
         for round in 0..20 {
             let mut client = open(&path);
             ask(&mut client, &set_name(&format!("round {round}")));
-            // A reply that is not read, and half a request.
+            // An unread reply, and half a request.
             client
                 .write_all(&[get_pose(), get_pose()[..3].to_vec()].concat())
                 .unwrap();

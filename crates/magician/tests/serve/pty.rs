@@ -58,7 +58,7 @@ impl Client {
         Self(rustix::fs::open(path, flags, Mode::empty()).unwrap())
     }
 
-    /// Writes all bytes; fails if that takes longer than anything may.
+    /// Writes all bytes; panics if that takes longer than anything may.
     fn write(&self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             match rustix::io::write(&self.0, bytes) {

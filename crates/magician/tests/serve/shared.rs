@@ -130,7 +130,7 @@ fn an_arm_is_put_back_where_no_client_has_spoken() {
     ask(&mut terminal, &set_name("changed\0"));
     let refused = cell.restore(&before).unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::InvalidInput);
-    // It existed until now.
+    // The symlink existed until now.
     drop(terminal);
     drop(shared);
     assert!(!path.is_symlink());
@@ -139,7 +139,7 @@ fn an_arm_is_put_back_where_no_client_has_spoken() {
 
 #[test]
 fn its_cable_is_that_of_its_endpoints() {
-    // Its clock stands: only the cable wakes the endpoints.
+    // The clock of the arm stands, so only the cable wakes the endpoints.
     let cell = VirtualArm::default().in_virtual_time();
     let shared = Shared::arm(&cell);
     let plug = |plugged| cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged }));

@@ -170,7 +170,7 @@ async fn a_bad_network_neither_loses_nor_doubles_a_command_in_silence() {
                 taken += 1;
                 assert_eq!(index.0, taken + 1);
             }
-            // It was not sent in time, which is certain.
+            // The command was certainly not sent.
             Err(error) if error.kind() == ErrorKind::Timeout => {}
             Err(error) => {
                 assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");

@@ -63,7 +63,7 @@ impl Driver {
 
     /// True if unread bytes may precede the request in a message. Such a reply has no receiver and
     /// could be taken for the answer to that request. Replies that arrive after the request cannot
-    /// be told apart anyway.
+    /// be distinguished anyway.
     fn may_be_preceded(&self) -> bool {
         self.link_is_up() && self.connection.is_owed() && self.connection.is_idle()
     }

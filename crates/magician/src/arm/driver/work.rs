@@ -110,7 +110,7 @@ async fn a_segment_makes_so_much_work_and_no_more() {
         // The command, a queue reading when the one before has finished, and a few readings of its
         // free places.
         assert!(work.writes <= 2.5, "{work:?}");
-        // One per answer, and one per attempt without an answer.
+        // A read per answer, and one per attempt without an answer.
         assert!(work.reads <= 6.0, "{work:?}");
         assert!(work.leaps <= 1.5, "{work:?}");
         // The task and the caller wake each other once per burst.

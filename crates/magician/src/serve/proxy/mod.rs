@@ -179,7 +179,7 @@ impl ProxyServer {
         self.service.close_all();
         let stands = poll_fn(|cx| match self.turn(cx) {
             Ok(()) if self.service.proxy.is_letting_go() => Poll::Pending,
-            // Nothing left to end, or a failed endpoint: either way there is nothing to wait for.
+            // Without jogs, and after a failed endpoint, there is nothing to wait for.
             _ => Poll::Ready(()),
         });
         if timeout(STAND_BY, stands).await.is_err() {

@@ -197,7 +197,7 @@ impl Drop for Link {
             for writing in writes {
                 let _ = writing.await;
             }
-            // Nothing can be done about errors at this point.
+            // At this point an error has no remedy.
             if let Some(device) = device {
                 let _ = device.disconnect().await;
             }

@@ -72,7 +72,7 @@ async fn look(adapter: &Adapter, wanted: &str) -> Result<(Vec<Peripheral>, Vec<S
     let all = adapter.peripherals().await.map_err(trouble::of_system)?;
     let (mut devices, mut seen) = (Vec::new(), Vec::new());
     for device in all {
-        // It has disappeared meanwhile.
+        // The device has disappeared meanwhile.
         let Ok(Some(properties)) = device.properties().await else {
             continue;
         };
