@@ -24,9 +24,10 @@ const STREAM: [Duration; 2] = [Duration::from_millis(80), Duration::from_millis(
 const PHASE: f64 = 0.618_033_988_749_895;
 
 /// Draws a ring and stops it `count` times over a separate connection, then returns to the start of
-/// the ring. `paced` is true if bytes take their time at 115200 baud. The arm is at rest after each
-/// stop, and the path speeds are restored at the end. `tick` is called after each stop with the
-/// number done.
+/// the ring.
+///
+/// `paced` is true if bytes take their time at 115200 baud. The arm is at rest after each stop, and
+/// the path speeds are restored at the end. `tick` is called after each stop with the number done.
 ///
 /// # Errors
 /// As [`Arm::connect`], [`Arm::run`] and [`Arm::stop`].

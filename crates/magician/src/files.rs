@@ -34,8 +34,10 @@ pub fn replace(path: &Path, text: &str) -> io::Result<()> {
 }
 
 /// Replaces a file as [`replace`] does without waiting for the disk, for files written many times a
-/// second. A killed process leaves the old or the new file; a power failure may leave an empty one
-/// on some file systems.
+/// second.
+///
+/// A killed process leaves the old or the new file; a power failure may leave an empty one on some
+/// file systems.
 ///
 /// # Errors
 /// As [`replace`].

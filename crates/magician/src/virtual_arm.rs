@@ -122,9 +122,10 @@ impl VirtualArm {
         Self::new(Controller::in_world(Profile::default(), world), speed)
     }
 
-    /// Selects another tool, as if it was set before power-up: poses refer to its tip. The default
-    /// is the suction cup, unless the scenario says otherwise; [`ToolBias::NONE`] is an arm whose
-    /// tool was never set.
+    /// Selects another tool, as if it was set before power-up: poses refer to its tip.
+    ///
+    /// The default is the suction cup, unless the scenario says otherwise; [`ToolBias::NONE`] is an
+    /// arm whose tool was never set.
     ///
     /// ```
     /// use magician::{ToolBias, VirtualArm};
@@ -140,8 +141,10 @@ impl VirtualArm {
     }
 
     /// Puts the arm into virtual time: its clock runs only while the arm works, which takes no
-    /// wall-clock time, and when [`advance`](Self::advance) is called. While the arm is idle
-    /// nothing happens in its world, however long the program takes, so every run is the same run.
+    /// wall-clock time, and when [`advance`](Self::advance) is called.
+    ///
+    /// While the arm is idle nothing happens in its world, however long the program takes, so every
+    /// run is the same run.
     ///
     /// Commands that a program runs (`run`, `start`, `move_to` and everything that waits for the
     /// queue) take, as at full speed, the time of a real arm whose host is never late. The clock
@@ -165,9 +168,10 @@ impl VirtualArm {
         self
     }
 
-    /// Makes the lines break when the cable is pulled, as those of a USB adapter do. A connection
-    /// then loses its arm ([`Link`](crate::Link)), and reconnects once the cable is plugged in. By
-    /// default frames are lost silently meanwhile, as over Wi-Fi.
+    /// Makes the lines break when the cable is pulled, as those of a USB adapter do.
+    ///
+    /// A connection then loses its arm ([`Link`](crate::Link)), and reconnects once the cable is
+    /// plugged in. By default frames are lost silently meanwhile, as over Wi-Fi.
     ///
     /// ```
     /// use magician::{Arm, ErrorKind, Options, VirtualArm, commands::Pose, sim::ExternalEvent};

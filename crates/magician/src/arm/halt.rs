@@ -203,9 +203,10 @@ impl Arm {
         outcome
     }
 
-    /// Lets the command in progress finish, then pauses the queue (document 1.19.2). Waiting
-    /// commands stay; [`Queue::start`](super::Queue::start) continues with them. A run in progress
-    /// ends, so that it does not start the queue again.
+    /// Lets the command in progress finish, then pauses the queue (document 1.19.2).
+    ///
+    /// Waiting commands stay; [`Queue::start`](super::Queue::start) continues with them. A run in
+    /// progress ends, so that it does not start the queue again.
     ///
     /// # Errors
     /// As [`get`](Self::get).

@@ -66,9 +66,11 @@ impl Drop for Samples {
 }
 
 impl Arm {
-    /// Returns samples of a virtual arm in this process whose clock leaps: `rate` per second of
-    /// that clock while it moves, and one whenever it is touched from outside. `None` for a real
-    /// arm and for a virtual one with a speed, which can be polled.
+    /// Returns samples of a virtual arm in this process whose clock leaps.
+    ///
+    /// The arm takes `rate` samples per second of that clock while it moves, and one whenever it is
+    /// touched from outside. `None` for a real arm and for a virtual one with a speed, which can be
+    /// polled.
     #[must_use]
     pub fn samples(&self, rate: f64) -> Option<Samples> {
         #[cfg(feature = "sim")]

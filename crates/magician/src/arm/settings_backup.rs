@@ -67,8 +67,10 @@ impl SettingsBackup {
     }
 
     /// Creates a backup from settings stored outside of the process, as returned by
-    /// [`settings`](Self::settings). Returns `None` if any of them is not a setting that a program
-    /// may owe an arm, or has a value that no arm accepts.
+    /// [`settings`](Self::settings).
+    ///
+    /// Returns `None` if any of them is not a setting that a program may owe an arm, or has a value
+    /// that no arm accepts.
     #[must_use]
     pub fn from_saved(settings: Vec<Set>) -> Option<Self> {
         let mut check = Preflight::new(&Readings::default());

@@ -89,9 +89,10 @@ impl BoundEndpoints {
         spec::endpoints(&self.listeners)
     }
 
-    /// Reads available bytes, writes pending ones, and registers to be woken for more. The work per
-    /// call is bounded here; the runtime's own budget ([`tokio::task::coop`]) would look like a
-    /// full socket, so poll within [`tokio::task::unconstrained`].
+    /// Reads available bytes, writes pending ones, and registers to be woken for more.
+    ///
+    /// The work per call is bounded here; the runtime's own budget ([`tokio::task::coop`]) would
+    /// look like a full socket, so poll within [`tokio::task::unconstrained`].
     ///
     /// # Errors
     /// [`ServeError`] if an endpoint fails.

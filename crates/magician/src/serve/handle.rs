@@ -59,9 +59,11 @@ impl Handle {
         PendingResult(receiver)
     }
 
-    /// Pulls the cable at the arm's end ([`Runner::unplug`]). When this resolves, pseudo-terminals
-    /// have disappeared like a USB adapter: the path is gone, and clients got a hang-up. TCP
-    /// connections are closed, new ones too, and datagrams are not answered.
+    /// Pulls the cable at the arm's end ([`Runner::unplug`]).
+    ///
+    /// When this resolves, pseudo-terminals have disappeared like a USB adapter: the path is gone,
+    /// and clients got a hang-up. TCP connections are closed, new ones too, and datagrams are not
+    /// answered.
     pub fn unplug(&self) -> PendingResult<()> {
         self.with(Runner::unplug)
     }

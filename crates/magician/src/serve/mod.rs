@@ -354,7 +354,8 @@ impl Server {
         self
     }
 
-    /// Makes this arm `number` of several, counted from 1, which distinguishes its endpoints:
+    /// Makes this arm number `number` of several, counted from 1, which distinguishes its endpoints.
+    ///
     /// `.number` is appended to the paths of pseudo-terminals, and ports count up from the given
     /// ones (0 remains any free port). [`serve_all`] serves the arms together.
     #[must_use]

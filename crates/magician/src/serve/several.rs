@@ -14,6 +14,7 @@ use super::{ServeError, Server};
 
 /// Serves several arms in one future, each with its own endpoints; see [`Server::number`], and
 /// [`Identity::numbered`](magician_sim::Identity::numbered) for arms that differ only by number.
+///
 /// Once every endpoint of every arm accepts, each [`on_ready`](Server::on_ready) is called, in
 /// order.
 ///

@@ -35,8 +35,10 @@ pub struct RunOptions {
     /// again, the run finds out what became of its commands; nothing is sent twice.
     pub patience: Duration,
     /// Duration of commands ahead of the arm up to which the source is asked for more, so that
-    /// later ones can still be chosen. `None` (default) takes as many as there is room for, some
-    /// hundred. A few commands are taken regardless.
+    /// later ones can still be chosen.
+    ///
+    /// `None` (default) takes as many as there is room for, some hundred. A few commands are taken
+    /// regardless.
     pub lead: Option<Duration>,
 }
 

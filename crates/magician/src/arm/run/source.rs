@@ -223,8 +223,10 @@ impl Feeder {
     }
 
     /// Reports that nothing is ready yet, and waits until the arm has finished a command, at most
-    /// 10 ms. The clock of an arm in virtual time continues meanwhile; otherwise it waits up to a
-    /// second for the next command.
+    /// 10 ms.
+    ///
+    /// The clock of an arm in virtual time continues meanwhile; otherwise it waits up to a second
+    /// for the next command.
     pub async fn rest(&self) {
         let changed = self.supply.changed.notified();
         tokio::pin!(changed);

@@ -15,9 +15,10 @@ pub struct Streaming {
 }
 
 impl Arm {
-    /// Starts a program that is pushed command by command while it runs, possibly without end. The
-    /// arm does not pause between commands as long as the feeder does not: up to `ahead` unfinished
-    /// commands may be pushed.
+    /// Starts a program that is pushed command by command while it runs, possibly without end.
+    ///
+    /// The arm does not pause between commands as long as the feeder does not: up to `ahead`
+    /// unfinished commands may be pushed.
     ///
     /// Each command is checked ([`RunOptions::guards`]) from the end of those before it, and sent
     /// as room and horizon allow. A refused command ends the program: those before it are done, and

@@ -151,9 +151,10 @@ impl ProxyServer {
         Ok(self)
     }
 
-    /// Serves until `end` is ready, and returns its output. Then, and after a failed endpoint, the
-    /// endpoints are closed and jogs started through them are ended, which takes at most two
-    /// seconds. Dropping the future earlier ends no jog.
+    /// Serves until `end` is ready, and returns its output.
+    ///
+    /// Then, and after a failed endpoint, the endpoints are closed and jogs started through them
+    /// are ended, which takes at most two seconds. Dropping the future earlier ends no jog.
     ///
     /// # Errors
     /// [`ServeError`] if an endpoint fails. A lost line to the arm is reopened.
