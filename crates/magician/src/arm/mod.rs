@@ -1,3 +1,13 @@
+//! The async handle [`Arm`] and its driver task.
+//!
+//! An arm's line is owned by one task (`driver`), which runs the protocol engine of `magician-host`
+//! on it. Handles never touch the line: a call checks its command (`permission`, `fence`), sends a
+//! message to the task and waits for the answer (`request`). What both sides know (the picture of
+//! the arm, the jog gate, the counters of stops) is in `shared`. Everything a caller can do is a
+//! method of [`Arm`] or of one of its parts, in a file each: motion in `run` and `perform`, jogs in
+//! `jog` (the arm's own) and `bounded_jog` (short pieces), stops in `halt`, waits in `watch`, the
+//! queue, laser, pins and homing in files of these names.
+
 // First, so that its methods come first on the documentation page of `Arm`.
 mod first_program;
 

@@ -1,3 +1,5 @@
+//! Tests of atomic replacement: complete files, growing files, locks and leftovers.
+
 use super::*;
 
 struct Place(tempfile::TempDir);
