@@ -1,4 +1,4 @@
-//! A case, and what it may not do unsaid.
+//! Conformance case, and the properties it has to declare.
 
 use std::fmt;
 
@@ -9,53 +9,55 @@ use serde::{Deserialize, Serialize};
 
 use crate::step::Step;
 
-/// A case: what is done to an arm, what it must do, and the source of that.
+/// Conformance case: steps on an arm, the expected results, and the source of the expectation.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Its name, `chapter.words-with-hyphens`; unique.
+    /// Unique name, `chapter.words-with-hyphens`.
     pub id: String,
-    /// Its name with `*` for the words in which it differs from those written with it, a pattern that means all of them.
+    /// Name with `*` for the words in which it differs from the cases written with it: a pattern
+    /// that matches all of them.
     pub pattern: String,
-    /// What it shows, in a sentence.
+    /// Statement that the case proves, as a sentence.
     pub title: String,
-    /// The source: a section of the document or of the model (`docs/reference/MODEL.md`), an erratum or a habit
-    /// of hosts (both in `docs/reference/ERRATA.md`), a recorded frame (`vector`) or pose.
+    /// Source: a section of the document or of the model (`docs/MODEL.md`), an erratum or a habit
+    /// of hosts (both in `docs/ERRATA.md`), a recorded frame (`vector`) or pose.
     pub source: String,
-    /// How sure that is.
+    /// Confidence in the source.
     pub confidence: Confidence,
-    /// What it assumes of the arm: it fails on an arm of which one of these is not true.
+    /// Assumptions about the arm: the case fails if one of them is violated.
     pub assumes: Vec<Assumption>,
-    /// The alarm that it is about, if it is about one.
+    /// Alarm that the case is about, if any.
     pub alarm: Option<AlarmCase>,
-    /// What state it begins from.
+    /// Initial state.
     pub begin: Begin,
-    /// What lies around the virtual arm, if anything does.
+    /// World of the virtual arm, if any.
     pub world: Option<Scenario>,
-    /// Whether the arm or something on it moves.
+    /// True if the arm or something on it moves.
     pub moves: bool,
-    /// Whether it looks at what a clock that runs by itself blurs: a pose under way, an order between two instants.
+    /// True if it examines what a free-running clock blurs: a pose in motion, the order of two
+    /// instants.
     pub exact: bool,
-    /// Why it is not for a real arm: what it could damage or unlearn.
+    /// Reason why it is not for a real arm: damage, or lost settings.
     pub hurts: Option<String>,
-    /// Why only an arm inside this program can show it.
+    /// Reason why only an in-process arm can run it.
     pub sim_only: Option<String>,
     /// Line of its file where its steps begin, from 1.
     pub line: usize,
     pub(crate) steps: Vec<Step>,
 }
 
-/// An alarm, as the case that shows it says in words: the page of alarms is made of these.
+/// Alarm of a case in words, for the documentation of alarms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlarmCase {
-    /// Its code.
+    /// Code of the alarm.
     pub code: u8,
-    /// How it arises.
+    /// Cause of the alarm.
     pub arises: String,
-    /// How it goes.
+    /// Condition that clears it.
     pub goes: String,
 }
 
-/// How sure a fact is.
+/// Confidence in a fact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum Confidence {
     /// Measured on real arms.
@@ -67,7 +69,7 @@ pub enum Confidence {
     Vl,
     /// Third-party code or text.
     T,
-    /// A choice, because no source says.
+    /// A choice, because no source says it.
     G,
 }
 
@@ -83,31 +85,31 @@ impl fmt::Display for Confidence {
     }
 }
 
-/// What state a case begins from.
+/// Initial state of a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Begin {
-    /// Queue stopped and empty, no alarms, the parameters of the reference model, and at J 0, 45, 45, 0 if the case
-    /// moves.
+    /// Queue stopped and empty, no alarms, the parameters of the reference model, and at J 0, 45,
+    /// 45, 0 if the case moves.
     #[default]
     Ready,
-    /// Switched on a moment ago.
+    /// Just after power-up.
     PowerUp,
 }
 
 impl Case {
-    /// The chapter it belongs to: its name up to the first dot.
+    /// Returns its chapter: the name up to the first dot.
     #[must_use]
     pub fn chapter(&self) -> &str {
         self.id.split('.').next().unwrap_or_default()
     }
 
-    /// The steps as they are written, a line each.
+    /// Returns the steps as written, one line each.
     pub fn steps(&self) -> impl Iterator<Item = &str> {
         self.steps.iter().map(|step| step.text.as_str())
     }
 
-    /// What `--only` and `--skip` know it by besides its name.
+    /// Returns its tags for `--only` and `--skip`.
     #[must_use]
     pub fn tags(&self) -> Vec<&'static str> {
         let tags = [
@@ -124,7 +126,8 @@ impl Case {
             .collect()
     }
 
-    /// Whether a pattern means it: its chapter, a tag, or a pattern of its name in which `*` stands for anything.
+    /// True if a pattern matches: its chapter, a tag, its confidence, or its name, where `*` stands
+    /// for anything.
     #[must_use]
     pub fn matches(&self, pattern: &str) -> bool {
         let confidence = self.confidence.to_string();
@@ -134,17 +137,19 @@ impl Case {
             || glob(pattern, &self.id)
     }
 
-    /// Whether it moves an arm that is not virtual: one that could harm it, or is for virtual arms, is left out there.
+    /// True if it moves a real arm. Cases that could harm one, or are for virtual arms, are skipped
+    /// there.
     #[must_use]
     pub fn moves_an_arm(&self) -> bool {
         self.moves && self.hurts.is_none() && self.sim_only.is_none()
     }
 
-    /// The commands that it sets or queues.
+    /// Returns the commands that it sets or queues.
     fn orders(&self) -> Vec<&'static Row> {
         let mut rows = Vec::new();
         for step in &self.steps {
             let mut deframer = Deframer::new();
+            // Raw bytes are decoded as well: they may contain whole frames.
             let mut bytes = step.action.bytes();
             while let Some(event) = deframer.next(&mut bytes) {
                 if let Event::Frame { frame, .. } = event
@@ -157,13 +162,14 @@ impl Case {
         rows
     }
 
-    /// Whether only an arm inside this program can be brought to where the case begins.
+    /// True if only an in-process arm can be brought to its initial state.
     fn inside_only(&self) -> bool {
         self.sim_only.is_some() || self.world.is_some() || self.begin == Begin::PowerUp
     }
 
-    /// What the case does without saying so.
+    /// Returns the first action that the case performs without declaring it.
     pub(crate) fn undeclared(&self) -> Option<String> {
+        // Skipped on a real arm anyway, so a dangerous command does no harm.
         let kept = self.hurts.is_some() || self.inside_only();
         for row in self.orders() {
             if row.dangerous && !kept {
@@ -180,11 +186,12 @@ impl Case {
     }
 }
 
-/// Whether a name fits a pattern in which `*` stands for anything.
+/// True if a name matches a pattern in which `*` stands for anything.
 fn glob(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,
         Some((head, tail)) => name.strip_prefix(head).is_some_and(|rest| {
+            // Every split is tried: names are short, and patterns have one or two stars.
             (0..=rest.len())
                 .filter_map(|at| rest.get(at..))
                 .any(|rest| glob(tail, rest))

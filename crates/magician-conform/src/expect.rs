@@ -1,10 +1,10 @@
-//! What a reply must carry, field by field: `x=200+-0.01`, `left_space=32`, `joint_angle=0,45,_,0`.
+//! Expected fields of a reply: `x=200+-0.01`, `left_space=32`, `joint_angle=0,45,_,0`.
 
 use std::fmt;
 
 use magician_protocol::{Field, FieldType, FieldValue, LayoutInfo, Scalar};
 
-/// How a field is compared.
+/// Comparison of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Relation {
     Is,
@@ -25,16 +25,16 @@ const RELATIONS: [(&str, Relation); 6] = [
     ("<", Relation::Below),
 ];
 
-/// What a field is compared with.
+/// Value to compare with.
 #[derive(Clone, Debug, PartialEq)]
 enum Wanted {
-    /// Numbers, `None` for any.
+    /// Numbers; `None` matches any.
     Numbers(Vec<Option<f64>>),
-    /// The value as text.
+    /// Text form of the value.
     Text(String),
 }
 
-/// What one field of a reply must be.
+/// Expectation of one field of a reply.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Check {
     field: &'static Field,
@@ -51,7 +51,7 @@ impl fmt::Display for Check {
 }
 
 impl Check {
-    /// Reads `field=value`, `field=value+-tolerance`, `field!=value`, `field>value` and the like.
+    /// Parses `field=value`, `field=value+-tolerance`, `field!=value`, `field>value` and the like.
     pub(crate) fn read(layout: &LayoutInfo, word: &str) -> Result<Self, String> {
         let (name, relation, value) = split(word).ok_or_else(|| {
             format!("'{word}' is not an expectation: write field=value, or field>value")
@@ -78,7 +78,7 @@ impl Check {
         })
     }
 
-    /// Whether a reply's parameters are as wanted.
+    /// True if the parameters of a reply satisfy the expectation.
     pub(crate) fn holds(&self, layout: &LayoutInfo, params: &[u8]) -> bool {
         let Ok(mut values) = layout.values(params) else {
             return false;
@@ -97,6 +97,7 @@ impl Check {
         let near = |found: f64, wanted: f64| {
             found == wanted
                 || (found - wanted).abs() <= self.tolerance
+                // NaN is a value like any other here: some cases set it on purpose.
                 || found.is_nan() && wanted.is_nan()
         };
         let mut pairs = found
@@ -137,6 +138,7 @@ fn wanted(field: &Field, text: &str, rough: bool) -> Option<Wanted> {
         FieldType::Text | FieldType::Bytes | FieldType::Alarms | FieldType::Outputs => {
             Wanted::Text(text.to_owned())
         }
+        // By name or by number, because some cases send values without a name.
         FieldType::Enum(info) => match info.value_of(text) {
             Some(value) => Wanted::Numbers(vec![Some(value.into())]),
             None => Wanted::Numbers(vec![one(text)?]),
@@ -149,7 +151,8 @@ fn wanted(field: &Field, text: &str, rough: bool) -> Option<Wanted> {
     })
 }
 
-/// A number, `Some(None)` for `_`. Without a tolerance it is the nearest that the wire has.
+/// Parses a number, `Some(None)` for `_`. Without a tolerance it is rounded to what the wire can
+/// represent.
 fn number(ty: FieldType, text: &str, rough: bool) -> Option<Option<f64>> {
     let float = matches!(
         ty,
@@ -157,6 +160,7 @@ fn number(ty: FieldType, text: &str, rough: bool) -> Option<Option<f64>> {
     );
     match text {
         "_" => Some(None),
+        // Rounded like the value on the wire, or 0.1 would never equal it.
         text if float && !rough => text.parse::<f32>().ok().map(|number| Some(number.into())),
         text => text.parse::<f64>().ok().map(Some),
     }

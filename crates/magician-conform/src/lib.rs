@@ -1,8 +1,8 @@
-//! What a Dobot Magician's controller does, as cases that an arm can be held against: virtual or real.
+//! Conformance cases for the controller of a Dobot Magician, to be run on virtual and real arms.
 //!
 //! # Cases
 //!
-//! A case is a table in a file of its chapter (`cases/*.toml`), made to be read:
+//! A case is a table in the file of its chapter (`cases/*.toml`), made to be read:
 //!
 //! ```toml
 //! [[case]]
@@ -21,43 +21,49 @@
 //! '''
 //! ```
 //!
-//! Besides these a case may have `begin = "power-up"` (see [`Begin`]), `exact = true` (it looks at what a clock that
-//! runs by itself blurs), `hurts = "..."` and `sim_only = "..."` (why it is not for a real arm), `world = "..."` (what lies around a
-//! virtual arm, a [scenario](magician_sim::scenario)), `assumes = ["PtpLaw"]` (the [assumptions](magician_sim::fidelity) without which it
-//! fails), and `alarm = { code, arises, goes }` (a row of the page of alarms that it holds). `each = [{ mode = 1, x = 200 }, ..]` makes a case
-//! of each of these, with its values for `{mode}` and `{x}` in all texts.
+//! Further keys of a case:
+//!
+//! * `begin = "power-up"`: the initial state (see [`Begin`]).
+//! * `exact = true`: the case examines states that a free-running clock blurs.
+//! * `hurts = "..."` and `sim_only = "..."`: why it is not for a real arm.
+//! * `world = "..."`: the world of the virtual arm, a [scenario](magician_sim::scenario).
+//! * `assumes = ["PtpLaw"]`: the [assumptions](magician_sim::fidelity) without which it fails.
+//! * `alarm = { code, arises, goes }`: a row of the documentation of alarms that it proves.
+//! * `each = [{ mode = 1, x = 200 }, ..]`: makes a case of each of these, with its values in place
+//!   of `{mode}` and `{x}` in all texts.
 //!
 //! # Steps
 //!
-//! One a line. `#` begins a remark, `32x` before a step does it so often, `"` keeps words together.
+//! One per line. `#` starts a comment, `32x` before a step repeats it, `"` keeps words together.
 //!
 //! | step | what it does |
 //! |---|---|
-//! | `get NAME [key=value ..] [-> field=value ..]` | asks, and wants exactly one answer that echoes id and Ctrl and carries this |
-//! | `set NAME [key=value ..]` | sets at once, and wants an empty answer |
-//! | `queue NAME [key=value ..] [-> full]` | queues, and wants an index one above the one before; `full`: refused |
-//! | `frame COMMAND CTRL [BYTES ..]` | sends a frame with a right checksum, Ctrl and parameters in hex |
-//! | `send BYTES ..` | sends bytes as they are, damaged frames for one |
-//! | `answered [-> field=value ..]` | the answer to the frame sent last, as `get`, `set` and `queue` want it |
-//! | `reply BYTES ..` | the next frame from the arm, byte for byte; `..` is any byte |
-//! | `silence` | nothing comes from the arm |
-//! | `wait 1.5 s`, `at 1.5 s` | lets time pass: so much, or until so long after the last set or queued command |
-//! | `done [after 2 s [+- 10 ms]]` | lets time pass until the command queued last has finished, and wants that to be then |
-//! | `rest` | lets time pass until the arm stands |
-//! | `finished last`, `last-1`, `nothing` | which queued command finished last |
-//! | `alarms none`, `0x11 ..`, `with ..`, `without ..` | which alarms stand |
-//! | `happens ..` | something happens to a virtual arm: `key short`, `key long`, `unlock press`, `unlock release`, `guide J1 J2 J3 J4`, `slip JOINT DEGREES`, `alarm CODE`, `reset` |
-//! | `sees laser=30 ..` | what an observer of a virtual arm sees: `laser` percent, `suction`, `gripper`, `holding` 0 or
-//! 1, `pulses0`, `pulses1` |
-//! | `link 1` | from here on another host asks, on a link of its own; 0 is the first |
+//! | `get NAME [key=value ..] [-> field=value ..]` | reads, and expects exactly one answer with the same id and Ctrl and these values |
+//! | `set NAME [key=value ..]` | sets immediately, and expects an empty answer |
+//! | `queue NAME [key=value ..] [-> full]` | queues, and expects the next index; `full`: a refusal |
+//! | `frame COMMAND CTRL [BYTES ..]` | sends a frame with a correct checksum; Ctrl and parameters in hex |
+//! | `send BYTES ..` | sends bytes unchanged, for example damaged frames |
+//! | `answered [-> field=value ..]` | expects the answer to the last frame, as `get`, `set` and `queue` do |
+//! | `reply BYTES ..` | expects the next frame from the arm, byte for byte; `..` is any byte |
+//! | `silence` | expects nothing from the arm |
+//! | `wait 1.5 s`, `at 1.5 s` | lets time pass: this long, or until this long after the last set or queued command |
+//! | `done [after 2 s [+- 10 ms]]` | lets time pass until the last queued command has finished, and expects that at this time |
+//! | `rest` | lets time pass until the arm is at rest |
+//! | `finished last`, `last-1`, `nothing` | expects this queued command to have finished last |
+//! | `alarms none`, `0x11 ..`, `with ..`, `without ..` | expects these active alarms |
+//! | `happens ..` | external event of a virtual arm: `key short`, `key long`, `unlock press`, `unlock release`, `guide J1 J2 J3 J4`, `slip JOINT DEGREES`, `alarm CODE`, `reset` |
+//! | `sees laser=30 ..` | expects these outputs of a virtual arm: `laser` percent, `suction`, `gripper`, `holding` 0 or 1, `pulses0`, `pulses1` |
+//! | `link 1` | continues as another host, on a link of its own; 0 is the first |
 //!
-//! A field is compared with `=`, `!=`, `<`, `<=`, `>`, `>=`; `x=200+-0.01` has a tolerance, without one the number must be
-//! the nearest that the wire has; arrays are `0,45,_,0` with `_` for anything.
+//! A field is compared with `=`, `!=`, `<`, `<=`, `>`, `>=`. `x=200+-0.01` has a tolerance; without
+//! one the number must be the nearest that the wire can represent. Arrays are written `0,45,_,0`,
+//! where `_` matches anything.
 //!
 //! # Arms
 //!
-//! A [`Target`] is an arm with a clock: [`SimTarget`] a virtual arm whose clock it steps, [`LineTarget`] an arm at the end of a line, for
-//! which the clock on the wall runs. [`Runner`] runs the cases on it.
+//! A [`Target`] is an arm with a clock: [`SimTarget`] is a virtual arm whose clock is stepped,
+//! [`LineTarget`] an arm at the end of a line that follows the wall clock. [`Runner`] runs the
+//! cases on it.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

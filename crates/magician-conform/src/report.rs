@@ -1,50 +1,50 @@
-//! What came of a case.
+//! Outcome of a case.
 
 use std::fmt::Write;
 
 use magician_protocol::{Direction, FrameBuf, describe};
 
-/// What came of a case.
+/// Outcome of a case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The arm did all of it.
+    /// The arm met all expectations.
     Passed,
-    /// The arm did something else.
+    /// The arm deviated.
     Failed(Box<Mismatch>),
-    /// It was not done, and why.
+    /// The case was not run, for this reason.
     Skipped(String),
 }
 
-/// Where an arm did something else than a case says.
+/// Deviation of an arm from a case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
-    /// Line of the step in its file, 0 when the arm could not be brought to where the case begins.
+    /// Line of the step in its file; 0 if the initial state could not be reached.
     pub line: usize,
-    /// The step, as it is written.
+    /// Step as written.
     pub step: String,
-    /// The frame or bytes sent last.
+    /// Last frame or bytes sent.
     pub sent: Vec<u8>,
-    /// What was expected, in words or bytes.
+    /// Expectation, in words or bytes.
     pub expected: String,
-    /// What came instead, in words.
+    /// Actual result, in words.
     pub got: String,
-    /// What came instead, as it came.
+    /// Actual bytes.
     pub received: Vec<u8>,
 }
 
-/// Bytes as people write them.
+/// Returns bytes as hex text.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len() * 3);
     for byte in bytes {
         let space = if text.is_empty() { "" } else { " " };
-        // A string takes whatever is written.
+        // Writing to a string cannot fail.
         let _ = write!(text, "{space}{byte:02X}");
     }
     text
 }
 
-/// A frame from the arm in words: command and fields.
+/// Describes a frame from the arm: command and fields.
 #[must_use]
 pub fn in_words(frame: &FrameBuf, direction: Direction) -> String {
     let frame = frame.frame();

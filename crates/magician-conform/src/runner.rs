@@ -1,4 +1,4 @@
-//! Runs cases on a target.
+//! Runner of cases on a target.
 
 use std::time::Duration;
 
@@ -17,23 +17,24 @@ use crate::target::Target;
 const BEGIN: &str = include_str!("../cases/begin.steps");
 const BEGIN_MOVES: &str = include_str!("../cases/begin_moves.steps");
 
-/// Runs cases on an arm, one after the other, each from the same beginning.
+/// Runs cases on an arm one by one, each from the same initial state.
 ///
-/// [`begin`](Self::begin) notes the arm's parameters, [`run`](Self::run) runs a case, [`end`](Self::end) gives
-/// the parameters back. If the work is given up in between, `end` still leaves the arm at rest and as it was.
+/// [`begin`](Self::begin) saves the arm's parameters, [`run`](Self::run) runs a case,
+/// [`end`](Self::end) restores the parameters. If the work is aborted in between, `end` still
+/// leaves the arm at rest and as it was.
 pub struct Runner<T> {
     session: Session<T>,
     ready: Vec<Step>,
     ready_to_move: Vec<Step>,
-    /// The sets that give an arm back what it had.
+    /// Requests that restore the arm's parameters.
     saved: Vec<FrameBuf>,
 }
 
 impl<T: Target> Runner<T> {
-    /// A runner for this target; an answer may take as long as `patience`.
+    /// Creates a runner for this target; an answer may take up to `patience`.
     ///
     /// # Errors
-    /// [`SuiteError`] never in a build whose tests pass.
+    /// [`SuiteError`], but never in a build whose tests pass.
     pub fn new(target: T, patience: Duration) -> std::result::Result<Self, SuiteError> {
         let read = |file: &str, text| {
             step::read_all(text, 1).map_err(|(line, message)| SuiteError {
@@ -50,12 +51,14 @@ impl<T: Target> Runner<T> {
         })
     }
 
-    /// Makes sure that an arm answers, and notes its parameters. Changes nothing.
+    /// Checks that an arm answers, and saves its parameters. Changes nothing.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`](magician::ErrorKind::Timeout) when nothing answers, what the line says when it is gone.
+    /// [`ErrorKind::Timeout`](magician::ErrorKind::Timeout) if nothing answers; errors of a lost
+    /// line.
     pub async fn begin(&mut self) -> Result<()> {
         self.session.begin().await?;
+        // A stepped arm is replaced for each case, so there is nothing to save.
         if self.session.target.stepped().is_some() {
             return Ok(());
         }
@@ -64,7 +67,7 @@ impl<T: Target> Runner<T> {
             return Err(Error::new(magician::ErrorCode::NoAnswer, message));
         }
         for row in TABLE.iter().filter(|row| is_kept(row)) {
-            // What this firmware does not know is not changed by the cases in a way that lasts.
+            // A parameter that this firmware does not know cannot be changed by the cases either.
             if let Some(params) = self.session.value(row.id).await? {
                 self.saved.push(FrameBuf::new(row.id, Ctrl::SET, &params)?);
             }
@@ -75,7 +78,7 @@ impl<T: Target> Runner<T> {
     /// Runs a case.
     ///
     /// # Errors
-    /// What the line says when it is gone.
+    /// Errors of a lost line.
     pub async fn run(&mut self, case: &Case) -> Result<Outcome> {
         if let Some(reason) = self.skip_reason(case) {
             return Ok(Outcome::Skipped(reason));
@@ -91,7 +94,7 @@ impl<T: Target> Runner<T> {
         }
     }
 
-    /// Why a case is skipped on this target.
+    /// Returns the reason why a case is skipped on this target.
     fn skip_reason(&self, case: &Case) -> Option<String> {
         if self.session.target.stepped().is_some() {
             return None;
@@ -130,22 +133,24 @@ impl<T: Target> Runner<T> {
         Ok(())
     }
 
-    /// The arm.
+    /// Returns the arm.
     pub fn target(&mut self) -> &mut T {
         &mut self.session.target
     }
 
-    /// Leaves the arm at rest, its queue empty and stopped, its tools off, and with the parameters that it had.
+    /// Leaves the arm at rest, its queue empty and stopped, its tools off, and its parameters
+    /// restored.
     ///
     /// # Errors
-    /// What the line says when it is gone; [`ErrorKind::Unexpected`](magician::ErrorKind::Unexpected) when the arm does
-    /// not take its parameters back.
+    /// Errors of a lost line; [`ErrorKind::Unexpected`](magician::ErrorKind::Unexpected) if the arm
+    /// refuses its parameters.
     pub async fn end(&mut self) -> Result<()> {
         if self.session.target.stepped().is_some() {
             return Ok(());
         }
         self.session.begin().await?;
         let quiet = Duration::from_millis(300);
+        // An aborted case may have left replies in flight.
         while !self.session.target.receive(quiet).await?.is_empty() {}
         let rested = self.session.prepare(&self.ready).await;
         for frame in std::mem::take(&mut self.saved) {
@@ -169,12 +174,14 @@ impl<T: Target> Runner<T> {
     }
 }
 
-/// Whether the value of a row is noted before and set again after: what is set as it is read, without harm.
+/// True if the value of a row is saved and restored: it is set in the form in which it is read,
+/// without side effects.
 fn is_kept(row: &Row) -> bool {
     let same = row
         .value
         .zip(row.set)
         .is_some_and(|(value, set)| value.name == set.name);
     let asked = row.query.is_some_and(|query| !query.fields.is_empty());
+    // Pins are left out: restoring a level could switch on what is connected to them.
     same && !asked && !row.dangerous && row.chapter != Chapter::Io
 }

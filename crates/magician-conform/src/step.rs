@@ -1,4 +1,4 @@
-//! A step of a case, as it is written and as it is done. The grammar is told in the crate's documentation.
+//! Step of a case, as written and as executed. The crate documentation has the grammar.
 
 use std::time::Duration;
 
@@ -17,90 +17,91 @@ pub use outside::Observable;
 pub(crate) use outside::Observation;
 use outside::{happening, observation};
 
-/// A step with its place.
+/// Step with its location.
 #[derive(Clone, Debug)]
 pub(crate) struct Step {
     /// Line in the file of cases, from 1.
     pub(crate) line: usize,
-    /// As it is written.
+    /// Text of the step.
     pub(crate) text: String,
-    /// How often it is done.
+    /// Number of repetitions.
     pub(crate) times: u32,
     pub(crate) action: Action,
 }
 
-/// What a step does. Steps are few, and most of them ask.
+/// Action of a step. Not boxed: steps are few, and most are requests.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum Action {
-    /// Sends bytes and looks at nothing.
+    /// Sends bytes without expectation.
     Send(Vec<u8>),
-    /// Sends a frame and looks at its answer.
+    /// Sends a frame and checks its answer.
     Ask(FrameBuf, ExpectedAnswer),
-    /// Looks at the answer to the frame sent last.
+    /// Checks the answer to the last frame.
     Answered(ExpectedAnswer),
-    /// The next frame from the arm; `None` stands for any byte.
+    /// Checks the next frame from the arm; `None` stands for any byte.
     Reply(Vec<Option<u8>>),
-    /// The arm says nothing.
+    /// Checks that the arm is silent.
     Silence,
     /// Lets time pass.
     Wait(Duration),
-    /// Lets time pass until that long after the last order.
+    /// Lets time pass until this long after the last set or queued command.
     At(Duration),
-    /// Lets time pass until the queued command that came last has finished; when that must be, and how exactly.
+    /// Lets time pass until the last queued command has finished; with the expected time and its
+    /// tolerance.
     Done(Option<(Duration, Duration)>),
-    /// Lets time pass until the arm stands.
+    /// Lets time pass until the arm is at rest.
     Rest,
-    /// Which queued command has finished last.
+    /// Checks which queued command has finished last.
     Finished(Finished),
-    /// Which alarms stand.
+    /// Checks the active alarms.
     Alarms(Alarms),
-    /// Something happens to the arm.
+    /// Injects an external event.
     Happens(ExternalEvent),
-    /// What an observer sees of the arm's tools and motors.
+    /// Checks the arm's tools and motors from outside.
     Sees(Vec<Observation>),
-    /// From here on the host is another one, on a link of its own.
+    /// Continues as another host, on its own link.
     Link(u8),
 }
 
-/// What an answer must be.
+/// Expected answer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ExpectedAnswer {
-    /// What its fields must be.
+    /// Expected fields.
     pub(crate) checks: Vec<Check>,
-    /// The queue is full: index 0, and bit 2 of Ctrl.
+    /// True if the queue is expected to be full: index 0, and bit 2 of Ctrl.
     pub(crate) full: bool,
 }
 
-/// The command that has finished last.
+/// Expected last finished command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Finished {
     /// None since the case began.
     Nothing,
-    /// The one that was queued last, or so many before it.
+    /// The last queued one, or this many before it.
     Last(u64),
 }
 
-/// What the alarms must be.
+/// Expected alarms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Alarms {
-    /// These and no others.
+    /// Exactly these.
     Are(Vec<u8>),
-    /// These at least.
+    /// At least these.
     With(Vec<u8>),
     /// None of these.
     Without(Vec<u8>),
 }
 
-/// How exactly a time must be met when nothing is said.
+/// Default tolerance of a time. Choice.
 const EXACTLY: Duration = Duration::from_millis(2);
-/// Most repetitions of a step.
+/// Most repetitions of a step. Choice.
 const MOST: u32 = 10_000;
 
-/// Reads the lines of a case, the first of which stands on line `first`.
+/// Parses the lines of a case; `first` is the number of the first line.
 ///
 /// # Errors
-/// The line and what is wrong with it.
+/// The line, and the error in it.
 pub(crate) fn read_all(text: &str, first: usize) -> Result<Vec<Step>, (usize, String)> {
     let mut steps = Vec::new();
     let mut sent = None;
@@ -115,6 +116,7 @@ pub(crate) fn read_all(text: &str, first: usize) -> Result<Vec<Step>, (usize, St
         }
         let (times, words) = repetitions(&words).map_err(|error| (line, error))?;
         let action = read(words, sent.as_ref()).map_err(|error| (line, error))?;
+        // The grammar of `answered` depends on the frame before it, so it is tracked while parsing.
         if let Some(frame) = action.frame() {
             sent = Some(frame);
         }
@@ -129,7 +131,7 @@ pub(crate) fn read_all(text: &str, first: usize) -> Result<Vec<Step>, (usize, St
     Ok(steps)
 }
 
-/// `32x` before a step.
+/// Parses `32x` before a step.
 fn repetitions(words: &[String]) -> Result<(u32, &[String]), String> {
     let Some((head, rest)) = words.split_first() else {
         return Ok((1, words));
@@ -138,6 +140,7 @@ fn repetitions(words: &[String]) -> Result<(u32, &[String]), String> {
         .strip_suffix('x')
         .and_then(|number| number.parse().ok());
     match count {
+        // Not a count, so the word is the step itself.
         None => Ok((1, words)),
         Some(count) if (1..=MOST).contains(&count) && !rest.is_empty() => Ok((count, rest)),
         Some(_) => Err(format!(
@@ -187,7 +190,7 @@ fn read(all: &[String], sent: Option<&FrameBuf>) -> Result<Action, String> {
     }
 }
 
-/// A command by name with its fields, and what its answer must carry behind `->`.
+/// Parses a command with its fields, and the expected answer after `->`.
 fn ask(
     find: impl Fn(&str) -> Result<&'static Row, magician_protocol::NameError>,
     ctrl: Ctrl,
@@ -229,6 +232,7 @@ fn answer(layout: &LayoutInfo, words: &[String]) -> Result<ExpectedAnswer, Strin
     let mut answer = ExpectedAnswer::default();
     for word in words {
         match word.as_str() {
+            // Not a field: no layout has one of this name.
             "full" => answer.full = true,
             word => answer.checks.push(Check::read(layout, word)?),
         }
@@ -236,11 +240,12 @@ fn answer(layout: &LayoutInfo, words: &[String]) -> Result<ExpectedAnswer, Strin
     Ok(answer)
 }
 
-/// A frame with a right checksum: command, Ctrl and parameters in hex.
+/// Parses a frame with a correct checksum: command, Ctrl and parameters in hex.
 fn frame(words: &[String]) -> Result<FrameBuf, String> {
     let [name, ctrl, params @ ..] = words else {
         return Err("write frame COMMAND CTRL BYTES".to_owned());
     };
+    // Also by number, for ids that no command has.
     let id = match name.parse::<u8>() {
         Ok(id) => id,
         Err(_) => {
@@ -273,7 +278,7 @@ fn answered(rest: &[String], sent: Option<&FrameBuf>) -> Result<ExpectedAnswer, 
     answer(reply_layout(row, frame.ctrl()), words)
 }
 
-/// What the answer to a request carries.
+/// Returns the layout of the answer to a request.
 pub(crate) fn reply_layout(row: &Row, ctrl: Ctrl) -> &'static LayoutInfo {
     match (row.sets(ctrl), ctrl.queued() && !row.steers_queue()) {
         (true, true) => QueuedCmdIndex::INFO,
@@ -282,7 +287,7 @@ pub(crate) fn reply_layout(row: &Row, ctrl: Ctrl) -> &'static LayoutInfo {
     }
 }
 
-/// Nothing, `after 2 s`, `after 2 s +- 10 ms`.
+/// Parses nothing, `after 2 s`, or `after 2 s +- 10 ms`.
 fn done(words: &[String]) -> Result<Option<(Duration, Duration)>, String> {
     match words {
         [] => Ok(None),
@@ -323,6 +328,7 @@ fn alarms(words: &[String]) -> Result<Alarms, String> {
         [] => Err(
             "write alarms none, alarms 0x11, alarms with 0x11 or alarms without 0x11".to_owned(),
         ),
+        // A word, because an empty list would look like a forgotten one.
         [none] if none == "none" => Ok(Alarms::Are(Vec::new())),
         [with, rest @ ..] if with == "with" => codes(rest).map(Alarms::With),
         [without, rest @ ..] if without == "without" => codes(rest).map(Alarms::Without),
@@ -331,20 +337,22 @@ fn alarms(words: &[String]) -> Result<Alarms, String> {
 }
 
 impl Action {
-    /// The frame that it sends, if it sends one that is whole.
+    /// Returns the frame that it sends, if it sends a complete one.
     pub(crate) fn frame(&self) -> Option<FrameBuf> {
         match self {
             Self::Ask(frame, _) => Some(*frame),
             Self::Send(bytes) => Frame::new(bytes).map(FrameBuf::from),
+            // All other steps send nothing.
             _ => None,
         }
     }
 
-    /// The bytes that it sends.
+    /// Returns the bytes that it sends.
     pub(crate) fn bytes(&self) -> &[u8] {
         match self {
             Self::Ask(frame, _) => frame.bytes(),
             Self::Send(bytes) => bytes,
+            // All other steps send nothing.
             _ => &[],
         }
     }

@@ -1,4 +1,4 @@
-//! The cases: read from their files, and checked for what a case may not do unsaid.
+//! Suite of cases: reading the files, and checking that each case declares what it does.
 
 use std::collections::BTreeMap;
 
@@ -10,19 +10,19 @@ use toml::Spanned;
 use crate::case::{AlarmCase, Begin, Case, Confidence};
 use crate::{step, words};
 
-/// A file of cases that cannot be used: what is wrong and where.
+/// Error in a file of cases, with its location.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}, line {line}: {message}")]
 pub struct SuiteError {
-    /// The file.
+    /// File name.
     pub file: String,
-    /// The line, from 1.
+    /// Line, from 1.
     pub line: usize,
-    /// What is wrong.
+    /// Description.
     pub message: String,
 }
 
-/// Cases in the order in which they are done.
+/// Cases in order of execution.
 #[derive(Clone, Debug, Default)]
 pub struct Suite {
     cases: Vec<Case>,
@@ -34,7 +34,7 @@ struct File {
     case: Vec<Written>,
 }
 
-/// A case as its file has it, or with `each` several that differ in some words.
+/// Case as written; with `each` it stands for several that differ in some words.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -69,7 +69,7 @@ struct WrittenAlarm {
 
 macro_rules! chapters {
     ($($name:literal)+) => {
-        /// The built-in files: chapter and text.
+        /// Built-in files: chapter and text.
         const FILES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../cases/", $name, ".toml")))),+];
     };
 }
@@ -80,10 +80,10 @@ chapters! {
 }
 
 impl Suite {
-    /// The cases of this program.
+    /// Returns the built-in cases.
     ///
     /// # Errors
-    /// [`SuiteError`] never in a build whose tests pass.
+    /// [`SuiteError`], but never in a build whose tests pass.
     pub fn built_in() -> Result<Self, SuiteError> {
         let mut suite = Self::default();
         for (chapter, text) in FILES {
@@ -95,8 +95,8 @@ impl Suite {
     /// Adds the cases of a chapter from the text of its file.
     ///
     /// # Errors
-    /// [`SuiteError`] for text that is no TOML, a case without what it must have, a step that makes no sense, and a
-    /// case that moves the arm or could harm it and does not say so.
+    /// [`SuiteError`] for invalid TOML, a missing key, an invalid step, and a case that moves or
+    /// could harm the arm without declaring it.
     pub fn read(&mut self, chapter: &str, text: &str) -> Result<(), SuiteError> {
         let wrong = |line, message| SuiteError {
             file: format!("{chapter}.toml"),
@@ -111,12 +111,13 @@ impl Suite {
         for written in file.case {
             let once = [BTreeMap::new()];
             let each = match written.each.as_slice() {
+                // A case without `each` is one with a single set of no values.
                 [] => &once,
                 each => each,
             };
             for values in each {
                 let line = line_at(written.id.span().start);
-                // The line break behind the opening quotes is not part of the text.
+                // The line break after the opening quotes is not part of the text.
                 let first = line_at(written.steps.span().start) + 1;
                 let world = written
                     .world
@@ -138,10 +139,11 @@ impl Suite {
         Ok(())
     }
 
-    /// Why a case cannot be added.
+    /// Returns the reason why a case cannot be added.
     fn rejection(&self, chapter: &str, case: &Case) -> Option<String> {
         let known = self.cases.iter().any(|other| other.id == case.id);
         match case.chapter() {
+            // First, because all other errors name the case.
             _ if known => Some(format!("two cases are called '{}'", case.id)),
             _ if case.id.contains('{') => Some(format!("a word of '{}' has no value", case.id)),
             _ if case.steps.is_empty() => Some("the case has no steps".to_owned()),
@@ -152,21 +154,21 @@ impl Suite {
         }
     }
 
-    /// The cases.
+    /// Returns all cases.
     #[must_use]
     pub fn cases(&self) -> &[Case] {
         &self.cases
     }
 
-    /// The first of these patterns that no case matches.
+    /// Returns the first of these patterns that matches no case.
     pub fn unmatched<'p>(&self, patterns: impl IntoIterator<Item = &'p String>) -> Option<&'p str> {
         let mut patterns = patterns.into_iter();
         let pattern = patterns.find(|pattern| !self.cases.iter().any(|case| case.matches(pattern)));
         pattern.map(String::as_str)
     }
 
-    /// The cases that one of the patterns in `only` means, or all if there are none, without those that one in `skip`
-    /// means.
+    /// Returns the cases that match a pattern in `only` (all if it is empty), except those that
+    /// match one in `skip`.
     #[must_use]
     pub fn select(&self, only: &[String], skip: &[String]) -> Vec<&Case> {
         let means =
@@ -179,7 +181,7 @@ impl Suite {
     }
 }
 
-/// What is wrong with a case, and where if that is known.
+/// Error in a case, with its location if known.
 enum CaseError {
     Case(String),
     World(String),
@@ -187,7 +189,8 @@ enum CaseError {
 }
 
 impl Written {
-    /// The case with these values for the words in braces; its first step stands on line `first`.
+    /// Returns the case with these values for the words in braces; `first` is the line of its first
+    /// step.
     fn case(
         &self,
         values: &BTreeMap<String, toml::Value>,
@@ -216,6 +219,7 @@ impl Written {
                 goes: fill(&alarm.goes),
             })
         };
+        // The name with `*` for each value matches all cases of the table.
         let any = values.keys().map(|key| (key.clone(), "*".into())).collect();
         Ok(Case {
             pattern: self::fill(self.id.get_ref(), &any),
@@ -237,7 +241,7 @@ impl Written {
     }
 }
 
-/// A text with values for the words in braces.
+/// Replaces the words in braces by values.
 fn fill(text: &str, values: &BTreeMap<String, toml::Value>) -> String {
     let mut text = text.to_owned();
     for (key, value) in values {
@@ -276,7 +280,7 @@ mod tests {
         let (line, message) = error(&case("", "queue PTPCmd ptp_mode=1 x=200 y=0 z=0 r=0"));
         assert_eq!(line, 2);
         assert!(message.contains("moves = true"), "{message}");
-        // The same in bytes, behind another frame.
+        // The same as bytes, behind another frame.
         let bytes = "send AA AA 02 0A 00 F6 AA AA 06 1F 01 00 00 00 00 E0";
         assert!(error(&case("", bytes)).1.contains("moves = true"));
         let (_, message) = error(&case("", "set WIFISSID ssid=home"));

@@ -1,8 +1,8 @@
-//! The words of a step: separated by spaces, together in double quotes.
+//! Words of a step: separated by spaces, or kept together by double quotes.
 
 use std::time::Duration;
 
-/// Splits a line into words; `"` keeps words together and is dropped. What follows `#` is a remark.
+/// Splits a line into words; `"` keeps words together and is removed. Text after `#` is a comment.
 pub(crate) fn split(line: &str) -> Result<Vec<String>, String> {
     let mut words: Vec<String> = Vec::new();
     let (mut quoted, mut open) = (false, false);
@@ -34,19 +34,20 @@ pub(crate) fn split(line: &str) -> Result<Vec<String>, String> {
     Ok(words)
 }
 
-/// Bytes in hex.
+/// Parses bytes in hex.
 pub(crate) fn bytes(words: &[String]) -> Result<Vec<u8>, String> {
     words.iter().map(|word| byte(word)).collect()
 }
 
-/// A byte in hex.
+/// Parses a byte in hex.
 pub(crate) fn byte(word: &str) -> Result<u8, String> {
+    // `from_str_radix` accepts a sign, and one digit is more likely a typo.
     let two = word.len() == 2 && !word.starts_with('+');
     let value = u8::from_str_radix(word, 16).ok().filter(|_| two);
     value.ok_or_else(|| format!("'{word}' is not a byte: write two hex digits"))
 }
 
-/// A span of time: a number and `s` or `ms`, two words.
+/// Parses a duration: a number and `s` or `ms`, two words.
 pub(crate) fn span(words: &[String]) -> Result<Duration, String> {
     let [number, unit] = words else {
         return Err("a time is missing: write '1.5 s' or '20 ms'".to_owned());
@@ -62,7 +63,7 @@ pub(crate) fn span(words: &[String]) -> Result<Duration, String> {
         .ok_or_else(|| format!("'{number}' is not a time"))
 }
 
-/// A code: decimal, or hex after `0x`.
+/// Parses a code: decimal, or hex after `0x`.
 pub(crate) fn code(word: &str) -> Result<u8, String> {
     let code = match word.strip_prefix("0x") {
         Some(hex) => u8::from_str_radix(hex, 16),

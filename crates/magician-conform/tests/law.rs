@@ -1,38 +1,38 @@
-//! The numbers of cases that follow from the 20 ms law, derived here by adding up periods (model sections 7, 8 and 10). Nothing here
-//! asks the virtual arm: a case that was copied from an arm that is wrong is found out.
+//! Expected numbers of cases, derived here from the 20 ms law by summing periods (model sections 7,
+//! 8 and 10). Nothing here uses the virtual arm, so a number copied from a wrong arm is found out.
 
 use std::collections::BTreeMap;
 
-/// The period of the controller, s.
+/// Period of the controller, s.
 const T: f64 = 0.02;
-/// A rounding error costs no period.
+/// Tolerance, so that a rounding error costs no period.
 const ROUNDING: f64 = 1e-7;
-/// Radius of the tool on the first joint of an arm at home, mm.
+/// Distance of the tool from the first joint of an arm at home, mm.
 const HOME_X: f64 = 199.4041;
 const HOME_Z: f64 = -8.4853;
 
-/// Whole periods that have ended at a time.
+/// Returns the number of whole periods that have ended at a time.
 fn ended(seconds: f64) -> u32 {
     (seconds / T + ROUNDING) as u32
 }
 
-/// A time in whole periods that hold it.
+/// Rounds a time up to whole periods.
 fn whole(seconds: f64) -> f64 {
     (seconds / T - ROUNDING).ceil() * T
 }
 
-/// The time of a segment of a path: the nearest whole number of periods, at least one. What is a tie but for what binary32 makes
-/// of the ends of a segment is the longer one.
+/// Returns the time of a path segment: the nearest whole number of periods, at least one. A tie,
+/// apart from the rounding of the segment's ends to binary32, goes to the longer one.
 fn nearest(seconds: f64) -> f64 {
     (seconds / T + 0.5 + ROUNDING).floor().max(1.0) * T
 }
 
-/// A way from rest to rest: length, highest speed, acceleration.
+/// Motion from rest to rest: length, highest speed, acceleration.
 #[derive(Clone, Copy)]
 struct Way(f64, f64, f64);
 
 impl Way {
-    /// The time in continuous time.
+    /// Returns the duration in continuous time.
     fn seconds(self) -> f64 {
         let Self(length, v, a) = self;
         if length > v * v / a {
@@ -46,7 +46,8 @@ impl Way {
         whole(self.seconds())
     }
 
-    /// The place at a time: the sum of the speeds at the ends of its periods, and the target at the end of the last.
+    /// Returns the position at a time: the sum of the speeds at the ends of its periods, and the
+    /// target at the end of the last.
     fn place(self, at: f64) -> f64 {
         let Self(length, v, a) = self;
         if ended(at) >= ended(self.lasts()) {
@@ -61,7 +62,7 @@ impl Way {
     }
 }
 
-/// The way of a jog for so long, from one speed to another.
+/// Returns the distance of a jog after a time, from one speed to another.
 fn jog(mut speed: f64, target: f64, a: f64, at: f64) -> f64 {
     let mut place = 0.0;
     for _ in 0..ended(at) {
@@ -71,14 +72,14 @@ fn jog(mut speed: f64, target: f64, a: f64, at: f64) -> f64 {
     place
 }
 
-/// Speeds with which a path of these lengths passes its joints at 100 mm/s2 and 100 mm/s, at rest at both ends, with at most
-/// `corner` at a joint.
+/// Returns the speeds at the joints of a path of these lengths at 100 mm/s2 and 100 mm/s, at rest
+/// at both ends, and at most `corner` at a joint.
 fn joints(lengths: &[f64], corner: f64) -> Vec<f64> {
     let count = lengths.len();
     let mut squares = vec![(corner * corner).min(100.0 * 100.0); count + 1];
     (squares[0], squares[count]) = (0.0, 0.0);
     for at in 1..count {
-        // No segment is faster than its length in a period.
+        // No segment is faster than its length per period.
         squares[at] = squares[at].min((lengths[at - 1].min(lengths[at]) / T).powi(2));
     }
     for at in 1..=count {
@@ -90,7 +91,7 @@ fn joints(lengths: &[f64], corner: f64) -> Vec<f64> {
     squares.into_iter().map(f64::sqrt).collect()
 }
 
-/// A segment of a path between two speeds at 100 mm/s2 and at most 100 mm/s.
+/// Path segment between two speeds at 100 mm/s2 and at most 100 mm/s.
 #[derive(Clone, Copy)]
 struct Segment {
     length: f64,
@@ -105,7 +106,7 @@ impl Segment {
             entry,
             exit,
         } = self;
-        // No segment is faster than its length in a period.
+        // No segment is faster than its length per period.
         let most = 100.0_f64.min(length / T);
         let highest = (100.0 * length + 0.5 * (entry * entry + exit * exit)).sqrt();
         let peak = highest.min(most);
@@ -114,7 +115,7 @@ impl Segment {
         ramps + (length - ramped).max(0.0) / peak
     }
 
-    /// Its ramps in and out in continuous time, s.
+    /// Returns the durations of its ramps in and out in continuous time, s.
     fn ramps(self) -> (f64, f64) {
         let Self {
             length,
@@ -126,8 +127,9 @@ impl Segment {
         ((peak - entry).abs() / 100.0, (peak - exit).abs() / 100.0)
     }
 
-    /// The place at a time of a segment in whole periods. In less time each part of it is shorter by the same share. In more time
-    /// it has a lower peak, waits for its ramp, or goes evenly where its speeds leave no other way.
+    /// Returns the position at a time of a segment in whole periods. In less time each part is
+    /// shortened by the same factor. In more time it has a lower peak, waits for its ramp, or moves
+    /// evenly if its speeds allow nothing else.
     fn place(self, at: f64) -> f64 {
         let Self {
             length,
@@ -175,7 +177,7 @@ impl Segment {
     }
 }
 
-/// The segments of a path.
+/// Returns the segments of a path.
 fn path(lengths: &[f64], corner: f64) -> Vec<Segment> {
     let speeds = joints(lengths, corner);
     let pairs = speeds.windows(2).zip(lengths);
@@ -208,7 +210,7 @@ fn path_place(segments: &[Segment], at: f64) -> f64 {
     place
 }
 
-/// The steps of each case, as its file has them.
+/// Steps of each case, from its file.
 struct Cases(BTreeMap<String, String>);
 
 impl Cases {
@@ -242,7 +244,7 @@ impl Cases {
         Self(cases)
     }
 
-    /// The steps of a case that begin so.
+    /// Returns the steps of a case with this beginning.
     fn steps(&self, id: &str, begin: &str) -> Vec<&str> {
         let steps = self.0.get(id).unwrap_or_else(|| panic!("no case {id}"));
         steps
@@ -251,7 +253,7 @@ impl Cases {
             .collect()
     }
 
-    /// Holds the time of the `nth` motion of a case against this.
+    /// Compares the duration of the `nth` motion of a case.
     fn lasts(&self, id: &str, nth: usize, seconds: f64) {
         let steps = self.steps(id, "done after ");
         let told = steps[nth].split_once(" s").expect("seconds").0;
@@ -262,7 +264,7 @@ impl Cases {
         );
     }
 
-    /// Holds the values of the `nth` pose that a case reads against these; `joint_angle` by its joints.
+    /// Compares the values of the `nth` pose in a case; `joint_angle` by its joints.
     fn pose(&self, id: &str, nth: usize, values: &[(&str, f64)]) {
         let step = self.steps(id, "get Pose -> ")[nth];
         for (name, value) in values {
@@ -305,7 +307,7 @@ fn point_to_point_follows_from_the_law() {
         let y = -75.0 + line(150.0).place(at);
         cases.pose("ptp.movl-cruises", nth, &[("y", y)]);
     }
-    // 40 deg/s2 of J1, whose time the others share.
+    // J1 at 40 deg/s2, whose duration the other joints share.
     let midway = Way(90.0, 100.0, 40.0);
     let share = midway.place(1.5) / 90.0;
     let joints = [
@@ -326,7 +328,7 @@ fn point_to_point_follows_from_the_law() {
     cases.lasts("ptp.no-blending", 0, 2.0 * line(50.0).lasts());
     cases.lasts("ptp.ratio-above-100", 0, full(100.0).lasts());
     cases.lasts("ptp.speed-set-in-time", 0, full(90.0).lasts());
-    // What is left after 500 ms.
+    // Remainder after 500 ms.
     cases.lasts("ptp.speed-set-too-late", 0, turn(90.0).lasts() - 0.5);
     let chord = 2.0 * HOME_X * 30.0_f64.to_radians().sin();
     let y = -0.5 * chord + line(chord).place(1.497);
@@ -400,8 +402,8 @@ fn jumps_follow_from_the_law() {
 #[test]
 fn arcs_follow_from_the_law() {
     let cases = Cases::read();
-    // Point-to-point speeds at power-up: 200 mm/s and 200 mm/s2, which most cases set to a ratio of 100. A circle of 50 mm
-    // round x = 200.
+    // Point-to-point speeds at power-up: 200 mm/s and 200 mm/s2, which most cases set to a ratio of
+    // 100. A circle of 50 mm around x = 200.
     let turn = |share: f64| Way(share * std::f64::consts::TAU * 50.0, 200.0, 200.0);
     let at = |way: Way, seconds: f64| (way.place(seconds) / 50.0).sin_cos();
     let (half, full) = (turn(0.5), turn(1.0));
@@ -450,7 +452,8 @@ fn arcs_follow_from_the_law() {
 #[test]
 fn jogs_follow_from_the_law() {
     let cases = Cases::read();
-    // Joints at power-up: 15 deg/s (J4: 30) at a ratio of 50, and 50 deg/s2; in space 60 mm/s and 60 mm/s2.
+    // Joints at power-up: 15 deg/s (J4: 30) at a ratio of 50, and 50 deg/s2; Cartesian 60 mm/s and
+    // 60 mm/s2.
     let joint = |at: f64| jog(0.0, 7.5, 50.0, at);
     let space = jog(0.0, 30.0, 60.0, 1.0);
     let stop = jog(30.0, 0.0, 60.0, 1.0);
@@ -519,7 +522,7 @@ fn continuous_paths_follow_from_the_law() {
         0,
         path_lasts(&straight(4, 25.0)),
     );
-    // 4.5 mm to 30 mm/s at 100 mm/s2 and as many to rest, and 30 segments at that speed between.
+    // 4.5 mm up to 30 mm/s at 100 mm/s2 and as much to rest, and 30 segments at that speed between.
     for (nth, length) in [1.0, 1.4].into_iter().enumerate() {
         let lasts = 2.0 * nearest(0.3) + 30.0 * nearest(length / 30.0);
         cases.lasts("cp.whole-periods", nth, lasts);

@@ -1,5 +1,5 @@
-//! The cases over a line that takes its time (`--baud`), on an arm whose clock runs by the wall's (`--speed`): as a real arm is
-//! examined, but with a wall clock that the test lets go on.
+//! The cases over a paced line (`--baud`), on an arm that follows the wall clock (`--speed`): as
+//! for a real arm, but with a wall clock that the test advances.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use magician_sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Speed};
 
 const LINK: LinkId = LinkId(0);
 
-/// A virtual arm at the end of a paced line, and what the clock on the wall shows.
+/// Virtual arm at the end of a paced line, and the time of the wall clock.
 struct PacedArm {
     runner: magician_sim::Runner,
     wall: HostInstant,
@@ -32,7 +32,7 @@ impl PacedArm {
         bytes
     }
 
-    /// Lets the wall's clock go on to what happens next, at most to `end`.
+    /// Advances the wall clock to the next event, at most to `end`.
     fn go_to(&mut self, end: HostInstant) {
         let next = self.runner.poll_change().unwrap_or(end);
         self.wall = next.clamp(self.wall, end);
@@ -82,7 +82,7 @@ impl Target for PacedArm {
     }
 }
 
-/// What fails of the cases that can be done on a line, and how many passed.
+/// Returns the failures among the cases that a line supports, and the number that passed.
 fn failed(speed: Speed, line: LineTiming, which: fn(&Case) -> bool) -> (Vec<String>, usize) {
     let suite = Suite::built_in().unwrap_or_else(|error| panic!("{error}"));
     let arm = PacedArm::new(speed, line);
@@ -118,7 +118,8 @@ fn the_cases_pass_over_a_line_that_takes_its_time() {
     assert!(passed > 150, "{passed} cases were done");
 }
 
-/// What a case waits for passes by the wall, twice as much of it for the arm; how long a command takes is told by the arm's clock.
+/// The waits of a case pass on the wall clock, which is twice as much for the arm; durations of
+/// commands follow the arm's clock.
 #[test]
 fn commands_take_as_long_on_an_arm_twice_as_fast() {
     let timed = |case: &Case| {

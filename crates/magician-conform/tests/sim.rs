@@ -1,5 +1,5 @@
-//! Every case on the virtual arm, and how far another profile shows. That each assumption is found out where it is violated is tried
-//! in `assumptions`.
+//! Every case on the virtual arm, and the effect of other profiles. `assumptions` tests that each
+//! violated assumption is found.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ fn suite() -> Suite {
     Suite::built_in().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The outcomes of cases on virtual arms with this profile.
+/// Returns the outcomes of cases on virtual arms with this profile.
 fn run<'c>(profile: Profile, cases: &[&'c Case]) -> Vec<(&'c Case, Outcome)> {
     let target = SimTarget::new(profile);
     let mut runner = Runner::new(target, Duration::from_secs(1)).expect("the beginnings are read");
@@ -59,7 +59,7 @@ fn the_virtual_arm_passes_every_case() {
     assert!(bad.is_empty(), "\n{}", bad.join("\n"));
 }
 
-/// The cases that an arm with another profile fails.
+/// Returns the cases that an arm with another profile fails.
 fn failed_with(change: impl FnOnce(&mut Profile)) -> Vec<String> {
     let mut profile = Profile::default();
     change(&mut profile);
@@ -128,7 +128,7 @@ fn another_home_is_found() {
     );
 }
 
-/// The profile `continuous` has the same arm but for its times.
+/// The profile `continuous` describes the same arm except for its times.
 #[test]
 fn an_arm_in_continuous_time_fails_only_where_times_and_places_on_the_way_count() {
     let suite = suite();

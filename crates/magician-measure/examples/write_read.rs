@@ -1,12 +1,13 @@
-//! Compares the driver's queued commands with a loop that writes a command and reads its reply, in one run.
+//! Compares the driver's queued commands with a loop that writes a command and reads its reply.
 //!
 //! `magician sim --pty ./arm --baud 115200 --turnaround 2` in one terminal, then
 //! `cargo run --release -p magician-measure --example write_read -- ./arm [SECONDS [ROUNDS]]`
 //!
-//! The loop is the least that a program on a serial line can do: bare system calls, no check, no look at the queue. The
-//! command is a move to where the arm stands, which takes the arm no time, so that the line is the limit and nothing
-//! moves. Loop and driver take turns, first alone and then while pose, current index and left space are read 20 times a
-//! second: the loop reads them in between.
+//! The loop is the minimum that a program on a serial line can do: bare system calls, no check, no
+//! reading of the queue. The command is a move to the current position, which takes the arm no
+//! time, so the line is the limit and nothing moves. Loop and driver take turns, first alone, then
+//! with pose, current index and left space read 20 times a second; the loop reads them between its
+//! commands.
 
 #[cfg(unix)]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -34,11 +35,11 @@ mod unix {
 
     type Outcome<T> = Result<T, Box<dyn Error>>;
 
-    /// Readings of each kind a second.
+    /// Reads of each kind per second.
     const POLLS: f64 = 20.0;
-    /// Share of the time that is not measured: a stream begins with looks at the arm.
+    /// Unmeasured share of the time, because a stream begins by reading the arm's state.
     const WARM_UP: f64 = 0.25;
-    /// After this long all replies to earlier requests have come.
+    /// Silence after which all replies to earlier requests have arrived. Choice.
     const SILENCE: Duration = Duration::from_millis(100);
     /// Bytes of a frame without parameters, and of a reply with an index.
     const BARE: usize = 6;
@@ -75,7 +76,7 @@ mod unix {
         Arm::connect_with(&Target::Serial(port.to_owned()), Options::default()).await
     }
 
-    /// A move to where the arm stands, with the queue running.
+    /// Returns a move to the current position, after starting the queue.
     async fn stand(port: &str) -> Outcome<Set> {
         let arm = connect(port).await?;
         let pose = arm.get::<Pose>().await?;
@@ -92,12 +93,13 @@ mod unix {
         Ok(here.into())
     }
 
-    /// Commands a second by the driver.
+    /// Returns the driver's commands per second.
     async fn drive(port: &str, here: Set, time: Duration, polls: f64) -> Outcome<f64> {
         let arm = connect(port).await?;
         let begun = Instant::now();
         let commands = std::iter::repeat(here).take_while(|_| begun.elapsed() < time);
-        // A look finds commands finished, in bursts; the same number is told again until the next one, and is no news then.
+        // Finished commands are found in bursts by a reading; the same number is reported until the
+        // next one, and is skipped then.
         let mut looks: Vec<(u64, Instant)> = Vec::new();
         let mut run = arm.start(commands);
         let note = |progress: Progress| {
@@ -113,7 +115,7 @@ mod unix {
         }
         drop(run);
         arm.close().await;
-        // What was found first is as old as the look before it.
+        // The first finding is as old as the reading before it.
         let (Some(first), Some(last)) = (looks.get(1), looks.last()) else {
             return Err("too short".into());
         };
@@ -134,7 +136,7 @@ mod unix {
         }
     }
 
-    /// Commands a second when each is written after the reply to the one before was read.
+    /// Returns commands per second if each is written after the reply to the previous one was read.
     fn write_read(port: &str, here: Set, time: Duration, polls: f64) -> Outcome<f64> {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
         let mut line = File::from(rustix::fs::open(port, flags, Mode::empty())?);

@@ -1,5 +1,5 @@
-//! What the driver adds to a line: the same exchange with bare system calls and with the driver, over a pseudo-terminal
-//! of our own whose other end answers at once.
+//! Latency added by the driver: the same exchange with bare system calls and with the driver, over
+//! a pseudo-terminal whose other end answers at once.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -20,14 +20,14 @@ use crate::Spread;
 /// Round trips of GetPose to a bare responder.
 #[derive(Clone, Debug, Default)]
 pub struct Added {
-    /// With a bare write and read.
+    /// Times of a bare write and read.
     pub bare: Spread,
-    /// With the driver.
+    /// Times with the driver.
     pub driver: Spread,
 }
 
 impl Added {
-    /// What the driver adds at a percentile.
+    /// Returns the latency that the driver adds at a percentile; `None` without measurements.
     #[must_use]
     pub fn at(&self, percent: u8) -> Option<Duration> {
         let (bare, driver) = (
@@ -38,10 +38,11 @@ impl Added {
     }
 }
 
-/// Measures so many round trips each way, in turns.
+/// Measures `count` round trips of each kind, in turns. `tick` is called with the number of
+/// finished ones.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the system gives no pseudo-terminal.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) if the system provides no pseudo-terminal.
 pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<Added> {
     let failed = |error: io::Error| {
         let message = format!("the system cannot create a pseudo-terminal: {error}");
@@ -49,7 +50,7 @@ pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<
     };
     let (path, keep, responder) = responder().map_err(failed)?;
     let outcome = measure(&path, count, &mut tick).await;
-    // The responder reads until no one has the line open.
+    // The responder reads until the line is closed everywhere.
     drop(keep);
     let _ = responder.join();
     outcome.map_err(|error| match error {
@@ -63,7 +64,7 @@ enum Trouble {
     Driver(Error),
 }
 
-/// Rounds in turns: what else the computer does meanwhile falls on both.
+/// Round trips per turn, so that other load of the computer affects both kinds alike. Choice.
 const TURN: usize = 100;
 
 async fn measure(
@@ -76,8 +77,10 @@ async fn measure(
         let turn = TURN.min(count - bare.len());
         bare_trips(path, turn, &mut bare).map_err(Trouble::System)?;
         let target = Target::Serial(path.to_owned());
+        // Not probed: the responder is no arm, and its version would not decode.
         let arm = Arm::connect_with(&target, Options::default().probe(false));
         let arm = arm.await.map_err(Trouble::Driver)?;
+        // No stop at the end of each turn, which the responder would have to answer.
         arm.detach();
         for _ in 0..turn {
             let begun = Instant::now();
@@ -112,13 +115,15 @@ fn bare_trips(path: &str, count: usize, times: &mut Vec<Duration>) -> io::Result
     Ok(())
 }
 
-/// Opens a terminal that does not become this process's own: a session's leader is hung up with its terminal.
+/// Opens a terminal without making it the controlling terminal of this process: its end would hang
+/// up the session leader.
 fn open_line(path: &str) -> io::Result<File> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
     Ok(File::from(rustix::fs::open(path, flags, Mode::empty())?))
 }
 
-/// A pseudo-terminal whose other end answers every request on a thread of its own: its path, a hold on it, the thread.
+/// Creates a pseudo-terminal whose other end answers every request on a thread: returns its path, a
+/// descriptor that keeps it open, and the thread.
 fn responder() -> io::Result<(String, OwnedFd, JoinHandle<()>)> {
     let server = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
     grantpt(&server)?;
@@ -129,7 +134,7 @@ fn responder() -> io::Result<(String, OwnedFd, JoinHandle<()>)> {
     modes.make_raw();
     tcsetattr(&keep, OptionalActions::Now, &modes)?;
     let thread = std::thread::spawn(move || {
-        // Ends with the last hold on the line.
+        // Ends when the last descriptor of the line is closed.
         let _ = respond(File::from(server));
     });
     Ok((path, keep, thread))
@@ -148,7 +153,7 @@ fn respond(mut line: File) -> io::Result<()> {
             let Event::Frame { frame, .. } = event else {
                 continue;
             };
-            // Long enough for any value; every reader takes surplus bytes.
+            // Long enough for any value; readers accept surplus bytes.
             let reply = FrameBuf::new(frame.id(), frame.ctrl(), &[0; 32]);
             line.write_all(reply.map_err(io::Error::other)?.bytes())?;
         }

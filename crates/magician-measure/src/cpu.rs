@@ -1,7 +1,9 @@
+//! Processor time of this process.
+
 use std::time::Duration;
 
-/// Processor time that this process has used, all threads and the system's work for it; `None` where the system does
-/// not tell.
+/// Returns the processor time used by this process, including all threads and the system's work for
+/// it; `None` if the system does not report it.
 #[must_use]
 #[cfg(unix)]
 pub fn processor_time() -> Option<Duration> {
@@ -10,8 +12,8 @@ pub fn processor_time() -> Option<Duration> {
     Duration::try_from(clock_gettime(ClockId::ProcessCPUTime)).ok()
 }
 
-/// Processor time that this process has used, all threads and the system's work for it; `None` where the system does
-/// not tell.
+/// Returns the processor time used by this process, including all threads and the system's work for
+/// it; `None` if the system does not report it.
 #[must_use]
 #[cfg(not(unix))]
 pub fn processor_time() -> Option<Duration> {

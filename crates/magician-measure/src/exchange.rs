@@ -1,11 +1,13 @@
+//! Computed rates of a serial line, from the bytes of requests and replies.
+
 use std::time::Duration;
 
 use magician_protocol::BAUD_RATE;
 
-/// Bits on a serial line for one byte at 8N1 (document 1.1).
+/// Bits on a serial line per byte at 8N1 (document 1.1).
 const BITS_PER_BYTE: f64 = 10.0;
 
-/// A request and its reply, by their bytes on the line.
+/// Request and reply, by their number of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Exchange {
     /// Bytes of the request.
@@ -14,54 +16,56 @@ pub struct Exchange {
     pub reply: u32,
 }
 
-/// Seconds that a byte takes.
+/// Returns the seconds a byte takes.
 fn byte_time(baud: u32) -> f64 {
+    // At least 1, so that a rate of 0 gives a long time and no division by zero.
     BITS_PER_BYTE / f64::from(baud.max(1))
 }
 
 impl Exchange {
-    /// The pose: eight floats.
+    /// Pose: eight floats.
     pub const POSE: Self = Self::new(6, 38);
-    /// The index of the last finished command.
+    /// Index of the last finished command.
     pub const CURRENT_INDEX: Self = Self::new(6, 14);
-    /// The free places in the queue.
+    /// Free places in the queue.
     pub const LEFT_SPACE: Self = Self::new(6, 10);
-    /// A queued continuous-path segment.
+    /// Queued continuous-path segment.
     pub const SEGMENT: Self = Self::new(23, 14);
 
     const fn new(request: u32, reply: u32) -> Self {
         Self { request, reply }
     }
 
-    /// How long its bytes take at a baud rate, 8N1.
+    /// Returns the time of its bytes at a baud rate, 8N1.
     #[must_use]
     pub fn wire_time(self, baud: u32) -> Duration {
         Duration::from_secs_f64(f64::from(self.request + self.reply) * byte_time(baud))
     }
 
-    /// How long the bytes of its request alone take on the arm's line.
+    /// Returns the time of the request's bytes on the arm's line.
     #[must_use]
     pub fn request_time(self) -> Duration {
         Self { reply: 0, ..self }.wire_time(BAUD_RATE)
     }
 
-    /// How many a second there are when each waits for the one before; `turnaround` is all that is not wire time.
+    /// Returns the exchanges per second if each waits for the one before. `turnaround` is
+    /// everything but wire time.
     #[must_use]
     pub fn stop_and_wait(self, turnaround: Duration) -> f64 {
         1.0 / (self.wire_time(BAUD_RATE) + turnaround).as_secs_f64()
     }
 
-    /// How many a second the busier direction of the line allows.
+    /// Returns the exchanges per second that the busier direction of the line allows.
     #[must_use]
     pub fn pipelined(self) -> f64 {
         1.0 / (f64::from(self.request.max(self.reply)) * byte_time(BAUD_RATE))
     }
 }
 
-/// A stream of segments that is polled meanwhile: pose, current index and left space, each so often a second.
+/// Stream of segments with polls in between: pose, current index and left space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixed {
-    /// Rounds of polls a second.
+    /// Rounds of polls per second.
     pub rounds: f64,
 }
 
@@ -72,7 +76,7 @@ impl Mixed {
         Exchange::LEFT_SPACE,
     ];
 
-    /// Segments a second when every exchange waits for the one before.
+    /// Returns the segments per second if every exchange waits for the one before.
     #[must_use]
     pub fn stop_and_wait(self, turnaround: Duration) -> f64 {
         let round: Duration = Self::ROUND
@@ -80,10 +84,11 @@ impl Mixed {
             .map(|exchange| exchange.wire_time(BAUD_RATE) + turnaround)
             .sum();
         let free = 1.0 - self.rounds * round.as_secs_f64();
+        // Polls alone may need more than the whole line.
         free.max(0.0) * Exchange::SEGMENT.stop_and_wait(turnaround)
     }
 
-    /// Segments a second that the busier direction of the line allows.
+    /// Returns the segments per second that the busier direction of the line allows.
     #[must_use]
     pub fn pipelined(self) -> f64 {
         let sum = |bytes: fn(&Exchange) -> u32| Self::ROUND.iter().map(bytes).sum::<u32>();

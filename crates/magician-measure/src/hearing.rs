@@ -1,4 +1,4 @@
-//! What is at the other end of a line that may not be an arm's.
+//! Identification of the device at the other end of a line, which may not be an arm.
 
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -10,41 +10,42 @@ use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, NoArgs, Readabl
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::{Instant, timeout, timeout_at};
 
-/// Serial speeds other than the arm's at which devices with the same adapters talk.
+/// Baud rates other than the arm's, common among devices with the same adapters.
 pub const OTHER_SPEEDS: [u32; 7] = [9600, 19_200, 38_400, 57_600, 230_400, 250_000, 1_000_000];
 
-/// Bytes that are looked at.
+/// Bytes examined. Choice.
 const ENOUGH: usize = 512;
-/// A line that has said something and then nothing for so long has had its say.
+/// Silence after received bytes that ends listening. Choice: longer than a pause within an answer.
 const PAUSE: Duration = Duration::from_millis(150);
 
-/// What answers the question for the version.
+/// Answer to the request for the version.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Heard {
-    /// An arm, and its firmware: major, minor, revision.
+    /// An arm, with its firmware version: major, minor, revision.
     Arm([u8; 3]),
-    /// Frames of the protocol, none of them the answer: another program may share the line.
+    /// Frames of the protocol without the answer: another program may share the line.
     Frames(usize),
-    /// Text: another device.
+    /// Text of another device.
     Text(String),
-    /// Bytes that are neither: another device, or another speed.
+    /// Bytes that are neither: another device, or another baud rate.
     Bytes(Vec<u8>),
-    /// What was asked, just as it was sent: the line ends in a loop.
+    /// The request itself: the line ends in a loop.
     Echo,
-    /// Nothing.
+    /// No bytes.
     Nothing,
-    /// The computer is there and says that nothing listens at the port (UDP).
+    /// The host is present and reports that nothing listens at the port (UDP).
     Refused,
 }
 
-/// Asks for the version, twice, and listens.
+/// Requests the version twice, and listens.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the line is gone.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) if the line is gone.
 pub async fn listen(line: &mut RawLine, patience: Duration) -> Result<Heard> {
     let question = question()?;
     let mut heard = Vec::new();
+    // Twice: the first may be lost, or complete a half frame of an earlier program.
     for _ in 0..2 {
         line.send(question.bytes()).await?;
         let until = Instant::now() + patience / 2;
@@ -60,7 +61,8 @@ fn question() -> Result<FrameBuf> {
     Ok(FrameBuf::get(&NoArgs, DeviceVersion::ROW)?)
 }
 
-/// Collects bytes until the arm has answered, a pause after the last, enough, or the end of patience.
+/// Collects bytes until the arm has answered, a pause follows the last byte, there are enough, or
+/// `until` is reached.
 async fn gather(line: &mut RawLine, until: Instant, heard: &mut Vec<u8>) -> Result<()> {
     let mut bytes = [0; ENOUGH];
     let mut end = until;
@@ -77,7 +79,7 @@ async fn gather(line: &mut RawLine, until: Instant, heard: &mut Vec<u8>) -> Resu
     Ok(())
 }
 
-/// What bytes are.
+/// Classifies received bytes.
 fn judge(heard: &[u8]) -> Heard {
     let mut deframer = Deframer::new();
     let (mut rest, mut frames, mut echoes) = (heard, 0, 0);
@@ -99,6 +101,7 @@ fn judge(heard: &[u8]) -> Heard {
                 } = found;
                 return Heard::Arm([major_version, minor_version, revision]);
             }
+            // Without parameters it is the request itself.
             Err(_) => echoes += usize::from(frame.params().is_empty()),
         }
     }
@@ -108,6 +111,7 @@ fn judge(heard: &[u8]) -> Heard {
         (0, _) => Heard::Nothing,
         (_, some) if some > 0 && some == echoes => Heard::Echo,
         (_, some) if some > 0 => Heard::Frames(some),
+        // Nine in ten printable: text with a few damaged or binary bytes is still text.
         (all, _) if all >= 4 && printed * 10 >= all * 9 => {
             Heard::Text(String::from_utf8_lossy(heard).into_owned())
         }
@@ -115,10 +119,10 @@ fn judge(heard: &[u8]) -> Heard {
     }
 }
 
-/// Asks for the version by datagrams, and tells a host that refuses from one that is silent.
+/// Requests the version by datagrams, and distinguishes a refusing host from a silent one.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the host has no address or there is no way to it.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) if the host has no address or is unreachable.
 pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result<Heard> {
     let failed = |error: io::Error| {
         let message = format!("{host} port {port} cannot be reached: {error}");
@@ -135,6 +139,7 @@ pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result
     let question = question()?;
     let (mut heard, mut refused) = (Vec::new(), false);
     let mut bytes = [0; ENOUGH];
+    // Three datagrams, because any of them may be lost.
     for _ in 0..3 {
         let asked = async {
             socket.send(question.bytes()).await?;
@@ -142,6 +147,7 @@ pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result
         };
         match timeout(patience / 3, asked).await {
             Ok(Ok(count)) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
+            // An ICMP error; a later answer still counts.
             Ok(Err(error)) if error.kind() == io::ErrorKind::ConnectionRefused => refused = true,
             Ok(Err(error)) => return Err(failed(error)),
             Err(_) => {}

@@ -1,13 +1,14 @@
-//! Measurements of an arm and the line to it: what `magician doctor` and `magician bench` show.
+//! Measurements of an arm and the line to it, as shown by `magician doctor` and `magician bench`.
 //!
-//! * What is computed: [`Exchange`] and [`LineSpeed`], the rates that a line allows.
-//! * What only reads, and is harmless on any arm: [`round_trips`], [`reads`], [`back_to_back`], [`listen`].
-//! * What is wrong with an arm, as data: [`Diagnosis`].
-//! * What uses the queue: [`queue_trial`] with commands that do nothing; [`streamed`] and [`stops`] with a path that
-//!   the arm really draws ([`Ring`]).
-//! * What needs no arm: [`added_latency`].
+//! * Computed rates of a line: [`Exchange`] and [`LineSpeed`].
+//! * Measurements that only read, harmless on any arm: [`round_trips`], [`reads`],
+//!   [`back_to_back`], [`listen`].
+//! * Faults of an arm, as data: [`Diagnosis`].
+//! * Measurements that use the queue: [`queue_trial`] with commands that do nothing; [`streamed`]
+//!   and [`stops`] with a path that the arm really draws ([`Ring`]).
+//! * Measurements without an arm: [`added_latency`].
 //!
-//! But for the diagnosis nothing here decides whether a figure is good.
+//! Only the diagnosis judges whether a value is good.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

@@ -1,31 +1,35 @@
+//! Effective speed of a line, from two kinds of round trips.
+
 use std::time::Duration;
 
 use magician_protocol::BAUD_RATE;
 
 use crate::{Exchange, Timed};
 
-/// How fast the bytes of a line really are: found from two round trips of different length.
+/// Effective speed of a line, computed from two round trips of different length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSpeed {
-    /// Bits a second at 8N1; `None` when bytes take no time that can be told from chance: a pseudo-terminal without
-    /// pacing, a network.
+    /// Bits per second at 8N1; `None` if the time of bytes is within the noise: a pseudo-terminal
+    /// without pacing, a network.
     pub baud: Option<f64>,
-    /// All of a round trip that is not wire time at 115200 baud, or the whole round trip when bytes take no time.
+    /// Round trip minus wire time at 115200 baud, or the whole round trip if bytes take no time.
     pub turnaround: Duration,
-    /// How much one answer in a hundred is later than the middle one.
+    /// Delay of one answer in a hundred over the median.
     pub jitter: Duration,
 }
 
-/// The shorter round trip may be this much of what its bytes alone take, and still be of a line with a speed.
+/// Smallest ratio of the longer round trip to the wire time of its bytes on a line with a baud
+/// rate. Choice: leaves room for errors of the clocks.
 const LEAST: f64 = 0.9;
-/// The percentile of undisturbed round trips.
+/// Percentile of undisturbed round trips. Choice.
 const QUIET: u8 = 10;
 
 impl LineSpeed {
-    /// From round trips of the pose and of the current index.
+    /// Computes the speed from round trips of the pose and of the current index; `None` without
+    /// any.
     #[must_use]
     pub fn of(pose: &Timed, index: &Timed) -> Option<Self> {
-        // What else the computer does makes round trips longer, never shorter.
+        // Other load of the computer makes round trips longer, never shorter.
         let (long, short) = (
             pose.times.percentile(QUIET)?,
             index.times.percentile(QUIET)?,
@@ -34,6 +38,7 @@ impl LineSpeed {
         let more = long.saturating_sub(short).as_secs_f64();
         let baud = (bits(Exchange::POSE) - bits(Exchange::CURRENT_INDEX)) / more;
         let wire = Exchange::POSE.wire_time(BAUD_RATE);
+        // Above 4 Mbaud the difference is noise: no serial adapter of arms is faster.
         let paced = more > 0.0 && long.as_secs_f64() >= LEAST * wire.as_secs_f64() && baud <= 4e6;
         let typical = pose.times.p50()?;
         Some(Self {

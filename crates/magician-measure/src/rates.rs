@@ -1,3 +1,5 @@
+//! Timed reads of an arm.
+
 use std::time::Duration;
 
 use magician::connection::Stats;
@@ -7,17 +9,17 @@ use tokio::time::Instant;
 
 use crate::Spread;
 
-/// So many in such a time.
+/// Count per time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rate {
-    /// How many.
+    /// Number of events.
     pub count: u64,
-    /// In what time.
+    /// Time in which they happened.
     pub took: Duration,
 }
 
 impl Rate {
-    /// How many a second; 0 for none.
+    /// Returns the rate per second; 0 for no time.
     #[must_use]
     pub fn per_second(self) -> f64 {
         if self.took.is_zero() {
@@ -28,12 +30,12 @@ impl Rate {
     }
 }
 
-/// How long answers took, and what went wrong meanwhile.
+/// Latencies of answers, with the faults meanwhile.
 #[derive(Clone, Debug, Default)]
 pub struct Timed {
-    /// From the call to its answer.
+    /// Times from the call to its answer.
     pub times: Spread,
-    /// Requests that had to be sent again.
+    /// Retransmitted requests.
     pub resent: u64,
     /// Answers that came too late.
     pub late: u64,
@@ -44,7 +46,7 @@ pub struct Timed {
 }
 
 impl Timed {
-    /// Whether every answer came, in time and whole.
+    /// True if every answer came, in time and undamaged.
     #[must_use]
     pub fn clean(&self) -> bool {
         self.resent + self.late + self.noise + self.unsolicited == 0
@@ -61,15 +63,16 @@ impl Timed {
     }
 }
 
-/// Asks for a value so many times, one after the other. `tick` hears after each how many are done.
+/// Reads a value `count` times in a row. `tick` is called after each with the number done.
 ///
 /// # Errors
-/// As [`Arm::get`]; a request that went out several times before it was answered is no error.
+/// As [`Arm::get`]; a retransmitted request is no error.
 pub async fn round_trips<T: Readable<Query = NoArgs>>(
     arm: &Arm,
     count: u64,
     mut tick: impl FnMut(u64),
 ) -> Result<Timed> {
+    // Differences, because the counters run since the connection began.
     let (before, _) = arm.stats().await?;
     let mut times = Vec::new();
     for done in 1..=count {
@@ -82,7 +85,7 @@ pub async fn round_trips<T: Readable<Query = NoArgs>>(
     Ok(Timed::since(times, before, after))
 }
 
-/// Asks for a value again and again for a time.
+/// Reads a value repeatedly for a time.
 ///
 /// # Errors
 /// As [`Arm::get`].

@@ -1,3 +1,5 @@
+//! Path for measurements: a ring of short segments.
+
 use std::f64::consts::TAU;
 
 use magician::preflight::Preflight;
@@ -7,12 +9,12 @@ use magician_protocol::{CpMode, Flag, Set};
 
 /// Radius of the ring, mm.
 const RADIUS: f64 = 10.0;
-/// Acceleration, mm/s^2: as much as the arm gives. It brakes to a stand at the end of what its queue holds, so this
-/// bounds the speed in short segments.
+/// Acceleration, mm/s^2: the highest the arm allows. The arm always plans to stop at the end of its
+/// queue, so the acceleration limits the speed of short segments.
 const ACCELERATION: f32 = 1000.0;
 
-/// A level ring of 20 mm that passes through where the arm stands and lies towards its base: an endless path of short
-/// segments, all absolute.
+/// Level ring of 20 mm through the current position, towards the base: an endless path of short
+/// absolute segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
     centre: [f64; 2],
@@ -22,18 +24,20 @@ pub struct Ring {
     speed: f32,
 }
 
-/// The angle of a segment: so many of them are a whole ring.
+/// Returns the angle of a segment, such that a whole number of them makes a ring.
 fn step(length: f64) -> f64 {
+    // Clamped, so that a mistyped length neither loops forever nor leaves the ring.
     TAU / (TAU * RADIUS / length.clamp(0.01, RADIUS)).ceil()
 }
 
 impl Ring {
-    /// Through a pose, with segments of `length` mm at up to `speed` mm/s.
+    /// Creates a ring through a pose, with segments of `length` mm at up to `speed` mm/s.
     #[must_use]
     pub fn through(pose: &Pose, length: f64, speed: f32) -> Self {
         let (x, y) = (f64::from(pose.x), f64::from(pose.y));
         let begin = y.atan2(x);
         Self {
+            // Towards the base, because the arm may stand at the edge of its reach.
             centre: [x - RADIUS * begin.cos(), y - RADIUS * begin.sin()],
             z: pose.z,
             begin,
@@ -42,10 +46,11 @@ impl Ring {
         }
     }
 
-    /// Through where the arm stands now, after the whole ring was checked.
+    /// Creates a ring through the current position, after checking all of it.
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`](magician::ErrorKind::Unreachable) when part of it is out of reach, else as [`Arm::get`].
+    /// [`ErrorKind::Unreachable`](magician::ErrorKind::Unreachable) if part of it is out of reach,
+    /// else as [`Arm::get`].
     pub async fn here(arm: &Arm, length: f64, speed: f32) -> Result<Self> {
         let pose = arm.get::<Pose>().await?;
         let ring = Self::through(&pose, length, speed);
@@ -56,7 +61,7 @@ impl Ring {
         Ok(ring)
     }
 
-    /// The same ring in other segments.
+    /// Returns the same ring in other segments.
     #[must_use]
     pub fn cut(self, length: f64, speed: f32) -> Self {
         let step = step(length);
@@ -67,18 +72,18 @@ impl Ring {
         }
     }
 
-    /// The segment to where the ring begins and ends.
+    /// Returns the segment to the start and end of the ring.
     #[must_use]
     pub fn back(self) -> Set {
         self.point(0)
     }
 
-    /// The segments, for ever.
+    /// Returns the endless segments.
     pub fn segments(self) -> impl Iterator<Item = Set> {
         (1_u32..).map(move |count| self.point(count))
     }
 
-    /// The end of a segment.
+    /// Returns the end of a segment.
     fn point(self, count: u32) -> Set {
         let angle = self.begin + (f64::from(count) * self.step) % TAU;
         let [x, y] = self.centre;
@@ -92,7 +97,7 @@ impl Ring {
         .into()
     }
 
-    /// The speeds it is drawn with.
+    /// Returns the path speeds for the ring.
     #[must_use]
     pub fn speeds(self) -> CpParams {
         CpParams {
@@ -103,7 +108,7 @@ impl Ring {
         }
     }
 
-    /// Segments a second at full speed.
+    /// Returns the segments per second at full speed.
     #[must_use]
     pub fn segments_per_second(self) -> f64 {
         f64::from(self.speed) / (2.0 * RADIUS * (self.step / 2.0).sin())

@@ -1,6 +1,8 @@
+//! Statistics of repeated times.
+
 use std::time::Duration;
 
-/// Times of the same thing, done again and again.
+/// Times of a repeated action.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Spread {
     sorted: Vec<Duration>,
@@ -14,32 +16,34 @@ impl From<Vec<Duration>> for Spread {
 }
 
 impl Spread {
-    /// How many there are.
+    /// Returns the number of times.
     #[must_use]
     pub fn count(&self) -> usize {
         self.sorted.len()
     }
 
-    /// The time that so many percent of all do not exceed (nearest rank); `None` of none.
+    /// Returns the time that `percent` of all do not exceed (nearest rank); `None` if there are
+    /// none.
     #[must_use]
     pub fn percentile(&self, percent: u8) -> Option<Duration> {
+        // Nearest rank: every result is a time that was really measured.
         let rank = (self.sorted.len() * usize::from(percent.min(100))).div_ceil(100);
         self.sorted.get(rank.saturating_sub(1)).copied()
     }
 
-    /// The middle one.
+    /// Returns the median.
     #[must_use]
     pub fn p50(&self) -> Option<Duration> {
         self.percentile(50)
     }
 
-    /// The one that one in a hundred exceeds.
+    /// Returns the 99th percentile.
     #[must_use]
     pub fn p99(&self) -> Option<Duration> {
         self.percentile(99)
     }
 
-    /// The same times with so much taken off each, not below zero.
+    /// Returns the times minus `much` each, but not below zero.
     #[must_use]
     pub fn less(&self, much: Duration) -> Self {
         let less = self.sorted.iter().map(|time| time.saturating_sub(much));

@@ -1,3 +1,5 @@
+//! Latency of a stop while a stream fills the line.
+
 use std::time::Duration;
 
 use magician::{Arm, Error, ErrorCode, ErrorKind, Options, Result, Target};
@@ -6,24 +8,26 @@ use tokio::time::{Instant, sleep};
 use crate::tap::StopTap;
 use crate::{Ring, Spread};
 
-/// How long stops took while a stream of segments filled the line.
+/// Latencies of stops while a stream of segments fills the line.
 #[derive(Clone, Debug, Default)]
 pub struct Stops {
-    /// From the call until its first byte was on the line. Bytes that were handed to a line of 115200 baud before are
-    /// counted with their time.
+    /// Times from the call to the first byte on the line. Bytes already handed to a line of 115200
+    /// baud count with their wire time.
     pub on_the_line: Spread,
-    /// From the call until the arm's answer had come.
+    /// Times from the call to the arm's answer.
     pub answered: Spread,
 }
 
-/// How long a stream runs before it is stopped, at least and at most.
+/// Shortest and longest time of the stream before the stop. Choice.
 const STREAM: [Duration; 2] = [Duration::from_millis(80), Duration::from_millis(120)];
-/// Spreads the instants of the stops evenly over that time, whatever their number (the golden ratio).
+/// Spreads the times of the stops evenly over that interval, whatever their number (golden ratio).
 const PHASE: f64 = 0.618_033_988_749_895;
 
-/// Stops the drawing of a ring so many times, on a line of its own, and goes back to where the ring begins. `paced`
-/// says that bytes take their time at 115200 baud. The arm stands after each stop; the speeds of continuous paths are
-/// as before in the end. `tick` hears after each how many are done.
+/// Draws a ring and stops it `count` times over a separate connection, then returns to the start of
+/// the ring.
+///
+/// `paced` is true if bytes take their time at 115200 baud. The arm is at rest after each stop, and
+/// the path speeds are restored at the end. `tick` is called after each stop with the number done.
 ///
 /// # Errors
 /// As [`Arm::connect`], [`Arm::run`] and [`Arm::stop`].
@@ -51,6 +55,7 @@ pub async fn stops(
         Ok::<_, Error>(())
     }
     .await;
+    // Restored after an error as well, so `outcome` is examined later.
     let restored = arm.set(&speeds).await;
     arm.close().await;
     outcome.and(restored)?;
@@ -95,6 +100,7 @@ async fn stop_once(
     let (streamed, stopped) = tokio::join!(stream, stop);
     stopped?;
     match streamed {
+        // The regular end: the stop ended the stream.
         Err(error) if error.kind() == ErrorKind::Closed => Ok(()),
         Err(error) => Err(error),
         Ok(_) => Err(Error::new(ErrorCode::BadAnswer, "an endless stream ended")),

@@ -1,3 +1,5 @@
+//! Throughput of a stream of segments, with other load on the line.
+
 use std::cell::Cell;
 use std::time::Duration;
 
@@ -7,42 +9,43 @@ use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 
 use crate::{Rate, Ring};
 
-/// What goes on beside a stream.
+/// Load besides a stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
-    /// Reads of the pose a second.
+    /// Reads of the pose per second.
     pub poses: f64,
-    /// Reads of the current index and of the left space a second, each.
+    /// Reads of the current index and of the left space per second, each.
     pub queue: f64,
-    /// For how long the host does nothing at all once a second.
+    /// Duration of a pause of the host once a second.
     pub pause: Duration,
 }
 
-/// What a stream of segments came to.
+/// Results of a stream of segments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Streamed {
-    /// Segments that the arm took, after the stream was under way.
+    /// Rate of segments that the arm accepted after the warm-up.
     pub rate: Rate,
-    /// Whether the indices of all that was sent are in one row.
+    /// True if the indices of all commands are consecutive.
     pub in_a_row: bool,
-    /// Fewest commands that a look found in the queue, once the stream was under way; `None` when it was not sampled.
+    /// Fewest commands that a reading found in the queue after the warm-up; `None` if there was no
+    /// reading.
     pub fewest: Option<u32>,
     /// Places in the queue.
     pub capacity: u32,
-    /// Looks that found no command in the queue.
+    /// Readings that found an empty queue.
     pub dry: u64,
-    /// All looks.
+    /// Number of readings.
     pub looks: u64,
-    /// Processor time that this process used for all of it, where the system tells.
+    /// Processor time of this process for all of it; `None` if the system does not report it.
     pub processor: Option<Duration>,
-    /// What the whole run took, from the first segment to the arm's standstill.
+    /// Time of the whole run, from the first segment until the arm is at rest.
     pub took: Duration,
 }
 
-/// Share of the time after which a stream is under way.
+/// Share of the time that counts as warm-up. Choice.
 const WARM_UP: f64 = 0.25;
 
-/// The segments as the driver fetches them, and when.
+/// Times at which the driver fetched the segments.
 struct Supply {
     begun: Instant,
     time: Duration,
@@ -62,6 +65,7 @@ impl Supply {
             self.count.set(self.count.get() + 1);
             self.last.set(Some(now));
         } else if now - self.begun >= self.time.mul_f64(WARM_UP) {
+            // This segment only starts the measurement; the rate counts those after it.
             self.warm.set(Some(now));
         }
     }
@@ -74,13 +78,13 @@ impl Supply {
         }
     }
 
-    /// Under way, and not yet at its end.
+    /// True after the warm-up and before the end.
     fn counts(&self) -> bool {
         self.warm.get().is_some() && !self.over()
     }
 }
 
-/// Looks at the queue while the stream runs.
+/// Readings of the queue during the stream.
 #[derive(Default)]
 struct Looks {
     fewest: Cell<Option<u32>>,
@@ -100,10 +104,10 @@ impl Looks {
     }
 }
 
-/// Draws a ring for a time, as fast as the line and the arm go, with other work beside it. The speeds of continuous
-/// paths are the caller's to set before ([`Ring::speeds`]) and to give back.
+/// Draws a ring for a time, as fast as the line and the arm allow, with other load. The caller sets
+/// the path speeds before ([`Ring::speeds`]), and restores them.
 ///
-/// `pause` keeps the thread from everything for so long.
+/// `pause` blocks the thread for the given time.
 ///
 /// # Errors
 /// As [`Arm::run`].
@@ -138,6 +142,7 @@ pub async fn streamed(
     let mut run = arm.start(segments);
     let ran = tokio::select! {
         ran = run.wait(|_| {}) => ran?,
+        // The load never ends by itself, only by an error.
         broken = beside => return Err(broken.err().unwrap_or_else(magician::Error::closed)),
     };
     let in_a_row = match (ran.first, ran.last) {
@@ -156,12 +161,14 @@ pub async fn streamed(
     })
 }
 
-/// Does something so often a second, or never.
+/// Calls `act` at a rate per second, or never.
 async fn rounds(rate: f64, mut act: impl AsyncFnMut() -> Result<()>) -> Result<()> {
     if rate <= 0.0 {
+        // Pending and not done: a load that ends would count as an error.
         return std::future::pending().await;
     }
     let mut ticks = interval(Duration::from_secs_f64(1.0 / rate));
+    // A slow line gets fewer reads, not a burst of late ones.
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
     loop {
         ticks.tick().await;
@@ -175,6 +182,7 @@ async fn poses(arm: &Arm, rate: f64) -> Result<()> {
 
 async fn queue(arm: &Arm, rate: f64, capacity: u32, supply: &Supply, looks: &Looks) -> Result<()> {
     rounds(rate, async || {
+        // Only load: the result is the number of free places.
         arm.get::<QueuedCmdCurrentIndex>().await?;
         look(arm, capacity, supply, looks).await
     })
@@ -184,13 +192,14 @@ async fn queue(arm: &Arm, rate: f64, capacity: u32, supply: &Supply, looks: &Loo
 async fn look(arm: &Arm, capacity: u32, supply: &Supply, looks: &Looks) -> Result<()> {
     let counts = supply.counts();
     let left = arm.get::<QueuedCmdLeftSpace>().await?.left_space;
+    // Checked before and after the read: the stream may have ended while it was in flight.
     if counts && supply.counts() {
         looks.note(capacity.saturating_sub(left));
     }
     Ok(())
 }
 
-/// Once a second the host does nothing, and then looks what that did.
+/// Pauses the host once a second, and reads the queue after each pause.
 async fn pauses(
     arm: &Arm,
     time: Duration,

@@ -1,4 +1,4 @@
-//! A line that is looked at while it is used: when a stop went out, and when its answer came.
+//! Observer of a line in use: the times of a stop and of its answer.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,20 +9,20 @@ use tokio::time::Instant;
 
 use crate::Exchange;
 
-/// When the stop passed.
+/// Times of a stop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
-    /// When its first byte was on the line.
+    /// Time of its first byte on the line.
     pub(crate) sent: Option<Instant>,
-    /// When its answer was there.
+    /// Time of its answer.
     pub(crate) answered: Option<Instant>,
 }
 
-/// Watches a line for the stop that was sent last, and for its answer.
+/// Observer of a line for the most recent stop and its answer.
 pub(crate) struct StopTap {
-    /// The bytes of a stop; its answer is the same bytes.
+    /// Bytes of a stop; its answer is equal.
     stop: FrameBuf,
-    /// Whether bytes take their time at 115200 baud.
+    /// True if bytes take their time at 115200 baud.
     paced: bool,
     state: Mutex<State>,
 }
@@ -30,9 +30,9 @@ pub(crate) struct StopTap {
 #[derive(Debug, Default)]
 struct State {
     seen: Seen,
-    /// Until when bytes handed over before keep a line of 115200 baud busy.
+    /// Time until which earlier bytes keep a line of 115200 baud busy.
     busy: Option<Instant>,
-    /// What came and could be the beginning of the answer.
+    /// Received bytes that could be the beginning of the answer.
     tail: Vec<u8>,
 }
 
@@ -54,7 +54,7 @@ impl StopTap {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Forgets the stop before.
+    /// Forgets the previous stop.
     pub(crate) fn forget(&self) {
         self.lock().seen = Seen::default();
     }
@@ -66,6 +66,7 @@ impl StopTap {
     fn wrote(&self, bytes: &[u8]) {
         let now = Instant::now();
         let mut state = self.lock();
+        // The write returns at once; the adapter still sends the bytes before.
         let begins = state.busy.map_or(now, |busy| busy.max(now));
         if bytes.starts_with(self.stop.bytes()) {
             state.seen.sent.get_or_insert(begins);
@@ -85,6 +86,7 @@ impl StopTap {
             state.seen.answered.get_or_insert_with(Instant::now);
             state.tail.clear();
         }
+        // An answer may be cut anywhere, so its possible beginning is kept.
         let keep = state.tail.len().min(stop.len() - 1);
         let gone = state.tail.len() - keep;
         state.tail.drain(..gone);

@@ -1,4 +1,4 @@
-//! Measurements of a virtual arm at the end of a paced line, in virtual time.
+//! Measurements of a virtual arm on a paced line, in virtual time.
 
 use std::time::Duration;
 
@@ -8,7 +8,8 @@ use magician_sim::{Controller, LineTiming, Profile, Runner, Speed};
 
 use super::*;
 
-/// An arm behind 115200 baud and a turnaround. It does segments as fast as they come: what is measured is the line.
+/// Returns an arm behind 115200 baud and a turnaround. It executes segments at once, so the line is
+/// measured.
 async fn paced(turnaround: Duration) -> Arm {
     let line = LineTiming {
         baud: Some(115_200),
@@ -42,7 +43,7 @@ async fn a_paced_line_is_found_with_its_turnaround_and_its_rates() {
         .unwrap();
     assert!(pose.clean() && index.clean());
     assert_eq!((pose.times.count(), told), (50, 50));
-    // The clock of the tests goes in steps of a millisecond.
+    // The clock of the tests has steps of a millisecond.
     let line = LineSpeed::of(&pose, &index).unwrap();
     assert!(
         line.turnaround.abs_diff(turnaround) <= Duration::from_millis(1),
@@ -70,7 +71,7 @@ async fn a_stream_is_counted_and_what_the_queue_held_is_seen() {
     let seen = streamed(&arm, ring, Duration::from_secs(4), load, pause)
         .await
         .unwrap();
-    // The arm, not the line, bounds the rate: 50 mm/s of half millimetres.
+    // The arm limits the rate, not the line: 50 mm/s of half millimetres.
     near(seen.rate.per_second(), ring.segments_per_second(), 0.05);
     assert!(seen.in_a_row && seen.looks > 20, "{seen:?}");
     assert_eq!(seen.dry, 0);

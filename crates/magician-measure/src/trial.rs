@@ -1,4 +1,5 @@
-//! Trials with bare frames: whether requests may follow each other at once, and whether the queue counts as it should.
+//! Trials with bare frames: does the arm take requests back to back, and does its queue count
+//! correctly?
 
 use std::time::Duration;
 
@@ -13,35 +14,35 @@ use magician_protocol::{
 };
 use tokio::time::{Instant, timeout_at};
 
-/// What became of requests that were sent in one piece.
+/// Result of requests sent in one piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BackToBack {
-    /// How many at once.
+    /// Number of requests at once.
     pub depth: usize,
-    /// How often that was tried.
+    /// Number of repetitions.
     pub rounds: usize,
-    /// Requests in all that were answered.
+    /// Total number of answered requests.
     pub answered: usize,
-    /// Whether every answer came in the order of the requests.
+    /// True if every answer came in the order of the requests.
     pub in_order: bool,
 }
 
 impl BackToBack {
-    /// Whether everything was answered, in order.
+    /// True if everything was answered, in order.
     #[must_use]
     pub fn taken(&self) -> bool {
         self.in_order && self.answered == self.depth * self.rounds
     }
 }
 
-/// What a queue did with commands that do nothing.
+/// Result of a trial of the queue with commands that do nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct QueueTrial {
-    /// The indices given, in their order; `None` for a command that was not answered with one.
+    /// Indices in order; `None` for a command without one in its answer.
     pub indices: Vec<Option<u64>>,
-    /// The depths of the bursts.
+    /// Sizes of the bursts.
     pub depths: Vec<usize>,
-    /// The largest depth up to which every burst was taken, one index after the other.
+    /// Largest burst up to which all were accepted with consecutive indices.
     pub window: usize,
     /// Free places before, with all commands in the queue, and after they were dropped.
     pub left: [u32; 3],
@@ -50,7 +51,7 @@ pub struct QueueTrial {
 }
 
 impl QueueTrial {
-    /// Whether the indices step by one.
+    /// True if the indices are consecutive.
     #[must_use]
     pub fn steps_by_one(&self) -> bool {
         let pairs = self.indices.windows(2);
@@ -61,7 +62,7 @@ impl QueueTrial {
             })
     }
 
-    /// Whether every command takes a place, and gives it back when it is dropped.
+    /// True if every command takes a place, and dropping it frees the place.
     #[must_use]
     pub fn left_counts(&self) -> bool {
         let [before, full, after] = self.left;
@@ -69,7 +70,7 @@ impl QueueTrial {
         before.checked_sub(taken) == Some(full) && after == before
     }
 
-    /// Whether the current index stands while nothing runs and when the queue is cleared.
+    /// True if the current index does not change while nothing runs, nor when the queue is cleared.
     #[must_use]
     pub fn current_stands(&self) -> bool {
         let [before, full, after] = self.current;
@@ -77,17 +78,17 @@ impl QueueTrial {
     }
 }
 
-/// Reads in the order in which they are sent; neighbours differ.
+/// Reads in the order of sending; neighbours differ, so that swapped answers show.
 const READS: [&Row; 4] = [
     <Pose as Readable>::ROW,
     QueuedCmdCurrentIndex::ROW,
     QueuedCmdLeftSpace::ROW,
     <AlarmsState as Readable>::ROW,
 ];
-/// Sends so many reads in one piece, several times, and sees what is answered within `patience`.
+/// Sends `depth` reads in one piece, `rounds` times, and counts the answers within `patience`.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](magician::ErrorKind::Port) when the line is gone.
+/// [`ErrorKind::Port`](magician::ErrorKind::Port) if the line is gone.
 pub async fn back_to_back(
     line: &mut RawLine,
     depth: usize,
@@ -112,12 +113,14 @@ pub async fn back_to_back(
                 (reply.frame().id(), reply.frame().ctrl())
                     == (request.frame().id(), request.frame().ctrl())
             });
+        // A lost reply shifts all that follow, so their order says nothing; `answered` counts the
+        // loss.
         seen.in_order &= ordered || replies.len() < requests.len();
     }
     Ok(seen)
 }
 
-/// Sends frames in one piece and collects as many replies, or what comes within `patience`.
+/// Sends frames in one piece and collects as many replies, or those within `patience`.
 async fn burst(
     line: &mut RawLine,
     requests: &[FrameBuf],
@@ -149,6 +152,7 @@ async fn burst(
 
 async fn ask(line: &mut RawLine, request: FrameBuf, patience: Duration) -> Result<FrameBuf> {
     let key = (request.frame().id(), request.frame().ctrl());
+    // Three attempts: a single lost frame must not fail the whole trial.
     for _ in 0..3 {
         let replies = burst(line, &[request], patience).await?;
         let own = |reply: &FrameBuf| (reply.frame().id(), reply.frame().ctrl()) == key;
@@ -160,7 +164,7 @@ async fn ask(line: &mut RawLine, request: FrameBuf, patience: Duration) -> Resul
     Err(Error::new(ErrorCode::NoAnswer, message))
 }
 
-/// Current index and left space.
+/// Reads current index and left space.
 async fn look(line: &mut RawLine, patience: Duration) -> Result<(u64, u32)> {
     let current = FrameBuf::get(&NoArgs, QueuedCmdCurrentIndex::ROW)?;
     let current = ask(line, current, patience).await?;
@@ -176,12 +180,13 @@ async fn order<T: Writable>(line: &mut RawLine, action: &T, patience: Duration) 
     ask(line, request, patience).await.map(drop)
 }
 
-/// Stops the queue, puts bursts of waits of no length into it, looks at its counters and clears it. Nothing moves; the
-/// queue is left stopped and empty.
+/// Stops the queue, fills it with bursts of waits of zero length, reads its counters, and clears
+/// it. Nothing moves; the queue is left stopped and empty.
 ///
 /// # Errors
-/// [`ErrorKind::InvalidInput`](magician::ErrorKind::InvalidInput) when commands wait in the queue, or come into it meanwhile: they are not dropped for this.
-/// [`ErrorKind::Timeout`](magician::ErrorKind::Timeout), [`ErrorKind::Port`](magician::ErrorKind::Port).
+/// [`ErrorKind::InvalidInput`](magician::ErrorKind::InvalidInput) if commands wait in the queue, or
+/// arrive meanwhile: they are not dropped; [`ErrorKind::Timeout`](magician::ErrorKind::Timeout),
+/// [`ErrorKind::Port`](magician::ErrorKind::Port).
 pub async fn queue_trial(
     line: &mut RawLine,
     depths: &[usize],
@@ -193,6 +198,7 @@ pub async fn queue_trial(
         let message = format!("commands of an earlier program wait in the queue: {waiting}");
         return Err(Error::new(ErrorCode::ForeignCommands, message));
     }
+    // Stopped first, so that the waits stay in the queue and can be counted.
     order(line, &QueuedCmdStopExec {}, patience).await?;
     let wait = FrameBuf::encode(WaitCmd::ROW.id, Ctrl::QUEUED, &WaitCmd { timeout: 0 })?;
     let mut trial = QueueTrial {
@@ -208,6 +214,7 @@ pub async fn queue_trial(
             own.then_some(index.0)
         };
         trial.indices.extend((0..*depth).map(given));
+        // A larger burst could only confuse the indices further.
         if !trial.steps_by_one() {
             break;
         }
@@ -215,6 +222,7 @@ pub async fn queue_trial(
     }
     let full = look(line, patience).await?;
     let waiting = Settings::ORDERED.capacity.saturating_sub(full.1);
+    // Clearing now would drop the other program's commands too.
     if usize::try_from(waiting).is_ok_and(|waiting| waiting > trial.indices.len()) {
         let message = "another program queued commands meanwhile, so nothing was dropped: the \
             waits of 0 ms are still among them, and the queue is stopped";
@@ -271,7 +279,7 @@ mod tests {
         assert_eq!(look(&mut line, PATIENCE).await.unwrap(), (0, 31));
     }
 
-    /// An arm into whose queue another program puts twenty commands while the trial is under way.
+    /// Plays an arm into whose queue another program puts twenty commands during the trial.
     async fn shared(mut far: tokio::io::DuplexStream) {
         use tokio::io::{AsyncReadExt, AsyncWriteExt};
         let mut arm = magician_sim::Controller::default();

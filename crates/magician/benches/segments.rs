@@ -1,8 +1,9 @@
-//! What a segment of a path costs, in processor time of the whole process: through the driver onto an arm in it, by both
-//! handles, and beside that what the parts of it cost without a task, a channel and a timer.
+//! Cost of a path segment in processor time of the whole process: through the driver to an
+//! in-process arm, by both handles, and for comparison the parts of it without a task, a channel
+//! and a timer.
 //!
-//! `cargo bench -p magician --bench segments [-- SEGMENTS [PART]]`. Figures are the median of several rounds, with the best in
-//! brackets.
+//! `cargo bench -p magician --bench segments [-- SEGMENTS [PART]]`. Results are the median of
+//! several rounds, with the best in brackets.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -18,10 +19,10 @@ use rustix::time::{ClockId, clock_gettime};
 
 const LINK: LinkId = LinkId(0);
 const ROUNDS: usize = 7;
-/// What one segment may cost through the driver, us.
+/// Highest acceptable cost of a segment through the driver, us.
 const GOAL: f64 = 8.0;
 
-/// Works the arm through a path.
+/// Sends a path to an arm.
 type Part = fn(&[Set]);
 
 fn main() {
@@ -65,7 +66,7 @@ fn main() {
     }
 }
 
-/// Processor time of all threads, and of the system for them.
+/// Returns the processor time of all threads, including the system's time for them.
 fn cost(work: impl FnOnce()) -> Duration {
     let spent = || Duration::try_from(clock_gettime(ClockId::ProcessCPUTime)).unwrap_or_default();
     let before = spent();
@@ -73,7 +74,7 @@ fn cost(work: impl FnOnce()) -> Duration {
     spent() - before
 }
 
-/// A line of 100 mm there and back in segments of 1 mm, over and over, after what leads to it.
+/// Returns a line of 100 mm back and forth in segments of 1 mm, repeated, after an approach.
 fn path(count: i32) -> Vec<Set> {
     let segments = (1..=count).map(|at| {
         let y = 50 - (at % 200 - 100).abs();
@@ -101,7 +102,7 @@ fn controller() -> Controller {
     arm
 }
 
-/// The virtual arm alone: bytes in, bytes out, and a host that keeps its queue full.
+/// Runs the virtual arm alone: bytes in, bytes out, and a host that keeps its queue full.
 fn simulation(path: &[Set]) {
     let mut arm = controller();
     let mut left = arm.state().queue.capacity;
@@ -121,7 +122,7 @@ fn simulation(path: &[Set]) {
     }
 }
 
-/// The check beforehand, which tells the stream how long a segment takes.
+/// Runs the preflight check, which gives the stream the duration of each segment.
 fn check(path: &[Set]) {
     let mut check = Preflight::at(controller().state().joints, magician::ToolBias::SUCTION);
     for command in path {
@@ -129,7 +130,7 @@ fn check(path: &[Set]) {
     }
 }
 
-/// Connection and stream on the virtual arm, on one clock and without a task between them.
+/// Runs connection and stream on the virtual arm, on one clock and without a task.
 fn engines(path: &[Set]) {
     let mut arm = controller();
     let mut host = Connection::new(Settings {
@@ -192,7 +193,7 @@ fn engines(path: &[Set]) {
     }
 }
 
-/// The async handle on a runtime of one thread.
+/// Runs the async handle on a runtime of one thread.
 fn with_runtime(path: &[Set], options: Options) {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -208,7 +209,7 @@ fn with_runtime(path: &[Set], options: Options) {
     });
 }
 
-/// The blocking handle, whose runtime has a thread of its own.
+/// Runs the blocking handle, which serves its runtime on a background thread.
 fn with_blocking(path: &[Set]) {
     let arm = blocking::Arm::connect(target()).expect("the arm is in this process");
     arm.clear_alarms().expect("it answers");

@@ -1,7 +1,8 @@
-//! What an alarm is, and how a program goes on after it: a move out of reach is sent without a check, so that the arm
-//! refuses it and stands. Before and after it moves: keep clear of it.
+//! Shows an alarm and how a program recovers: a move out of reach is sent without a check, so that
+//! the arm refuses it and stops. The arm moves before and after it: keep clear of it.
 //!
-//! `cargo run -p magician --example alarm -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`.
+//! `cargo run -p magician --example alarm -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`,
+//! `udp:192.168.1.5`.
 
 use magician::{Alarm, ErrorKind, blocking::Arm, build};
 
@@ -10,7 +11,7 @@ fn main() -> magician::Result<()> {
     let arm = Arm::connect(port)?;
     arm.home()?;
 
-    // Checked, it does not come to an alarm.
+    // With the check, nothing is sent and no alarm is raised.
     let too_far = build::move_to(900.0, 0.0, 0.0, 0.0);
     if let Err(error) = arm.run(&[too_far]) {
         println!("refused before it was sent: {error}");
@@ -30,7 +31,7 @@ fn main() -> magician::Result<()> {
         Ok(_) => println!("this arm reaches farther than others"),
     }
 
-    // What waits in the queue would come after the alarm: it goes first.
+    // Commands in the queue would run after the alarm, so they are dropped first.
     arm.stop()?;
     arm.clear_alarms()?;
     println!("alarms: {}", arm.alarms()?);

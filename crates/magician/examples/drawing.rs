@@ -2,10 +2,11 @@
 //!
 //! `cargo run --release -p magician --example drawing -- PORT [SEGMENTS [WINDOW]]`
 //!
-//! The arm draws a ring of 20 mm through where it stands, in segments of 0.05 mm: the line to it, not the arm, is what
-//! takes time. The driver asks for the room in the queue as seldom as it can, and accounts for every segment by its
-//! index. A WINDOW above 1 sends that many segments before the answer to the first has come; `magician doctor` finds
-//! out what an arm takes. The last line is an object with the seconds it took.
+//! The arm draws a ring of 20 mm through its current position, in segments of 0.05 mm, so the line
+//! to the arm is the bottleneck, not the arm. The driver reads the room in the queue as rarely as
+//! possible, and accounts for every segment by its index. A WINDOW above 1 sends that many segments
+//! before the first is answered; `magician doctor` finds out what an arm supports. The last line of
+//! the output is an object with the seconds it took.
 
 use std::env::args;
 use std::time::Instant;
@@ -19,7 +20,7 @@ use magician::{Options, Set, blocking::Arm};
 const RADIUS: f32 = 10.0;
 const SEGMENT: f32 = 0.05;
 
-/// Where the pen is after so many segments.
+/// Returns the position of the pen after `count` segments.
 fn point(start: &Pose, count: u32) -> CpCmd {
     let angle = count as f32 * SEGMENT / RADIUS;
     CpCmd {

@@ -1,7 +1,7 @@
-//! Turns the base for as long as a key is held: Enter, whose repeats are what a terminal tells without further ado.
+//! Turns the base while a key is held: Enter, whose repeats every terminal sends.
 //!
-//! `cargo run -p magician --example jog -- PORT`. Where stdin is no terminal the key is held for ten readings.
-//! The arm moves: keep clear of it.
+//! `cargo run -p magician --example jog -- PORT`. If stdin is not a terminal, the key counts as
+//! held for ten readings. The arm moves: keep clear of it.
 
 use std::io::{IsTerminal, stdin};
 use std::sync::{Arc, Mutex};
@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use magician::build::Axis;
 use magician::{JogOptions, blocking::Arm};
 
-/// A key repeats within this once it is held.
+/// Longest time between two repeats of a held key.
 const REPEAT: Duration = Duration::from_millis(600);
 
-/// Tells whether the key is held; called once for each reading of the arm.
+/// Returns a function that reports if the key is held; it is called once per reading.
 fn key() -> impl FnMut() -> bool {
     let pressed = Arc::new(Mutex::new(Instant::now()));
     let terminal = stdin().is_terminal();

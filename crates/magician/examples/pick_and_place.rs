@@ -1,7 +1,7 @@
-//! Takes three cubes with the suction cup, one after the other, and sets them down in a row.
+//! Moves three cubes with the suction cup, one by one, into a row.
 //!
-//! `cargo run -p magician --example pick_and_place -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`.
-//! The arm moves: keep clear of it, and set `PICK` and `PLACE` to what lies before yours.
+//! `cargo run -p magician --example pick_and_place -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`,
+//! `udp:192.168.1.5`. The arm moves: keep clear of it, and adapt `PICK` and `PLACE` to your setup.
 
 use std::time::Duration;
 
@@ -23,7 +23,8 @@ fn main() -> magician::Result<()> {
     let grip = build::wait(Duration::from_millis(300));
     for cube in 0..3 {
         let shift = APART * cube as f32;
-        // Checked as a whole before a byte is sent: a cube out of reach is not even lifted.
+        // All commands are checked before the first is sent: a cube out of reach is not even
+        // lifted.
         let ran = arm.run(&[
             build::jump_to(PICK[0] + shift, PICK[1], PICK[2], 0.0),
             build::suction(true),

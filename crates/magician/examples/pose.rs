@@ -1,6 +1,7 @@
-//! Where the arm is, and what it says of itself. Nothing moves.
+//! Prints the identity, pose and state of an arm. Nothing moves.
 //!
-//! `cargo run -p magician --example pose -- PORT`, where PORT is `sim`, `/dev/ttyUSB0`, `COM3` or `udp:192.168.1.5`.
+//! `cargo run -p magician --example pose -- PORT`, where PORT is `sim`, `/dev/ttyUSB0`, `COM3` or
+//! `udp:192.168.1.5`.
 
 use magician::blocking::Arm;
 use magician::commands::{DeviceName, DeviceVersion};

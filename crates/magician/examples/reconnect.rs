@@ -1,9 +1,9 @@
-//! A run that outlives its line: the cable is pulled, and once it is back the run goes on at the very command that the arm did
-//! not take.
+//! A run that survives a pulled cable: after the reconnect it continues with the first command that
+//! the arm did not accept.
 //!
-//! `cargo run -p magician --example reconnect -- PORT`: pull the cable while it runs. With `sim` a fault pulls it, now and
-//! then (`faults` is a feature of its own), and it is in again by itself.
-//! The arm moves 60 mm backwards from where it stands: keep clear of it.
+//! `cargo run -p magician --example reconnect -- PORT`: pull the cable while it runs. With `sim` an
+//! injected fault pulls it now and then (feature `faults`), and plugs it in again. The arm moves 60
+//! mm backwards from its position: keep clear of it.
 
 use magician::faults::Faults;
 use magician::{ErrorKind, Options, blocking::Arm, build};
@@ -29,7 +29,7 @@ fn main() -> magician::Result<()> {
             run.ran().commands
         );
         arm.reconnected()?;
-        // A program that draws or carries asks the user here: nothing goes on by itself.
+        // A program that draws or carries asks the user here: nothing continues by itself.
         println!("it is back");
     }
     println!("{} commands done, each of them once", run.ran().commands);

@@ -1,13 +1,13 @@
-//! A program and its test: the test has it done in a world of its own and looks where the cube is at the end.
+//! A program with a test: the test runs it in a simulated world, and checks where the cube ends up.
 //!
-//! `cargo run -p magician --example scenario -- PORT` runs it, `cargo test -p magician --example scenario` tries it.
-//! The arm moves: keep clear of it.
+//! `cargo run -p magician --example scenario -- PORT` runs it,
+//! `cargo test -p magician --example scenario` tests it. The arm moves: keep clear of it.
 
 use std::time::Duration;
 
 use magician::{blocking::Arm, build};
 
-/// Puts the cube at (220, 80) onto the block at (220, -80).
+/// Stacks the cube at (220, 80) on the block at (220, -80).
 fn stack(arm: &Arm) -> magician::Result<()> {
     let breathe = build::wait(Duration::from_millis(500));
     arm.run(&[

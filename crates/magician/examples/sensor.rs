@@ -1,7 +1,9 @@
-//! Reads sensors: an infrared and a colour sensor, and a button at a digital input, which the arm waits for.
+//! Reads sensors: an infrared and a colour sensor, and a button on a digital input that the arm
+//! waits for.
 //!
-//! `cargo run -p magician --example sensor -- PORT`. With `sim` the cell below stands around the arm; on a real one
-//! the infrared sensor is at GP4, the colour sensor at GP2, the button at EIO 19.
+//! `cargo run -p magician --example sensor -- PORT`. With `sim` the scenario below surrounds the
+//! arm; on a real one connect the infrared sensor to GP4, the colour sensor to GP2, and the button
+//! to EIO 19.
 
 use magician::build::{self, Sensed};
 use magician::commands::{ColorSensor, IrSwitch};

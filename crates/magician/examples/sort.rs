@@ -1,12 +1,13 @@
-//! Sorts cubes by colour: a belt brings them, an infrared sensor tells when one is there, the suction cup takes it to
-//! the colour sensor and from there to its place on the table.
+//! Sorts cubes by colour: a belt brings them, an infrared sensor detects each, and the suction cup
+//! moves it over the colour sensor and from there to its place on the table.
 //!
 //! `cargo run -p magician --example sort`
 //!
-//! The arm is a virtual one, in the world of `crates/magician-sim/scenarios/pick_and_sort.toml`; at the end the program
-//! looks there whether every cube is where it belongs. To watch the same program in real time, start
-//! `magician sim --pty ./arm --scenario crates/magician-sim/scenarios/pick_and_sort.toml`
-//! in one terminal and `cargo run -p magician --example sort -- ./arm` in another.
+//! The arm is a virtual one, in the world of `crates/magician-sim/scenarios/pick_and_sort.toml`; at
+//! the end the program checks there that every cube is in its place. To watch the same program in
+//! real time, start
+//! `magician sim --pty ./arm --scenario crates/magician-sim/scenarios/pick_and_sort.toml` in one
+//! terminal and `cargo run -p magician --example sort -- ./arm` in another.
 
 use std::error::Error;
 use std::time::Duration;
@@ -16,7 +17,7 @@ use magician::protocol::{IoFunction, Port, SensorVersion, Stepper};
 use magician::sim::Scenario;
 use magician::{Options, Set, VirtualArm, blocking::Arm, build};
 
-/// The cell, as it is in the scenario.
+/// Layout of the cell, as in the scenario.
 const CELL: &str = Scenario::PICK_AND_SORT;
 const BUTTON: u8 = 15;
 const BELT: Stepper = Stepper::Stepper1;
@@ -25,22 +26,23 @@ const ON_THE_TABLE: Port = Port::Gp1;
 
 /// 50 mm/s: a turn of the roller is 16000 pulses and 34 mm times pi.
 const BELT_SPEED: i32 = 7490;
-/// How long the belt runs between two looks at the sensor: 1 mm.
+/// Time the belt runs between two sensor readings: 1 mm.
 const LOOK: Duration = Duration::from_millis(20);
-/// A belt that brings nothing for so many looks is empty.
+/// Readings without a cube after which the belt counts as empty.
 const PATIENCE: u32 = 500;
 
-/// Where the cup goes, x, y, z in mm: on a cube that the sensor has stopped, and over the colour sensor with one.
+/// Positions of the cup, x, y, z in mm: on a cube in front of the sensor, and over the colour
+/// sensor with a cube.
 const PICK: [f32; 3] = [260.0, 0.0, -10.0];
 const SHOW: [f32; 3] = [160.0, 180.0, -10.0];
-/// Where cubes of a colour belong, a cube's height above the table.
+/// Places for the cubes of each colour, a cube's height above the table.
 const PLACES: [(&str, [f32; 3]); 3] = [
     ("red cube", [140.0, -200.0, -50.0]),
     ("green cube", [170.0, -200.0, -50.0]),
     ("blue cube", [200.0, -200.0, -50.0]),
 ];
 
-/// Up, over, down, and the cup holds or lets go.
+/// Moves over a position, down to it, and holds or releases the cube.
 fn carry(to: [f32; 3], hold: bool) -> [Set; 3] {
     let [x, y, z] = to;
     [
@@ -50,7 +52,7 @@ fn carry(to: [f32; 3], hold: bool) -> [Set; 3] {
     ]
 }
 
-/// Runs the belt until a cube stands before the sensor; `false` if none comes.
+/// Runs the belt until a cube is in front of the sensor; `false` if none comes.
 fn cube_comes(arm: &Arm) -> magician::Result<bool> {
     let port = Some(AT_THE_BELT);
     let mut seen = false;
@@ -63,14 +65,16 @@ fn cube_comes(arm: &Arm) -> magician::Result<bool> {
         if seen {
             break;
         }
-        // The arm waits, not the program: a virtual arm at full speed is then as far as a real one after 20 ms.
+        // The arm waits, not the program: a virtual arm at full speed then advances as a real one
+        // in 20 ms.
         arm.run(&[build::wait(LOOK)])?;
     }
     arm.run(&[build::motor(BELT, 0)])?;
     Ok(seen)
 }
 
-/// Which of the places a cube of this colour belongs to: the sensor tells red, green and blue from 0 to 255.
+/// Returns the place for a cube of this colour. The sensor reports red, green and blue from 0 to
+/// 255.
 fn place_for(color: ColorSensor) -> (&'static str, [f32; 3]) {
     let ColorSensor { r, g, b } = color;
     let [red, green, blue] = PLACES;
@@ -81,7 +85,7 @@ fn place_for(color: ColorSensor) -> (&'static str, [f32; 3]) {
     }
 }
 
-/// Sorts until the belt is empty, and tells what it has put where.
+/// Sorts until the belt is empty, and returns the cubes in order.
 fn sort(arm: &Arm) -> magician::Result<Vec<&'static str>> {
     arm.home()?;
     arm.run(&[
@@ -104,7 +108,7 @@ fn sort(arm: &Arm) -> magician::Result<Vec<&'static str>> {
     Ok(sorted)
 }
 
-/// Whether every cube lies in its place, seen from outside: no sensor and no motor has a say in it.
+/// Checks from outside, without sensors and motors, that every cube is in its place.
 fn inspect(cell: &VirtualArm) {
     cell.with(|arm| {
         let look = arm.look();
@@ -114,7 +118,8 @@ fn inspect(cell: &VirtualArm) {
             println!("{name}: x {:.1} y {:.1} on the table", place.x, place.y);
             assert!(cube.on_table(), "{name}: {:?}", cube.rest());
             assert!(cube.seen_by(AT_THE_BELT) && cube.seen_by(ON_THE_TABLE));
-            // The cup takes a cube wherever it meets it: as far from its middle as the belt ran on.
+            // The cup holds a cube where it touches it: off centre by the distance that the belt
+            // ran on.
             let off = (place.x - f64::from(x)).hypot(place.y - f64::from(y));
             assert!(off < 10.0, "{name} lies {off} mm away from its place");
         }

@@ -1,7 +1,7 @@
-//! Stops the arm from another thread, in the middle of a program that never ends.
+//! Stops the arm from another thread, in the middle of an endless program.
 //!
-//! `cargo run -p magician --example stop -- PORT`. Enter stops it; where stdin is no terminal the twentieth command does.
-//! The arm moves: keep clear of it.
+//! `cargo run -p magician --example stop -- PORT`. Enter stops it; if stdin is not a terminal, the
+//! twentieth command does. The arm moves: keep clear of it.
 
 use std::io::{IsTerminal, stdin};
 use std::sync::mpsc;
@@ -43,7 +43,7 @@ fn main() -> magician::Result<()> {
     }
     guard.join().expect("it does not panic")?;
 
-    // The stop was taken; the arm may still brake.
+    // The stop is confirmed, but the arm may still brake.
     arm.wait_still()?;
     let pose = arm.pose()?;
     println!(

@@ -1,7 +1,8 @@
-//! A transport of one's own: anything that reads and writes bytes. This one counts what is sent.
+//! A custom transport: anything that reads and writes bytes. This one counts the bytes sent.
 //!
-//! `cargo run -p magician --example transport -- sim` has a virtual arm at the other end of a pipe in memory;
-//! with `HOST:PORT` it is a TCP connection, to a bridge for one. The arm moves: keep clear of it.
+//! `cargo run -p magician --example transport -- sim` connects to a virtual arm through an
+//! in-memory pipe; with `HOST:PORT` it is a TCP connection, to a bridge for example. The arm moves:
+//! keep clear of it.
 
 use std::io;
 use std::pin::Pin;
@@ -15,7 +16,7 @@ use magician::{Arm, Options};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream, ReadBuf};
 use tokio::net::TcpStream;
 
-/// Counts the bytes that are sent to the arm.
+/// Stream that counts the bytes sent to the arm.
 struct Counting<T> {
     line: T,
     sent: Arc<AtomicUsize>,
@@ -51,7 +52,7 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Counting<T> {
     }
 }
 
-/// The other end of the pipe: a controller, whose clock is the wall's.
+/// Serves the other end of the pipe: a controller that follows the wall clock.
 async fn serve(mut line: DuplexStream) -> io::Result<()> {
     let (mut controller, usb, since) = (Controller::default(), LinkId(0), Instant::now());
     let mut bytes = [0; 256];

@@ -1,11 +1,11 @@
-//! Two arms at once from one task: each waits for the other after every move.
+//! Moves two arms at once from one task: each waits for the other after every move.
 //!
-//! `cargo run -p magician --example two_arms -- PORT [PORT]`. `sim` is a virtual arm of its own each time.
-//! The arm moves: keep clear of it.
+//! `cargo run -p magician --example two_arms -- PORT [PORT]`. Each `sim` is a separate virtual arm.
+//! The arms move: keep clear of them.
 
 use magician::{Arm, build};
 
-/// To a place and back again; where the arm was then.
+/// Moves to a position and back; returns the y that was reached.
 async fn visit(arm: &Arm, y: f32) -> magician::Result<f32> {
     arm.run(&[
         build::line_to(220.0, y, 20.0, 0.0),
@@ -25,7 +25,8 @@ async fn main() -> magician::Result<()> {
     tokio::try_join!(left.home(), right.home())?;
     for turn in 1..=3 {
         let aside = 20.0 * turn as f32;
-        // Returns when both are there, or with the first error; then the other arm is stopped as its handle goes.
+        // Returns when both have arrived, or with the first error; the other arm is then stopped by
+        // dropping its handle.
         let (a, b) = tokio::try_join!(visit(&left, aside), visit(&right, -aside))?;
         println!("turn {turn}: left at y {a:.1}, right at y {b:.1}");
     }

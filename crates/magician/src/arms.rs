@@ -1,12 +1,13 @@
-//! What the file of settings says of single arms: `[arms.NAME]`.
+//! Settings of single arms: the tables `[arms.NAME]` of the settings file.
 //!
-//! Every door reads it here: the `magician` command, the Python package and the vendor's C library. An arm is known by its port.
+//! All front ends read them here: the `magician` command, the Python package and the vendor's C
+//! library. An arm is identified by its port.
 //!
 //! ```toml
 //! [arms.white]
 //! port = "/dev/ttyUSB0"
 //! laser = false                 # no laser is mounted: EIO 2 and 4 may drive something else
-//! lowest_j2 = -9.0              # deg: how far its rear arm leans back; never to be found by driving there
+//! lowest_j2 = -9.0              # deg: lower limit of J2; never measure it by driving there
 //!
 //! [arms.white.fence]            # mm, in the arm's coordinates, for the tip of the tool
 //! floor = -60.0
@@ -27,38 +28,39 @@ use toml::de::{DeTable, DeValue};
 
 use crate::{Error, ErrorCode, Options, Result, Target};
 
-/// The table of all arms.
+/// Name of the table of all arms.
 pub const TABLE: &str = "arms";
-/// What may be said to be the lowest J2 of an arm, deg: within it are the lowest that a public program asks for (-13.1) and the
-/// limit that the vendor guarantees (0).
+/// Allowed range of an arm's lower limit of J2, deg. It includes the lowest angle that a public
+/// program requests (-13.1) and the limit that the vendor guarantees (0).
 const LOWEST_J2: (f64, f64) = (-20.0, 0.0);
-/// The largest file of settings that is read, bytes.
+/// Largest accepted settings file, bytes. Choice, against a wrong path such as a device.
 const LARGEST: u64 = 1 << 20;
 
-/// What is known of one arm.
+/// Settings of one arm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct KnownArm {
-    /// What it is called.
+    /// Name of the arm.
     pub name: String,
-    /// Where it is.
+    /// Address of the arm.
     pub port: Target,
-    /// Whether a laser may be mounted on it.
+    /// True if a laser may be mounted on it.
     pub laser: bool,
-    /// Its lower limit of J2, deg; `None` for the one that every arm has, with a warning below what all keep to.
+    /// Lower limit of J2, deg. `None` for the limit of the model, with a warning below the limit
+    /// that all arms reach.
     pub lowest_j2: Option<f64>,
-    /// Its fence.
+    /// Fence of the arm, if any.
     pub fence: Option<Fence>,
 }
 
-/// Something in the text that is not as it must be.
+/// Error in a settings file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Flaw {
-    /// Where, in bytes.
+    /// Location in the text, in bytes.
     pub place: Range<usize>,
-    /// What is wrong.
+    /// Description.
     pub message: String,
-    /// What to do.
+    /// Remedy, if any.
     pub help: Option<String>,
 }
 
@@ -87,13 +89,14 @@ impl fmt::Display for Flaw {
     }
 }
 
-/// The file of settings: `MAGICIAN_CONFIG`, or `magician/config.toml` in the system's directory for settings.
+/// Returns the path of the settings file: `MAGICIAN_CONFIG`, or `magician/config.toml` in the
+/// system's directory for settings. `None` if neither is known.
 #[must_use]
 pub fn file() -> Option<PathBuf> {
     file_by(|name| std::env::var_os(name))
 }
 
-/// The same by these variables of an environment.
+/// Returns the path for a given environment.
 #[must_use]
 pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     let set = |name| variable(name).filter(|value| !value.is_empty());
@@ -101,6 +104,7 @@ pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
         return Some(path.into());
     }
     let config = set("XDG_CONFIG_HOME").map(PathBuf::from);
+    // The XDG specification says that relative paths are to be ignored.
     let config = config.filter(|path| path.is_absolute());
     let local = || match (cfg!(windows), cfg!(target_os = "macos")) {
         (true, _) => set("APPDATA").map(PathBuf::from),
@@ -112,11 +116,11 @@ pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     Some(config.or_else(local)?.join("magician").join("config.toml"))
 }
 
-/// What the file of this user says of its arms; one that is not there says nothing.
+/// Reads the arms from the user's settings file. A missing file has none.
 ///
 /// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column for one that cannot be read: a fence that
-/// cannot be read is no reason to move without one.
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column if the file cannot
+/// be read. A caller must not move the arm without its fence then.
 pub fn load() -> Result<Vec<KnownArm>> {
     match file() {
         Some(path) => load_from(&path),
@@ -124,7 +128,7 @@ pub fn load() -> Result<Vec<KnownArm>> {
     }
 }
 
-/// As [`load`], of this file.
+/// Reads the arms from this file, as [`load`] does.
 ///
 /// # Errors
 /// As [`load`].
@@ -136,14 +140,17 @@ pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
         )
     };
     match std::fs::metadata(path) {
+        // Most users have no settings file.
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         Ok(about) if about.len() > LARGEST => {
             return Err(unreadable(&"it is too large for a settings file"));
         }
+        // Other errors appear again when the file is read, with the same text.
         _ => {}
     }
     let text = std::fs::read_to_string(path).map_err(|error| unreadable(&error))?;
     read_text(&text).map_err(|flaw| {
+        // Editors count lines and columns from 1, in characters.
         let before = text.get(..flaw.place.start).unwrap_or(&text);
         let line = before.matches('\n').count() + 1;
         let column = before
@@ -160,10 +167,10 @@ pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
     })
 }
 
-/// The arms of a text.
+/// Reads the arms from a text.
 ///
 /// # Errors
-/// Where it is wrong.
+/// The first error in the text, with its location.
 pub fn read_text(text: &str) -> std::result::Result<Vec<KnownArm>, Flaw> {
     let file = DeTable::parse(text)
         .map_err(|error| Flaw::new(error.span().unwrap_or_default(), error.message().trim()))?;
@@ -172,10 +179,10 @@ pub fn read_text(text: &str) -> std::result::Result<Vec<KnownArm>, Flaw> {
     table.map_or(Ok(Vec::new()), |(_, table)| read(table))
 }
 
-/// The arms of the table `arms`.
+/// Reads the arms of the table `arms`.
 ///
 /// # Errors
-/// Where it is wrong.
+/// The first error in the table, with its location.
 pub fn read(table: &Spanned<DeValue<'_>>) -> std::result::Result<Vec<KnownArm>, Flaw> {
     let DeValue::Table(arms) = table.get_ref() else {
         return Err(Flaw::new(
@@ -197,6 +204,7 @@ fn one(
             format!("write [{full}] and its values below it"),
         ));
     };
+    // A laser is assumed unless denied: that errs on the safe side.
     let (mut port, mut laser, mut lowest_j2, mut fence) = (None, true, None, None);
     for (key, value) in values {
         let wrong =
@@ -215,6 +223,7 @@ fn one(
                 lowest_j2 = Some(angle.ok_or_else(|| wrong("expected degrees from -20 to 0"))?);
             }
             ("fence", _) => fence = Some(fence_of(&format!("{full}.fence"), value)?),
+            // Unknown keys are errors: a misspelt fence must not be ignored.
             (other, _) => {
                 let flaw = Flaw::new(key.span(), format!("unknown setting '{full}.{other}'"));
                 return Err(flaw.help("an arm has port, laser, lowest_j2 and fence"));
@@ -230,6 +239,7 @@ fn one(
         port,
         laser,
         lowest_j2,
+        // An empty fence would still cost reads before each motion.
         fence: fence.filter(|fence| !fence.is_empty()),
     })
 }
@@ -284,6 +294,7 @@ fn fence_of(full: &str, table: &Spanned<DeValue<'_>>) -> std::result::Result<Fen
 
 fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
+        // Converted through `i64`, since TOML numbers may be hexadecimal or octal.
         DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
             .ok()
             .map(|number| number as f64),
@@ -311,7 +322,7 @@ fn cuboid(value: &DeValue<'_>) -> Option<Cuboid> {
     }
 }
 
-/// A fence as a table of the file in one line, `{ floor = -60.0 }`; one that bounds nothing is none.
+/// Parses a fence written as an inline table, `{ floor = -60.0 }`. `None` if it has no bounds.
 ///
 /// ```
 /// let fence = magician::arms::fence("{ floor = -60.0, top_speed = 100 }")?.unwrap();
@@ -321,8 +332,9 @@ fn cuboid(value: &DeValue<'_>) -> Option<Cuboid> {
 /// ```
 ///
 /// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what is none.
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the text is not a fence.
 pub fn fence(text: &str) -> Result<Option<Fence>> {
+    // The parser reads whole documents, so the inline table becomes the value of a key.
     let text = format!("fence = {text}");
     let file = DeTable::parse(&text);
     let file = file.map_err(|error| {
@@ -340,14 +352,14 @@ pub fn fence(text: &str) -> Result<Option<Fence>> {
     Ok(Some(fence).filter(|fence| !fence.is_empty()))
 }
 
-/// The arm at this port, if one of these is.
+/// Returns the arm at this port, if known.
 #[must_use]
 pub fn at<'a>(arms: &'a [KnownArm], port: &Target) -> Option<&'a KnownArm> {
     arms.iter().find(|arm| arm.port == *port)
 }
 
 impl Options {
-    /// What is known of the arm that is to be connected: its [`laser_pins`](Self::laser_pins), its
+    /// Applies the settings of an arm: its [`laser_pins`](Self::laser_pins), its
     /// [`fence`](Self::fence), and its lowest J2 in the [`model`](Self::model).
     #[must_use]
     pub fn for_arm(self, known: Option<&KnownArm>) -> Self {

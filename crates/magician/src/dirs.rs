@@ -1,9 +1,10 @@
-//! Where programs keep what outlives them.
+//! Directories for data that outlives a program.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// The directory for state: journals of jobs, saved settings, histories. `None` where the system names none.
+/// Returns the directory for state: job journals, saved settings, histories. `None` if the system
+/// names no place.
 #[must_use]
 pub fn state() -> Option<PathBuf> {
     place_of("XDG_STATE_HOME", ".local/state", |name| {
@@ -11,7 +12,7 @@ pub fn state() -> Option<PathBuf> {
     })
 }
 
-/// The directory for data of people: programs. `None` where the system names none.
+/// Returns the directory for user data: programs. `None` if the system names no place.
 #[must_use]
 pub fn data() -> Option<PathBuf> {
     place_of("XDG_DATA_HOME", ".local/share", |name| {
@@ -26,6 +27,7 @@ fn place_of(
 ) -> Option<PathBuf> {
     let set = |name| variable(name).filter(|value| !value.is_empty());
     let place = set(named).map(PathBuf::from);
+    // The XDG specification says that relative paths are to be ignored.
     let place = place.filter(|path| path.is_absolute());
     let local = || {
         if cfg!(windows) {

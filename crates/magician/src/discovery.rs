@@ -1,10 +1,9 @@
-//! Finding arms on Wi-Fi: their modules answer a question on UDP 48899 with their address (model
-//! section 15, errata E45).
+//! Discovery of arms on Wi-Fi: their modules answer a request on UDP 48899 with their address
+//! (model section 15, errata E45).
 //!
-//! The question goes to every host that is named, and as a broadcast to the networks of this
-//! computer. Networks behind a router are not reached by a broadcast; name the arm's address for
-//! those. On Linux every network of this computer is asked; elsewhere the one that the system
-//! chooses for a broadcast to all.
+//! The request is sent to every named host, and as a broadcast to the networks of this computer. A
+//! broadcast does not cross a router; name the arm's address there. On Linux the broadcast goes to
+//! every network of this computer, elsewhere to the network chosen by the system.
 
 use std::future::poll_fn;
 use std::io;
@@ -18,36 +17,36 @@ use tokio::time::{Instant, timeout_at};
 
 use crate::{Error, ErrorCode, Result, Target};
 
-/// Port of the modules' own service.
+/// Port of the modules' discovery service.
 pub const PORT: u16 = 48_899;
-/// What is asked.
+/// Request text of the modules.
 const QUESTION: &[u8] = b"Who is Dobot?";
-/// A question or an answer that was lost is made up for by the next question.
+/// Interval of repeated requests, which make up for lost datagrams. Choice.
 const AGAIN: Duration = Duration::from_millis(250);
-/// Longest answer that is looked at; the modules' have about 45 bytes.
+/// Longest accepted answer, bytes; the modules' have about 45.
 const LONGEST: usize = 512;
-/// Most arms that are remembered: anybody may answer.
+/// Most arms kept: any host may answer, and memory stays bounded. Choice.
 const MOST: usize = 256;
-/// Datagrams that are read before time is looked at.
+/// Datagrams read before time is checked. Choice.
 const TURN: usize = 64;
 
-/// An arm that answered.
+/// Arm that answered.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Found {
-    /// Where the answer came from: where the arm is reached.
+    /// Source address of the answer, at which the arm is reached.
     pub address: IpAddr,
-    /// The address that the module says it has; another one behind a router.
+    /// Address that the module reports; a different one behind a router.
     pub reported: IpAddr,
-    /// The module's hardware address, twelve hexadecimal digits.
+    /// Hardware address of the module, twelve hexadecimal digits.
     pub mac: String,
-    /// What the module calls itself: `USR-C322`.
+    /// Name of the module: `USR-C322`.
     pub name: String,
-    /// Version of the module's firmware.
+    /// Firmware version of the module.
     pub version: Option<String>,
 }
 
 impl Found {
-    /// What to connect to: port 8899 of where it is reached.
+    /// Returns the target to connect to: port 8899 at the source address.
     #[must_use]
     pub fn target(&self) -> Target {
         Target::Udp {
@@ -57,7 +56,7 @@ impl Found {
     }
 }
 
-/// Where to look for arms.
+/// Search for arms.
 ///
 /// ```no_run
 /// use std::time::Duration;
@@ -77,7 +76,7 @@ pub struct Search {
 }
 
 impl Search {
-    /// In the networks of this computer.
+    /// Searches the networks of this computer.
     #[must_use]
     pub fn networks() -> Self {
         Self {
@@ -86,29 +85,30 @@ impl Search {
         }
     }
 
-    /// At one host, which may be in another network: a name or an address, with `:PORT` if it is not
-    /// 48899.
+    /// Searches one host, possibly in another network: a name or an address, with `:PORT` if it is
+    /// not 48899.
     #[must_use]
     pub fn host(host: impl Into<String>) -> Self {
         Self::default().and(host)
     }
 
-    /// At this host too.
+    /// Adds a host.
     #[must_use]
     pub fn and(mut self, host: impl Into<String>) -> Self {
         self.hosts.push(host.into());
         self
     }
 
-    /// Asks, and collects the replies, sorted by address; each arm once. It takes the given time, except that a search at
-    /// hosts alone ends when all of them have answered. The list may be empty.
+    /// Sends requests and returns the answers, sorted by address, each arm once. The list may be
+    /// empty. It takes the given time, but a search of hosts alone ends when all have answered.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for what is no host, [`ErrorKind::Port`](crate::ErrorKind::Port) when a host's name is
-    /// not known or this computer has no network.
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for an invalid host,
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if a host name is unknown or this computer has
+    /// no network.
     pub async fn find(&self, within: Duration) -> Result<Vec<Found>> {
         let now = Instant::now();
-        // Farther than that is for ever.
+        // A day is as good as forever, and does not overflow the clock.
         let until = now
             .checked_add(within)
             .unwrap_or(now + Duration::from_secs(86_400));
@@ -122,20 +122,20 @@ impl Search {
         asker.ask_until(until, !self.networks).await
     }
 
-    /// As [`find`](Self::find), for programs without tokio.
+    /// Searches as [`find`](Self::find) does, for programs without tokio.
     ///
     /// # Errors
     /// As [`find`](Self::find).
     ///
     /// # Panics
-    /// Within an asynchronous task; [`find`](Self::find) is for those.
+    /// Panics within an asynchronous task; use [`find`](Self::find) there.
     pub fn find_blocking(&self, within: Duration) -> Result<Vec<Found>> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build();
         let runtime = runtime.map_err(no_network)?;
         let found = runtime.block_on(self.find(within));
-        // A name that is still being looked up must not hold it.
+        // A pending name lookup must not delay the return.
         runtime.shutdown_background();
         found
     }
@@ -180,7 +180,7 @@ fn no_network(error: io::Error) -> Error {
     Error::port(message, error)
 }
 
-/// `HOST`, `HOST:PORT`, `[V6]`, `[V6]:PORT`, or a bare V6 address.
+/// Parses `HOST`, `HOST:PORT`, `[V6]`, `[V6]:PORT`, or a bare IPv6 address.
 async fn address_of(host: &str) -> Result<SocketAddr> {
     if let Ok(ip) = host.parse::<IpAddr>() {
         return Ok((ip, PORT).into());
@@ -207,12 +207,12 @@ fn bind(any: IpAddr) -> io::Result<UdpSocket> {
     UdpSocket::from_std(socket)
 }
 
-/// A search under way.
+/// Search in progress.
 struct Asker {
     v4: Option<UdpSocket>,
     v6: Option<UdpSocket>,
     to: Vec<SocketAddr>,
-    /// Those that have not answered.
+    /// Hosts that have not answered.
     waiting: Vec<SocketAddr>,
     found: Vec<Found>,
 }
@@ -227,7 +227,7 @@ impl Asker {
                     poll_fn(|cx| self.hear(cx)).await;
                 }
             };
-            // The answers that have come by the end are heard, however short the wait.
+            // Answers that have arrived by the end still count, however short the wait.
             let enough = timeout_at(again, enough).await.is_ok();
             if enough || again >= until {
                 let mut found = std::mem::take(&mut self.found);
@@ -237,7 +237,8 @@ impl Asker {
         }
     }
 
-    /// Sends the question. Networks that are away for now are asked again.
+    /// Sends the request to all addresses. An unreachable network is tried again with the next
+    /// request.
     async fn ask(&self) -> Result<()> {
         let mut sent = false;
         let mut failed = None;
@@ -251,11 +252,12 @@ impl Asker {
         }
         match failed {
             Some(error) if !sent => Err(no_network(error)),
+            // A network that fails does not matter if another was reached.
             _ => Ok(()),
         }
     }
 
-    /// Ready when there is something new.
+    /// Reads answers; ready if there was a new one.
     fn hear(&mut self, cx: &mut Context<'_>) -> Poll<()> {
         let mut new = false;
         for socket in [&self.v4, &self.v6].into_iter().flatten() {
@@ -274,10 +276,11 @@ impl Asker {
                             new = true;
                         }
                     }
-                    // A host without a listener says so.
+                    // ICMP errors of a host without a listener arrive here; they end nothing.
                     Poll::Ready(Err(_)) => {}
                 }
                 if turn >= TURN {
+                    // A flood of answers must not delay the end of the search.
                     cx.waker().wake_by_ref();
                     break;
                 }
@@ -287,11 +290,11 @@ impl Asker {
     }
 }
 
-/// Reads `ip,MAC,name[,version]`.
+/// Parses `ip,MAC,name[,version]`.
 fn parse(answer: &[u8], from: IpAddr) -> Option<Found> {
     let text = std::str::from_utf8(answer).ok()?;
     let text = text.trim_end_matches(['\0', '\r', '\n']);
-    // What a stranger says may go to a terminal.
+    // Text of a stranger may be shown on a terminal.
     if text.chars().any(char::is_control) {
         return None;
     }
@@ -312,9 +315,10 @@ fn parse(answer: &[u8], from: IpAddr) -> Option<Found> {
     })
 }
 
-/// The broadcast addresses of this computer's networks.
+/// Returns the broadcast addresses of this computer's networks.
 #[cfg(target_os = "linux")]
 fn broadcasts() -> Vec<IpAddr> {
+    // The kernel's routing table lists broadcast addresses without a privilege or a crate.
     let routes = std::fs::read_to_string("/proc/net/fib_trie").unwrap_or_default();
     in_trie(&routes)
 }
@@ -324,7 +328,7 @@ fn broadcasts() -> Vec<IpAddr> {
     Vec::new()
 }
 
-/// Reads `|-- 192.168.1.255` lines that a `/32 link BROADCAST` line follows.
+/// Finds `|-- 192.168.1.255` lines that are followed by a `/32 link BROADCAST` line.
 #[cfg(any(target_os = "linux", test))]
 fn in_trie(routes: &str) -> Vec<IpAddr> {
     let mut last = None;

@@ -1,7 +1,7 @@
-//! Files that are whole under their name: written beside it and renamed.
+//! Atomic replacement of files: each is written beside its target and renamed.
 //!
-//! Every file that a person names or keeps goes through [`WholeFile`], so that a full disk, a kill or a
-//! power failure leaves the file that was there before, or the whole new one.
+//! All files that a person names or keeps are written by [`WholeFile`]. So a full disk, a kill or a
+//! power failure leaves either the previous file or the complete new one.
 
 use std::fs::{self, File, OpenOptions, Permissions, TryLockError};
 use std::io::{self, Write};
@@ -13,29 +13,31 @@ mod stumps;
 
 use self::stumps::sweep;
 
-/// Symbolic links that are followed, as many as Linux follows.
+/// Most symbolic links followed, as in Linux.
 const MOST_LINKS: u32 = 40;
-/// Longest name of a file on common file systems, bytes.
+/// Longest file name on common file systems, bytes.
 const LONGEST_NAME: usize = 255;
-/// Parts of earlier recordings that are left alone before a person has to look at them.
+/// Partial files of earlier recordings kept before a person has to look at them. Choice.
 const MOST_PARTIALS: u32 = 100;
-/// Names that are tried for a file beside its target; others are of processes with the same id, as in
-/// containers that share a folder.
+/// Attempts to find a free name beside the target. A name may be taken by a process with the same
+/// id, as in containers that share a folder. Choice.
 const MOST_ATTEMPTS: u32 = 100;
 
-/// Writes a file, and its directory, so that a reader finds the old or the new one, never half of it.
-/// Mode and symbolic link of the old one are kept.
+/// Replaces a file, and creates its directory. A reader finds the old or the new file, never part
+/// of one. Mode and symbolic link of the old one are kept.
 ///
 /// # Errors
-/// What the system reports; then the old one is there.
+/// Errors of the system; the old file is then unchanged.
 pub fn replace(path: &Path, text: &str) -> io::Result<()> {
     make_directory(path)?;
     write_whole(path, text.as_bytes())
 }
 
-/// Replaces a file as [`replace`] does, but does not wait for the disk: for one that is written many
-/// times a second. A killed program leaves the old or the new one; a power failure may leave an empty
-/// one on some file systems.
+/// Replaces a file as [`replace`] does without waiting for the disk, for files written many times a
+/// second.
+///
+/// A killed process leaves the old or the new file; a power failure may leave an empty one on some
+/// file systems.
 ///
 /// # Errors
 /// As [`replace`].
@@ -47,7 +49,7 @@ pub fn replace_unsynced(path: &Path, text: &str) -> io::Result<()> {
     file.finish()
 }
 
-/// Replaces a file as [`replace_unsynced`] does, and returns the new one, locked for as long as it is
+/// Replaces a file as [`replace_unsynced`] does, and returns it open. It stays locked while it is
 /// open.
 ///
 /// # Errors
@@ -60,32 +62,32 @@ pub fn replace_locked(path: &Path, text: &str) -> io::Result<File> {
     file.finish_open()
 }
 
-/// Writes a file in a directory that is there, so that it is whole or, after an error, as it was: a full
-/// disk leaves the old file, and nothing beside it. Anything that is no plain file (a pipe, a device)
-/// is written to as it is.
+/// Writes a file in an existing directory, completely or not at all: a full disk leaves the old
+/// file, and nothing beside it. A target that is not a regular file (a pipe, a device) is written
+/// directly.
 ///
 /// # Errors
-/// What the system reports.
+/// Errors of the system.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = WholeFile::create(path)?;
     file.write_all(bytes)?;
     file.finish()
 }
 
-/// Checks that [`write_whole`] can write a file there, as far as possible before there is anything to
-/// write, and leaves everything as it is.
+/// Checks that [`write_whole`] can write a file there, as far as possible before there is content,
+/// and changes nothing.
 ///
 /// # Errors
-/// What the system reports.
+/// Errors of the system.
 pub fn check_writable(path: &Path) -> io::Result<()> {
     match Target::of(path)? {
         Target::File(_) => WholeFile::create(path).map(drop),
-        // Opening a pipe would wait for its reader, and closing it end the reader.
+        // Opening a pipe would wait for its reader, and closing it would end the reader.
         Target::Device(_) | Target::Descriptor(_) => Ok(()),
     }
 }
 
-/// Replaces a file that its owner alone may read, where the system knows owners.
+/// Replaces a file that only its owner may read, on systems that know owners.
 ///
 /// # Errors
 /// As [`replace`].
@@ -94,7 +96,7 @@ pub fn replace_private(path: &Path, text: &str) -> io::Result<()> {
     rewrite_private(path, text)
 }
 
-/// Replaces a private file in a directory that is there.
+/// Replaces a private file in an existing directory.
 ///
 /// # Errors
 /// As [`replace`].
@@ -108,15 +110,15 @@ fn make_directory(path: &Path) -> io::Result<()> {
     path.parent().map_or(Ok(()), fs::create_dir_all)
 }
 
-/// Target of a path: what its symbolic links lead to.
+/// Target of a path, after following its symbolic links.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
-    /// A plain file, or no file yet. A dangling link leads to the file that it names.
+    /// A regular file, or no file yet. A dangling link leads to the file that it names.
     File(PathBuf),
-    /// A pipe or a device: written to as it is.
+    /// A pipe or a device, written directly.
     Device(PathBuf),
-    /// A file that this process has open (`/dev/stdout`). It may be a plain one, but whoever has it open
-    /// would go on writing to the one that was replaced: what is written comes behind what is there.
+    /// A file that this process has open (`/dev/stdout`). It may be a regular file, but a process
+    /// that has it open would continue to write to the replaced one, so output is appended.
     Descriptor(PathBuf),
 }
 
@@ -124,7 +126,7 @@ impl Target {
     /// Follows the links of a path.
     ///
     /// # Errors
-    /// What the system reports; [`io::ErrorKind::IsADirectory`] for a directory.
+    /// Errors of the system; [`io::ErrorKind::IsADirectory`] for a directory.
     pub fn of(path: &Path) -> io::Result<Self> {
         let mut at = path.to_owned();
         for _ in 0..MOST_LINKS {
@@ -147,31 +149,31 @@ impl Target {
     }
 }
 
-/// A file under way that gets its name when it is whole.
+/// File being written, which gets its name when it is complete.
 ///
-/// There are two kinds. One that is [created](Self::create) is worth nothing until it is finished:
-/// dropped before, it leaves nothing behind. One that [grows](Self::grow), a trace or a recording, is
-/// worth what has been written: dropped without an error it takes its name as if finished, and what a
-/// killed program or a full disk leaves of it is kept.
+/// There are two kinds. A [created](Self::create) file is worthless until it is finished: dropped
+/// before, it leaves nothing behind. A [growing](Self::grow) file (a trace, a recording) is worth
+/// what has been written: dropped without an error it gets its name as if finished, and the part
+/// that a killed process or a full disk leaves is kept.
 ///
-/// Where there is no file of that name, a growing file grows under its name, so that others can follow
-/// it and find it after a kill. Where there is one, that one stays until the new one is whole, which
-/// grows beside it as `NAME.partial`.
+/// If no file has the name, a growing file grows under it, so that others can follow it and find it
+/// after a kill. Otherwise the old file stays until the new one is complete, which grows beside it
+/// as `NAME.partial`.
 #[derive(Debug)]
 pub struct WholeFile {
     file: Arc<File>,
-    /// Path that is written.
+    /// Path being written.
     at: PathBuf,
-    /// Path that it gets when it is whole, if another one is written.
+    /// Final path, if another one is being written.
     target: Option<PathBuf>,
     grows: bool,
     syncs: bool,
-    /// True if the first bytes that are written are enough to take the name.
+    /// True if the first written bytes are enough to take the name.
     at_once: bool,
-    /// True if a [`writer`](Self::writer) writes it: only its owner knows when it is whole.
+    /// True if a [`writer`](Self::writer) writes it: only its owner knows when it is complete.
     is_shared: bool,
     is_done: bool,
-    /// True if it was locked as it was made, as far as the file system knows locks.
+    /// True if it was locked on creation, as far as the file system supports locks.
     is_locked: bool,
     state: Arc<State>,
 }
@@ -180,21 +182,21 @@ pub struct WholeFile {
 struct State {
     has_bytes: AtomicBool,
     has_failed: AtomicBool,
-    /// Named in an error: where what was written before is.
+    /// Location of the written part, for the message of an error.
     partial: Option<PathBuf>,
 }
 
 impl WholeFile {
-    /// Begins a file in a directory that is there. Mode and owner of the old one are kept.
+    /// Creates a file in an existing directory. Mode and owner of the old one are kept.
     ///
     /// # Errors
-    /// What the system reports: an old file without write permission is not replaced, whatever its
-    /// directory allows.
+    /// Errors of the system. An old file without write permission is not replaced, even if its
+    /// directory would allow it.
     pub fn create(path: &Path) -> io::Result<Self> {
         Self::created(path, false)
     }
 
-    /// Begins a file that its owner alone may read, where the system knows owners.
+    /// Creates a file that only its owner may read, on systems that know owners.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -219,10 +221,10 @@ impl WholeFile {
         Ok(whole)
     }
 
-    /// Begins a file that grows, locked until its end.
+    /// Starts a growing file, locked until its end.
     ///
     /// # Errors
-    /// What the system reports, and [`io::ErrorKind::ResourceBusy`] if another program is writing it.
+    /// Errors of the system, and [`io::ErrorKind::ResourceBusy`] if another program is writing it.
     pub fn grow(path: &Path) -> io::Result<Self> {
         let target = match Target::of(path)? {
             Target::File(path) => path,
@@ -248,7 +250,7 @@ impl WholeFile {
                     if is_locked(&at) {
                         return Err(busy());
                     }
-                    // What an earlier program left is kept for a person to look at.
+                    // The part left by an earlier program is kept for a person to look at.
                     continue;
                 }
                 reserved => reserved?,
@@ -270,8 +272,8 @@ impl WholeFile {
         Err(io::Error::new(io::ErrorKind::AlreadyExists, many))
     }
 
-    /// Begins a growing file that takes its name with its first bytes: for a library, which is not told
-    /// of the end of its program.
+    /// Starts a growing file that takes its name with the first bytes: for a library, which is not
+    /// notified of the end of its program.
     ///
     /// # Errors
     /// As [`grow`](Self::grow).
@@ -305,7 +307,8 @@ impl WholeFile {
         }
     }
 
-    /// A writer of this file, for another owner. Now only [`finish`](Self::finish) gives the file its name.
+    /// Returns a writer for another owner. From now on only [`finish`](Self::finish) gives the file
+    /// its name.
     pub fn writer(&mut self) -> impl Write + Send + use<> {
         self.is_shared = true;
         SharedWriter {
@@ -314,10 +317,10 @@ impl WholeFile {
         }
     }
 
-    /// Writes everything anew, as a whole, and goes on to grow: for a file that is worth nothing in part.
+    /// Replaces the whole content and continues to grow: for a file whose parts are worthless.
     ///
     /// # Errors
-    /// What the system reports; what was written before is there.
+    /// Errors of the system; the previous content is then unchanged.
     pub fn rewrite(&mut self, bytes: &[u8]) -> io::Result<()> {
         if !self.grows {
             return self.write_all(bytes);
@@ -330,7 +333,7 @@ impl WholeFile {
             fs::rename(&at, &self.at)
         })();
         if let Err(error) = written {
-            // What is left of it is of no use.
+            // A part of it is worthless.
             let _ = fs::remove_file(&at);
             self.state.has_failed.store(true, Ordering::Relaxed);
             return Err(self.state.with_place(error));
@@ -340,15 +343,15 @@ impl WholeFile {
         Ok(())
     }
 
-    /// Gives the file its name; it is on the disk then.
+    /// Gives the file its name, once its content is on the disk.
     ///
     /// # Errors
-    /// What the system reports; then the old file is there.
+    /// Errors of the system; the old file is then unchanged.
     pub fn finish(mut self) -> io::Result<()> {
         self.end()
     }
 
-    /// Finishes the file and returns it, still open and locked if it was.
+    /// Finishes the file and returns it, still open, and locked if it was.
     ///
     /// # Errors
     /// As [`finish`](Self::finish).
@@ -357,10 +360,10 @@ impl WholeFile {
         self.file.try_clone()
     }
 
-    /// Takes a lock that lasts as long as the file is open.
+    /// Takes a lock that lasts while the file is open.
     ///
     /// # Errors
-    /// What the system reports, and [`io::ErrorKind::WouldBlock`] if another program has it.
+    /// Errors of the system, and [`io::ErrorKind::WouldBlock`] if another program holds the lock.
     pub fn try_lock(&self) -> io::Result<()> {
         if self.is_locked {
             Ok(())
@@ -370,11 +373,12 @@ impl WholeFile {
     }
 
     fn end(&mut self) -> io::Result<()> {
+        // A partly written file must never get the name of a complete one.
         if self.state.has_failed.load(Ordering::Relaxed) {
             return Err(io::Error::other("it was not written to its end"));
         }
         if self.grows && !self.state.has_bytes.load(Ordering::Relaxed) {
-            // It never began; dropped, it leaves the old one.
+            // Nothing was written; dropping it keeps the old file.
             return Ok(());
         }
         let named = self.take_name();
@@ -387,7 +391,7 @@ impl WholeFile {
         let Some(target) = &self.target else {
             return Ok(());
         };
-        // Renamed before its bytes are on the disk, a file may be empty after a power failure.
+        // Renamed before its content is on the disk, the file could be empty after a power failure.
         if self.syncs {
             self.file.sync_all()?;
         }
@@ -397,7 +401,7 @@ impl WholeFile {
         Ok(())
     }
 
-    /// Removes what is worth nothing; gives its name to what is whole.
+    /// Removes a worthless file, and gives a complete one its name.
     fn abandon(&mut self) {
         let is_empty = !self.state.has_bytes.load(Ordering::Relaxed);
         let is_ours = self.grows || self.target.is_some();
@@ -408,6 +412,8 @@ impl WholeFile {
             return;
         }
         let has_failed = self.state.has_failed.load(Ordering::Relaxed);
+        // A panic, or another owner: it is unknown if the content is complete, so its part is kept
+        // aside.
         if has_failed || self.is_shared || std::thread::panicking() {
             return;
         }
@@ -462,6 +468,7 @@ impl State {
                 self.has_bytes.store(true, Ordering::Relaxed);
                 Ok(count)
             }
+            // `write_all` retries an interrupted write, so it is no failure.
             Err(error) if error.kind() == io::ErrorKind::Interrupted => Err(error),
             Err(error) => {
                 self.has_failed.store(true, Ordering::Relaxed);
@@ -477,12 +484,13 @@ impl State {
                 let told = format!("{error}; what was written before is in {place}");
                 io::Error::new(error.kind(), told)
             }
+            // Nothing was written, so there is no place to name.
             _ => error,
         }
     }
 }
 
-/// The file that is replaced.
+/// File to be replaced.
 struct Old {
     permissions: Permissions,
     #[cfg(unix)]
@@ -490,7 +498,7 @@ struct Old {
 }
 
 impl Old {
-    /// Finds it and checks that it may be written; `None` if there is none.
+    /// Finds the file and checks that it is writable; `None` if there is no such file.
     fn find(path: &Path) -> io::Result<Option<Self>> {
         let file = match File::options().append(true).open(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -508,24 +516,25 @@ impl Old {
     }
 
     fn pass_on(&self, file: &File) -> io::Result<()> {
-        // Only the superuser may give files away; what others write is their own.
+        // Only the superuser may change owners; for others the new file simply stays theirs.
         #[cfg(unix)]
         let _ = std::os::unix::fs::fchown(file, Some(self.owner.0), Some(self.owner.1));
         file.set_permissions(self.permissions.clone())
     }
 }
 
-/// A new file beside another one, so that it can be renamed.
+/// Creates a new file beside another one, so that it can be renamed.
 fn beside(path: &Path, is_private: bool) -> io::Result<(PathBuf, File)> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     for _ in 0..MOST_ATTEMPTS {
+        // Two threads of this process must not choose the same name.
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let at = named(path, &format!(".{}-{number}.new", std::process::id()));
         match new(&at, is_private) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             file => {
                 let file = file?;
-                // Some file systems know no locks; there nothing is swept either.
+                // Some file systems do not support locks; there nothing is swept either.
                 let _ = file.try_lock();
                 return Ok((at, file));
             }
@@ -534,7 +543,7 @@ fn beside(path: &Path, is_private: bool) -> io::Result<(PathBuf, File)> {
     Err(io::ErrorKind::AlreadyExists.into())
 }
 
-/// Name of a file that grows while another one has its name.
+/// Returns the name of a file that grows beside an existing target.
 fn partial(path: &Path, number: u32) -> PathBuf {
     match number {
         1 => named(path, ".partial"),
@@ -542,7 +551,7 @@ fn partial(path: &Path, number: u32) -> PathBuf {
     }
 }
 
-/// A path with an ending more; of a long name as much as fits.
+/// Returns a path with `ending` appended, shortened if the name would be too long.
 fn named(path: &Path, ending: &str) -> PathBuf {
     let name = path.file_name().unwrap_or_default();
     let mut longer = name.to_owned();
@@ -570,16 +579,17 @@ fn new(path: &Path, is_private: bool) -> io::Result<File> {
     options.open(path)
 }
 
-/// A new file, locked.
+/// Creates a new file and locks it.
 fn reserve(path: &Path, is_private: bool) -> io::Result<File> {
     let file = new(path, is_private)?;
-    // Some file systems know no locks; then two programs that write one file are not told apart.
+    // Some file systems do not support locks; there two writers of one file go unnoticed.
     let _ = file.lock();
     Ok(file)
 }
 
 fn is_locked(path: &Path) -> bool {
     let file = File::options().append(true).open(path);
+    // Any other result, including a file system without locks, counts as free.
     file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
 }
 

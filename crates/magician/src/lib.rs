@@ -1,18 +1,22 @@
 //! Driver for the Dobot Magician desktop arm: the whole protocol, typed, async and blocking, over
-//! USB serial, Wi-Fi, TCP, Bluetooth LE (feature `ble`, off by default), and to a virtual arm in this process.
+//! USB serial, Wi-Fi, TCP, Bluetooth LE (feature `ble`, off by default), and to a virtual arm in
+//! this process.
 //!
-//! * [`Arm`] is a connected arm for programs on tokio, [`blocking::Arm`] the same for all others.
-//! * [`Target`] says where the arm is; [`ports`](fn@ports) lists where it could be.
-//! * [`build`] makes commands of intentions, [`preflight`] checks them; [`commands`] has every command of the protocol.
-//! * [`connection`] is the engine under both handles, without I/O and without a clock.
-//! * [`proxy`] lets several programs share one arm.
-//! * `serve` (feature `serve`) has listening ends for other programs: pseudo-terminals, TCP, UDP, discovery.
+//! * [`Arm`] is a connection to an arm for programs on tokio; [`blocking::Arm`] is the same for
+//!   programs without a runtime.
+//! * [`Target`] is the address of an arm; [`ports`](fn@ports) lists the ports of this computer.
+//! * [`build`] makes commands from intentions (move, draw, grip); [`preflight`] checks them before
+//!   they are sent; [`commands`] has every command of the protocol.
+//! * [`connection`] is the protocol engine under both handles, without I/O and without a clock.
+//! * [`proxy`] shares one arm among several programs.
+//! * `serve` (feature `serve`) makes an arm available to other programs: pseudo-terminals, TCP,
+//!   UDP, discovery.
 //!
-//! Lengths are mm, angles degrees, times seconds unless a name says otherwise. An erratum (E37) that is cited is in
-//! `docs/reference/ERRATA.md` of the repository, a model section in `docs/reference/MODEL.md`.
+//! Lengths are in mm, angles in degrees and times in seconds unless a name says otherwise. Errata
+//! (E37) are listed in `docs/ERRATA.md` of the repository, model sections in `docs/MODEL.md`.
 //!
-//! This is a convenience, not a safety function. The protocol has no heartbeat: an arm whose host
-//! dies without a word finishes what is in its queue.
+//! This is a convenience, not a safety function. The protocol has no heartbeat: if the host dies,
+//! the arm finishes the commands that are in its queue.
 //!
 //! ```
 //! use magician::{blocking::Arm, build};
@@ -35,25 +39,26 @@
 //!
 //! # Examples
 //!
-//! Programs of a page or less in `examples`, each for one thing. All take a port as their first argument, `sim` if there is none:
-//! `cargo run -p magician --example pose -- sim`. On a real arm those that move it say so; keep clear of it.
+//! Programs of a page or less in `examples`, one subject each. All take a port as their first
+//! argument and default to `sim`: `cargo run -p magician --example pose -- sim`. Examples that move
+//! a real arm say so; keep clear of it.
 //!
 //! | example | what it shows |
 //! |---|---|
-//! | `pose` | what an arm says of itself; nothing moves |
+//! | `pose` | identity, pose and state of an arm; nothing moves |
 //! | `pick_and_place` | the suction cup, and lists of commands that are checked before they run |
 //! | `two_arms` | two arms at once, async |
-//! | `stop` | a program without end, and a stop from another thread |
+//! | `stop` | an endless program, stopped from another thread |
 //! | `jog` | a jog for as long as a key is held |
 //! | `sensor` | a colour sensor, an infrared sensor, and an input that the arm waits for |
-//! | `alarm` | what an error tells of an alarm, and how a program goes on after it |
-//! | `reconnect` | a run that outlives a cable which is pulled |
-//! | `transport` | a transport of one's own |
-//! | `scenario` | a program with a test: an arm in a world that is looked at in the end |
-//! | `sort` | all of it: a cell with a belt, sensors and cubes |
-//! | `drawing` | as many short segments as a line carries, measured |
+//! | `alarm` | the information in an alarm error, and how a program continues after it |
+//! | `reconnect` | a run that survives a pulled cable |
+//! | `transport` | a custom transport |
+//! | `scenario` | a program with a test: an arm in a simulated world whose final state is checked |
+//! | `sort` | everything together: a cell with a belt, sensors and cubes |
+//! | `drawing` | measures how many short segments a second a line carries |
 //! | `serve` | a virtual arm for other programs |
-//! | `path` (of `magician-job`) | a plan as a job: its progress, a pause, and on |
+//! | `path` (of `magician-job`) | a plan as a job: progress, pause and resume |
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
@@ -67,7 +72,7 @@ pub mod dirs;
 pub mod discovery;
 #[doc(hidden)]
 pub mod files;
-// Without lines there is a `Port` to name, and none to list or to find again.
+// Without `lines` the type `Port` still exists, but nothing lists ports or finds one again.
 #[cfg_attr(not(feature = "lines"), allow(dead_code, unused_imports))]
 mod ports;
 mod raw;

@@ -1,3 +1,5 @@
+//! Raw lines: bytes to an arm and back, without the protocol engine.
+
 use std::future::poll_fn;
 use std::io;
 use std::task::{Context, Poll, ready};
@@ -14,25 +16,25 @@ use crate::transport::serial_at;
 use crate::transport::{Line, Route, Stream, Transport};
 use crate::{Error, Result, Target};
 
-/// Bytes to an arm and back as they are, for programs that look at the bytes themselves: tests of
-/// an arm, bridges. Nothing is matched, sent again or waited for; [`Arm`](crate::Arm) does that.
+/// Raw byte line to an arm, for programs that examine the bytes themselves: conformance tests,
+/// bridges. Nothing is matched, retransmitted or awaited; [`Arm`](crate::Arm) does that.
 pub struct RawLine {
-    /// There is none back to a stream of the caller's.
+    /// `None` for a stream of the caller, which cannot be reopened.
     way: Option<Route>,
-    /// `None` when it was lost.
+    /// `None` if it was lost.
     transport: Option<Box<dyn Transport>>,
     name: String,
     settings: Settings,
 }
 
-/// What is put between a [`RawLine`] and its port.
+/// Options of a [`RawLine`].
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct LineOptions {
-    /// What is done to what passes.
+    /// Faults injected into the bytes.
     #[cfg(feature = "faults")]
     pub faults: Faults,
-    /// Where what passes is written to.
+    /// Tracer that records the bytes.
     #[cfg(feature = "trace")]
     pub trace: Option<Tracer>,
 }
@@ -56,26 +58,27 @@ impl LineOptions {
 }
 
 impl RawLine {
-    /// Opens the line to a target. Nothing is sent, so it is not known yet whether an arm is there;
-    /// only `arm:SERIAL` asks for the serial number.
+    /// Opens the line to a target. Nothing is sent, so it is unknown if an arm is there; only
+    /// `arm:SERIAL` queries serial numbers.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the port is not there, not allowed or in
-    /// use, [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported) for Bluetooth in a build without the feature `ble`.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if the port is missing, not permitted or in use,
+    /// [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported) for Bluetooth in a build without
+    /// the feature `ble`.
     pub async fn open(target: &Target) -> Result<Self> {
         Self::open_with(target, LineOptions::default()).await
     }
 
-    /// As [`open`](Self::open), with faults or a trace between.
+    /// Opens as [`open`](Self::open) does, with faults or a trace.
     ///
     /// # Errors
-    /// As [`open`](Self::open); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for faults
-    /// that cannot be done to this target.
+    /// As [`open`](Self::open); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if the
+    /// target does not support these faults.
     pub async fn open_with(target: &Target, options: LineOptions) -> Result<Self> {
         Self::go(Route::to(target), options).await
     }
 
-    /// The line to a virtual arm of the caller's making.
+    /// Opens the line to a virtual arm of the caller.
     ///
     /// # Errors
     /// As [`open_with`](Self::open_with).
@@ -113,13 +116,13 @@ impl RawLine {
         })
     }
 
-    /// Opens the line again, after it was lost. A serial port is looked for by its USB adapter: it is
-    /// the same one, whatever its name is now, or there is an error.
+    /// Reopens the line after it was lost. A serial port is found by its USB adapter: the same
+    /// adapter under any name, or an error.
     ///
     /// # Errors
-    /// As [`open`](Self::open); then it may be tried once more.
+    /// As [`open`](Self::open); it may be tried again then.
     pub async fn reopen(&mut self) -> Result<()> {
-        // Gives the port back before it is asked for.
+        // Releases the port before it is opened again.
         self.transport = None;
         let Some(way) = &self.way else {
             return Err(self.gone());
@@ -128,7 +131,7 @@ impl RawLine {
         Ok(())
     }
 
-    /// Opens a serial port at another speed than the arm's, to hear whether something else is there.
+    /// Opens a serial port at another baud rate, to find out if another device is there.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -137,12 +140,14 @@ impl RawLine {
         Ok(Self {
             way: None,
             transport: Some(serial_at(path, baud)?),
+            // No route: another baud rate is a test, which is not worth a reconnect.
             name: path.to_owned(),
             settings: Settings::ORDERED,
         })
     }
 
-    /// A line over any stream of bytes that keeps their order, called `name` in messages.
+    /// Creates a line over any byte stream that keeps the order of bytes, called `name` in
+    /// messages.
     pub fn over<T>(stream: T, name: &str) -> Self
     where
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
@@ -155,32 +160,33 @@ impl RawLine {
         }
     }
 
-    /// What the line is called in messages: the target as it was given.
+    /// Returns the name of the line in messages: the target as it was given.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// How such a line is to be treated: whether it keeps its order, and how long an answer may take.
+    /// Returns the properties of the line: its ordering and timeouts.
     #[must_use]
     pub fn settings(&self) -> Settings {
         self.settings
     }
 
-    /// Sends bytes; over UDP they are one datagram.
+    /// Sends bytes; over UDP as one datagram.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if the line is gone.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<()> {
         let mut rest = bytes;
         while !rest.is_empty() {
             let count = poll_fn(|cx| self.poll_send(cx, rest)).await?;
+            // A short write is normal on a serial line with a full buffer.
             rest = rest.get(count..).unwrap_or_default();
         }
         Ok(())
     }
 
-    /// Takes bytes from the front of what is to be sent; how many.
+    /// Sends bytes from the front of `bytes`; returns their number.
     ///
     /// # Errors
     /// As [`send`](Self::send).
@@ -192,15 +198,16 @@ impl RawLine {
         Poll::Ready(self.passed(sent))
     }
 
-    /// Waits for bytes and puts them into `bytes`; how many. Dropping the wait loses none.
+    /// Waits for bytes, writes them to `bytes`, and returns their number. Cancelling the wait loses
+    /// none.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if the line is gone.
     pub async fn receive(&mut self, bytes: &mut [u8]) -> Result<usize> {
         poll_fn(|cx| self.poll_receive(cx, bytes)).await
     }
 
-    /// Puts bytes that have come into `bytes`; how many.
+    /// Writes arrived bytes to `bytes`; returns their number.
     ///
     /// # Errors
     /// As [`receive`](Self::receive).
@@ -218,6 +225,7 @@ impl RawLine {
 
     fn passed(&self, count: io::Result<usize>) -> Result<usize> {
         match count {
+            // End of stream, for reads and writes alike.
             Ok(0) => Err(self.gone()),
             Ok(count) => Ok(count),
             Err(error) => Err(Error::gone(&self.name, error)),

@@ -1,6 +1,8 @@
-//! What an arm says of itself as objects of JSON: the same for the command (`--json`), for a station, and for whatever comes next.
+//! State of an arm as JSON objects, the same for the command (`--json`), the station and all other
+//! front ends.
 //!
-//! Names and shapes are contracts: fields are added, none is renamed. Lengths are mm, angles deg.
+//! Names and structure are contracts: fields may be added, never renamed. Lengths are in mm, angles
+//! in degrees.
 
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Deserialize, Serialize, Serializer};
@@ -15,24 +17,24 @@ use crate::{
     MessageValue, Remedy, Result, Status,
 };
 
-/// A pose: the tip's (mm, deg) and the joints' (deg).
+/// Pose of the tool tip (mm, deg) and joint angles (deg).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct PoseReport {
-    /// Away from the base, mm.
+    /// Distance in front of the base, mm.
     pub x: f32,
-    /// To the left, mm.
+    /// Distance to the left, mm.
     pub y: f32,
-    /// Up, mm.
+    /// Height, mm.
     pub z: f32,
-    /// About the vertical, deg.
+    /// Rotation of the tool about the vertical, deg.
     pub r: f32,
-    /// The base, deg.
+    /// Base joint, deg.
     pub j1: f32,
-    /// The rear arm, deg.
+    /// Rear arm, deg.
     pub j2: f32,
-    /// The forearm, deg.
+    /// Forearm, deg.
     pub j3: f32,
-    /// The tool, deg.
+    /// Tool joint, deg.
     pub j4: f32,
 }
 
@@ -53,30 +55,30 @@ impl From<Pose> for PoseReport {
     }
 }
 
-/// A state: the pose, and what else was read.
+/// State of an arm: the pose and other readings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StatusReport {
-    /// The pose.
+    /// Pose and joint angles.
     #[serde(flatten)]
     pub pose: PoseReport,
-    /// The command of the queue that was finished last.
+    /// Index of the queued command that finished last.
     pub current_index: u64,
     /// Free places in the queue.
     pub left_space: u32,
-    /// Codes of the alarms that stand.
+    /// Codes of the active alarms.
     pub alarms: Vec<u8>,
     /// `up`, `lost` or `closed`.
     pub link: &'static str,
-    /// Whether the laser is on; null where the arm does not say.
+    /// True if the laser is on; null if the arm does not report it.
     pub laser: Option<bool>,
-    /// Whether the suction cup is on; null if not known.
+    /// True if the suction cup is on; null if unknown.
     pub suction: Option<bool>,
-    /// `open`, `closed` or `off`; null if not known.
+    /// `open`, `closed` or `off`; null if unknown.
     pub gripper: Option<&'static str>,
 }
 
 impl StatusReport {
-    /// Of a reading, and what is known of laser and tools.
+    /// Creates a report from a reading and the known outputs.
     #[must_use]
     pub fn new(status: &Status, outputs: &ArmOutputs) -> Self {
         Self {
@@ -96,41 +98,41 @@ impl StatusReport {
     }
 }
 
-/// An arm's identity and state.
+/// Identity and state of an arm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ArmInfo {
-    /// Where it is connected.
+    /// Target of the connection.
     pub port: String,
-    /// Its name.
+    /// Name of the arm.
     pub device_name: String,
-    /// Its serial number.
+    /// Serial number of the arm.
     pub device_sn: String,
-    /// Its firmware, as `3.2.2`.
+    /// Firmware version, as `3.2.2`.
     pub firmware: String,
-    /// Its processor's id; null where firmware does not tell it.
+    /// Processor id; null if the firmware does not report it.
     pub device_id: Option<[u32; 3]>,
-    /// How long it has been switched on, ms.
+    /// Time since power-up, ms.
     pub uptime_ms: u32,
-    /// Whether it uses a rail.
+    /// True if a rail is configured.
     pub with_l: bool,
-    /// Codes of the alarms that stand.
+    /// Codes of the active alarms.
     pub alarms: Vec<u8>,
-    /// The command of the queue that was finished last.
+    /// Index of the queued command that finished last.
     pub queue_current_index: u64,
     /// Free places in the queue.
     pub queue_left_space: u32,
-    /// Whether the laser is on; null where the arm does not say.
+    /// True if the laser is on; null if the arm does not report it.
     pub laser: Option<bool>,
-    /// Whether the suction cup is on; null if not known.
+    /// True if the suction cup is on; null if unknown.
     pub suction: Option<bool>,
-    /// `open`, `closed` or `off`; null if not known.
+    /// `open`, `closed` or `off`; null if unknown.
     pub gripper: Option<&'static str>,
-    /// The fence that this computer holds it to, if there is one.
+    /// Fence that this connection enforces; null without one.
     pub fence: Option<FenceReport>,
 }
 
 impl ArmInfo {
-    /// Reads it.
+    /// Reads identity and state.
     ///
     /// # Errors
     /// As [`Arm::get`].
@@ -149,6 +151,7 @@ impl ArmInfo {
             device_name: name.lossy().to_string(),
             device_sn: serial.lossy().to_string(),
             firmware: numbers.map(|number| number.to_string()).join("."),
+            // An extra timeout on older firmware; nothing else identifies the processor.
             device_id: device_id(arm).await?,
             uptime_ms: arm.get::<DeviceTime>().await?.g_systick,
             with_l: arm.get::<DeviceWithL>().await?.with_l.is_on(),
@@ -163,7 +166,7 @@ impl ArmInfo {
     }
 }
 
-/// Older firmware does not answer this one.
+/// Reads the processor id; `None` if the firmware is too old to answer.
 async fn device_id(arm: &Arm) -> Result<Option<[u32; 3]>> {
     match arm.get::<DeviceId>().await {
         Ok(id) => Ok(Some(id.device_id)),
@@ -172,33 +175,33 @@ async fn device_id(arm: &Arm) -> Result<Option<[u32; 3]>> {
     }
 }
 
-/// The alarms that stand.
+/// Active alarms.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AlarmReport {
-    /// Each with what is known of it.
+    /// The alarms, with their descriptions.
     pub alarms: Vec<AlarmEntry>,
-    /// A pose was out of reach, and the arm was never told of a tool. Absent otherwise.
+    /// True if a pose was out of reach and no tool was ever set. Absent otherwise.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub tool_unknown: bool,
 }
 
-/// An alarm.
+/// Active alarm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AlarmEntry {
-    /// Its code.
+    /// Code of the alarm.
     pub code: u8,
-    /// Its name; null for a code that is not known, as the two that follow.
+    /// Name; null for an unknown code, like the next two fields.
     pub name: Option<&'static str>,
-    /// Why it stands.
+    /// Cause.
     pub cause: Option<&'static str>,
-    /// What to do about it.
+    /// Remedy.
     pub cure: Option<&'static str>,
-    /// Whether it holds the queue.
+    /// True if it holds the queue.
     pub holds_queue: bool,
 }
 
 impl AlarmReport {
-    /// Reads them.
+    /// Reads the active alarms.
     ///
     /// # Errors
     /// As [`Arm::get`].
@@ -222,19 +225,19 @@ impl AlarmReport {
     }
 }
 
-/// A fence: its bounds by their names in the file of settings; what is not bounded is null.
+/// Fence, with the names of the settings file. Null for a missing bound.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FenceReport {
-    /// The least height of the tip, mm.
+    /// Lowest height of the tool tip, mm.
     pub floor: Option<f64>,
-    /// The corners of what it has to stay in, mm.
+    /// Corners of the box to stay in, mm.
     #[serde(rename = "box")]
     pub within: Option<[[f64; 3]; 2]>,
-    /// The corners of each part that it has to stay out of, mm.
+    /// Corners of each box to stay out of, mm.
     pub keep_out: Vec<[[f64; 3]; 2]>,
-    /// Of the tip, mm/s.
+    /// Top speed of the tool tip, mm/s.
     pub top_speed: Option<f64>,
-    /// Percent.
+    /// Strongest laser power, percent.
     pub strongest_laser: Option<f64>,
 }
 
@@ -251,28 +254,28 @@ impl From<&Fence> for FenceReport {
     }
 }
 
-/// What an error is about, in figures. What does not apply is absent.
+/// Values of an error. Values that do not apply are absent.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ErrorFigures {
-    /// Which error it is.
+    /// Error code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<&'static str>,
-    /// The place of the command in a list, from 1.
+    /// Position of the command in a list, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<usize>,
-    /// The command of the protocol.
+    /// Command of the protocol.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<String>,
-    /// What was asked for.
+    /// Requested value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// What is possible.
+    /// Limit that it exceeds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
-    /// The unit of both.
+    /// Unit of value and limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
-    /// The part of the arm's fence that it would break.
+    /// Part of the arm's fence that it violates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fence: Option<&'static str>,
     /// First queue index in doubt.
@@ -281,26 +284,27 @@ pub struct ErrorFigures {
     /// Last queue index in doubt.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<u64>,
-    /// What to do about it.
+    /// Remedies.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "remedies")]
     pub remedies: Vec<Remedy>,
     /// Address of the station of this machine that has the port.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub station: Option<String>,
-    /// What is wrong as a sentence that other languages can say.
+    /// Message as a template with values, for translation.
     #[serde(skip)]
     pub sentence: SentenceReport,
-    /// What is wrong, without the command of the protocol before it.
+    /// Message without the name of the protocol command.
     #[serde(skip)]
     pub fact: Option<String>,
 }
 
 impl ErrorFigures {
-    /// The parts of an error.
+    /// Returns the values of an error.
     #[must_use]
     pub fn of(error: &Error) -> Self {
         Self {
             code: Some(error.code().name()),
+            // People count steps from 1.
             step: error.step().map(|step| step + 1),
             command: error.command().map(str::to_owned),
             value: error.value(),
@@ -312,40 +316,42 @@ impl ErrorFigures {
             remedies: error.remedies().to_vec(),
             station: error.station().map(str::to_owned),
             sentence: SentenceReport::of(error.sentence()),
+            // Without a command the sentence already is the bare fact.
             fact: error.command().map(|_| error.message().to_owned()),
         }
     }
 }
 
-/// A sentence as data beside its text: with the template and the values a program says it in another language, or calls
-/// options by its own names.
+/// Sentence as data: the template and its values let a program translate it, or use its own names
+/// of options.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SentenceReport {
-    /// English sentence with the names of its values in braces; a sentence that was made without a template is its own.
+    /// English sentence with the names of its values in braces. A sentence without a template is
+    /// its own template.
     pub template: String,
-    /// Its values.
+    /// Values of the template.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<SentenceValue>,
 }
 
-/// A value in a sentence. One of `text`, `option` and `sentence` is there.
+/// Value in a sentence. Exactly one of `text`, `option` and `sentence` is present.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SentenceValue {
-    /// Its name in the template.
+    /// Name in the template.
     pub name: String,
-    /// A number or a quotation, as it is printed.
+    /// Number or quotation, as printed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
-    /// The name of an option, in `snake_case`.
+    /// Name of an option, in `snake_case`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub option: Option<String>,
-    /// Words that are a sentence of their own.
+    /// Nested sentence.
     #[serde(flatten)]
     pub sentence: Option<SentenceReport>,
 }
 
 impl SentenceReport {
-    /// The parts of a message.
+    /// Splits a message into template and values.
     #[must_use]
     pub fn of(message: &Message) -> Self {
         let Some(template) = message.template() else {
@@ -381,17 +387,19 @@ impl From<&MessageValue> for SentenceValue {
                 option: Some(name.to_string()),
                 ..Self::default()
             },
+            // Unreachable in a published build too: the crates depend on each other by exact
+            // version.
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }
     }
 }
 
-/// What to do, as JSON: `{"action":"home","effect":".."}`, `{"option":"scale","value":0.5}`, `{"without":"raw"}`,
-/// `{"system":"sudo .."}`.
+/// Serializes remedies as JSON: `{"action":"home","effect":".."}`,
+/// `{"option":"scale","value":0.5}`, `{"without":"raw"}`, `{"system":"sudo .."}`.
 ///
 /// # Errors
-/// Those of the serializer.
+/// Errors of the serializer.
 pub fn remedies<S: Serializer>(remedies: &[Remedy], to: S) -> Result<S::Ok, S::Error> {
     let mut list = to.serialize_seq(Some(remedies.len()))?;
     for remedy in remedies {
@@ -416,7 +424,7 @@ impl Serialize for Told<'_> {
                     Given::Point(x, y) => map.serialize_entry("value", &[x, y])?,
                     Given::Position(at) => map.serialize_entry("value", at)?,
                     Given::Word(word) => map.serialize_entry("value", word)?,
-                    // The person chooses it.
+                    // The user chooses the value.
                     _ => {}
                 }
             }
@@ -427,13 +435,16 @@ impl Serialize for Told<'_> {
                 map.serialize_entry("pin", pin)?;
                 map.serialize_entry("function", function.name())?;
             }
-            // A line that is typed, in whichever program the error came up.
+            // A command line to type, in whichever program the error occurred.
             Act::UseStation(url) => {
                 map.serialize_entry("system", &format!("magician --station {url} VERB"))?;
             }
+            // Unreachable in a published build too: the crates depend on each other by exact
+            // version.
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }
+        // An empty effect is left out: the contract has absent fields, not empty ones.
         if !self.0.effect.is_empty() {
             map.serialize_entry("effect", &self.0.effect)?;
         }

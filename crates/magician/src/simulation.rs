@@ -1,4 +1,7 @@
-//! A virtual arm that is stepped: no driver, no thread, no clock of the wall.
+//! Stepped simulation: a virtual arm without driver, thread or wall clock.
+//!
+//! Made for training and search, where a step must be cheap and repeatable: the same steps give the
+//! same bits, and a clone is a snapshot.
 
 use std::time::Duration;
 
@@ -12,32 +15,32 @@ use magician_sim::{ArmInstant, Controller, LinkId};
 
 use crate::{Error, Result, build};
 
-/// The arm's only host.
+/// Link of the arm's only host.
 const LINK: LinkId = LinkId(0);
-/// The longest wait for rest: twice the time of the longest move at the usual speeds.
+/// Longest wait for rest. Choice: about twice the longest move at usual speeds.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// The meaning of an action's four numbers.
+/// Meaning of the four numbers of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActionKind {
-    /// A pose, all joints together: [`build::move_to`].
+    /// Pose, all joints at once: [`build::move_to`].
     MoveTo,
-    /// A pose on a straight line: [`build::line_to`].
+    /// Pose in a straight line: [`build::line_to`].
     LineTo,
-    /// A pose over obstacles: [`build::jump_to`].
+    /// Pose over obstacles: [`build::jump_to`].
     JumpTo,
     /// Joint angles: [`build::move_joints`].
     MoveJoints,
-    /// An offset of the pose, all joints together: [`build::move_by`].
+    /// Offset of the pose, all joints at once: [`build::move_by`].
     MoveBy,
-    /// An offset of the pose, on a straight line: [`build::line_by`].
+    /// Offset of the pose in a straight line: [`build::line_by`].
     LineBy,
-    /// An offset of the joint angles: [`build::move_joints_by`].
+    /// Offset of the joint angles: [`build::move_joints_by`].
     MoveJointsBy,
 }
 
 impl ActionKind {
-    /// Each with the name of its word.
+    /// All kinds with their names.
     pub const NAMED: [(&str, Self); 7] = [
         ("move_to", Self::MoveTo),
         ("line_to", Self::LineTo),
@@ -48,7 +51,7 @@ impl ActionKind {
         ("move_joints_by", Self::MoveJointsBy),
     ];
 
-    /// Whether its numbers count from where the arm is.
+    /// True if the numbers are relative to the current position.
     #[must_use]
     pub fn is_relative(self) -> bool {
         matches!(self, Self::MoveBy | Self::LineBy | Self::MoveJointsBy)
@@ -75,42 +78,46 @@ impl ActionKind {
     }
 }
 
-/// The action of a step.
+/// Action of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepAction {
-    /// The target; one with NaN is none, and the arm goes on as before. An infinite one is refused, as any out of reach.
+    /// Target. Without one, or if it contains NaN, the arm continues as before. An infinite target
+    /// is refused like any target out of reach.
     pub target: Option<[f64; 4]>,
-    /// Suction cup or gripper from now on: sucking, closed.
+    /// True switches the suction cup on or closes the gripper, from now on.
     pub tool: Option<bool>,
 }
 
-/// An arm as a host sees it after a step.
+/// State of the arm after a step, as a host sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Observation {
-    /// The pose that it reports: x, y, z in mm, r in deg.
+    /// Reported pose: x, y, z in mm, r in deg.
     pub pose: [f64; 4],
-    /// The joint angles that it reports, deg.
+    /// Reported joint angles, deg.
     pub joints: [f64; 4],
-    /// Its clock, s.
+    /// Clock of the arm, s.
     pub time: f64,
-    /// Whether it is busy.
+    /// True if the arm is busy.
     pub moving: bool,
-    /// Whether the check refused the last target, so that it was not sent.
+    /// True if the check refused the last target, so that it was not sent.
     pub refused: bool,
-    /// Whether an alarm stands that stops the arm; the next target clears it.
+    /// True if an alarm holds the arm; the next target clears it.
     pub alarm: bool,
-    /// Whether suction cup or gripper hold something.
+    /// True if the suction cup or the gripper holds an object.
     pub holding: bool,
 }
 
-/// A virtual arm that is stepped: each step is told a target, sends the frames that a host would send, and lets the arm's
-/// time pass. It is the arm behind [`VirtualArm`](crate::VirtualArm), without a driver, a thread and a clock of the wall; the
-/// same steps give the same bits, and a clone is a snapshot.
+/// Virtual arm that is simulated step by step: each step takes a target, sends the frames that a
+/// host would send, and lets the arm's time pass.
 ///
-/// What a target is checked by is [`Preflight`], as in a run; one that is refused is not sent. A real arm cannot be told
-/// another target on its way, only be stopped: where a step ends before the arm is at rest and the next has another target,
-/// the arm is stopped by force, its queue cleared, and the new target is sent once it stands.
+/// It is the arm behind [`VirtualArm`](crate::VirtualArm), without driver, thread and wall clock.
+/// The same steps give the same bits, and a clone is a snapshot.
+///
+/// Targets are checked by [`Preflight`], as in a run; a refused target is not sent. A real arm
+/// cannot change its target during a motion, only stop. So if a step ends before the arm is at rest
+/// and the next has another target, the simulation sends a forced stop, clears the queue, and sends
+/// the new target once the arm is at rest.
 ///
 /// ```
 /// use std::time::Duration;
@@ -128,23 +135,24 @@ pub struct Observation {
 #[derive(Clone, Debug)]
 pub struct Simulation {
     arm: Controller,
-    /// The settings that the check goes by; they do not change.
+    /// Settings used by the check; they do not change.
     readings: Readings,
     grips: bool,
-    /// The target that was sent last, unless its motion was stopped.
+    /// Last target, unless its motion was stopped.
     target: Option<(ActionKind, [f32; 4])>,
     tool: Option<bool>,
-    /// Its queue was stopped and is to be started for the next target.
+    /// True if the queue was stopped and has to be started for the next target.
     stopped: bool,
     refused: bool,
 }
 
 impl Simulation {
-    /// Takes an arm at rest in hand: its alarms are cleared, its queue emptied and started, and its point-to-point speed set to
-    /// so many percent, if that is given.
+    /// Takes over an arm at rest: clears its alarms, clears and starts its queue, and sets the
+    /// point-to-point speed to `speed` percent, if given.
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the speed is refused by the check, or the arm is busy.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the check refuses the speed, or the arm
+    /// is busy.
     pub fn new(arm: Controller, speed: Option<f64>) -> Result<Self> {
         if arm.busy() || arm.jogging() {
             let why = "the arm is busy: a simulation begins with an arm at rest";
@@ -163,6 +171,7 @@ impl Simulation {
             stopped: false,
             refused: false,
         };
+        // Bytes of an earlier host may be half a frame.
         simulation.arm.close(LINK);
         simulation.send(&ClearAllAlarmsState {}.into(), Ctrl::SET);
         simulation.send(&QueuedCmdClear {}.into(), Ctrl::SET);
@@ -176,7 +185,8 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Sends the target and lets `time` pass, or the time until the arm is at rest (at most a minute).
+    /// Sends the target and lets `time` pass, or the time until the arm is at rest (at most a
+    /// minute).
     pub fn step(
         &mut self,
         kind: ActionKind,
@@ -193,6 +203,7 @@ impl Simulation {
             };
             self.send(&command, Ctrl::SET);
         }
+        // In the precision of the wire, so that equal targets compare equal.
         let target = action.target.map(|target| target.map(|value| value as f32));
         if let Some(target) = target.filter(|target| !target.iter().any(|value| value.is_nan())) {
             self.tell(kind, target, end);
@@ -204,11 +215,11 @@ impl Simulation {
         self.observe()
     }
 
-    /// The arm as it is.
+    /// Returns the current state.
     #[must_use]
     pub fn observe(&self) -> Observation {
         let state = self.arm.state();
-        // As it goes over the line: what a host reads of a real arm has no more digits.
+        // Rounded as on the wire: a host reads no more digits of a real arm.
         let wire = |values: [f64; 4]| values.map(|value| f64::from(value as f32));
         Observation {
             pose: wire(state.pose.to_array()),
@@ -221,13 +232,13 @@ impl Simulation {
         }
     }
 
-    /// The arm itself.
+    /// Returns the simulated controller.
     #[must_use]
     pub fn arm(&self) -> &Controller {
         &self.arm
     }
 
-    /// Reads the settings that the check goes by.
+    /// Reads the settings used by the check.
     fn read(&mut self) {
         let mut known = self.readings.settings;
         known.tool = self.ask().unwrap_or(known.tool);
@@ -238,9 +249,11 @@ impl Simulation {
         self.readings.settings = known;
     }
 
-    /// Sends a target, if the check lets it pass and the arm stands before the end of the step.
+    /// Sends a target if the check accepts it and the arm comes to rest before the end of the step.
     fn tell(&mut self, kind: ActionKind, target: [f32; 4], end: ArmInstant) {
+        // A forced stop leaves the queue stopped, even once the arm is at rest.
         if self.arm.busy() || self.stopped {
+            // The same target again continues the motion; relative targets always add up.
             let goes_there = !kind.is_relative() && self.target == Some((kind, target));
             if goes_there && !self.stopped {
                 return;
@@ -270,8 +283,9 @@ impl Simulation {
         }
     }
 
-    /// Lets time pass until the arm is at rest, or to the instant.
+    /// Lets time pass until the arm is at rest, or until `end`.
     fn rest_by(&mut self, end: ArmInstant) {
+        // Event by event: a queue that ends early must not consume the rest of the time.
         while self.arm.busy() {
             match self.arm.poll_timeout().filter(|next| *next < end) {
                 Some(next) => self.arm.advance(next),
@@ -290,6 +304,7 @@ impl Simulation {
         self.arm.exchange(LINK, frame.bytes()).pop()
     }
 
+    // Answered at once: the controller needs no time for a read.
     fn ask<R: Readable<Query = NoArgs>>(&mut self) -> Option<R> {
         let frame = FrameBuf::get(&NoArgs, R::ROW).ok()?;
         self.exchange(&frame)?.frame().read().ok()
@@ -357,7 +372,7 @@ mod tests {
         assert_eq!(arm.arm.state().queue.current_index, 0);
         let seen = arm.step(ActionKind::LineTo, to([f64::NAN; 4]), None);
         assert!(seen.refused, "nothing new was said");
-        // NaN is no target; what is infinite is one, and out of reach.
+        // NaN means no target; an infinite value is a target out of reach.
         let near = to([220.0, 80.0, 20.0, 0.0]);
         for far in [f64::INFINITY, f64::NEG_INFINITY, f64::MAX] {
             let there = arm.step(ActionKind::LineTo, near, None);

@@ -1,4 +1,4 @@
-//! The stations of this machine: where each is, which ports and arms it has; a file for each `serve`.
+//! Stations of this machine: address, ports and arms, from a file that each `serve` writes.
 
 use std::path::{Path, PathBuf};
 use std::{fmt, fs};
@@ -8,36 +8,37 @@ use serde::{Deserialize, Serialize};
 use crate::files::replace_private;
 use crate::{Error, ErrorKind, Port, SimSpeed, Target, dirs, ports};
 
-/// Returns the folder where a station keeps its files; `None` where the system names no place.
+/// Returns the folder for the files of a station; `None` if the system names no place.
 #[must_use]
 pub fn folder() -> Option<PathBuf> {
     dirs::state().map(|state| state.join("station"))
 }
 
-/// The file of a station, while it lasts.
+/// File of a running station; removed on drop.
 #[derive(Debug)]
 pub struct Holder(Option<PathBuf>);
 
-/// What a station says of itself to programs of the same user.
+/// Entry of a station, for programs of the same user.
 #[derive(Clone, Deserialize, Serialize)]
 pub struct LocalStation {
     pid: u32,
-    /// Its address.
+    /// Address of the station.
     pub url: String,
-    /// The ports as they were spelled, one for each arm.
+    /// Ports as they were spelled, one per arm.
     ports: Vec<String>,
-    /// The devices that these meant when they were opened: real paths, which other spellings lead to as well.
+    /// Devices that these ports meant when they were opened: real paths, to which other spellings
+    /// lead as well.
     #[serde(default)]
     devices: Vec<String>,
-    /// The names of its arms.
+    /// Names of its arms.
     #[serde(default)]
     pub arms: Vec<String>,
-    /// A teacher's token for commands of this user on this machine: the file is for its owner alone.
+    /// Teacher token for commands of this user on this machine; only the owner may read the file.
     #[serde(default)]
     pub token: String,
 }
 
-/// Without the token, which belongs into no log.
+/// Omits the token, which must not appear in a log.
 impl fmt::Debug for LocalStation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("LocalStation")
@@ -49,10 +50,11 @@ impl fmt::Debug for LocalStation {
 }
 
 impl LocalStation {
-    /// Address of the arm at this device, if it is one of this station.
+    /// Returns the address of the arm at this device, if this station has it.
     fn url_of(&self, wanted: &str) -> Option<String> {
         let is_it = |(at, served): (usize, &String)| {
-            // An adapter may have another path by now than at the start; a relative path is for the folder of that process.
+            // An adapter may have moved since the start. A relative path only has a meaning in the
+            // folder of its process.
             let now = || device(served) == wanted;
             let is_relative = served.contains('/') && !served.starts_with('/');
             let then = self.devices.get(at).is_some_and(|then| then == wanted);
@@ -65,8 +67,8 @@ impl LocalStation {
     }
 }
 
-/// Device that a port means, however it is spelled: the real path of a serial port, also of one that `usb:..` names; of other
-/// ports the usual spelling.
+/// Returns the device that a port means, however it is spelled: the real path of a serial port,
+/// also for `usb:..`; the canonical spelling of any other target.
 fn device(port: &str) -> String {
     let path = match Target::parse(port, SimSpeed::Max) {
         Ok(Target::Serial(path)) => path,
@@ -89,13 +91,14 @@ fn device(port: &str) -> String {
             }
         }
         Ok(target) => return target.to_string(),
+        // Not a target at all; compared as it is spelled.
         Err(_) => return port.to_owned(),
     };
     fs::canonicalize(&path).map_or(path, |real| real.display().to_string())
 }
 
 impl Holder {
-    /// Writes it. Without a place for it others just do not learn the address.
+    /// Writes the file. Without a place for it other programs do not find the address.
     #[must_use]
     pub fn write(url: &str, ports: &[String], arms: &[String], token: String) -> Self {
         let pid = std::process::id();
@@ -126,15 +129,16 @@ impl Drop for Holder {
     }
 }
 
-/// Names the station of this machine that has a target, in the error of a line that could not be opened or does not answer. A
-/// station is no reason for any other error, and the one of this program none at all.
+/// Adds the station of this machine that has the target to the error of a line that could not be
+/// opened or does not answer. Other errors stay as they are, and a station of this process is never
+/// named.
 pub(crate) fn named(error: Error, target: &Target) -> Error {
     const EFFECT: &str = "uses the arm through the station that has its port";
     let of_line = matches!(
         error.kind(),
         ErrorKind::Port | ErrorKind::Timeout | ErrorKind::Unexpected
     );
-    // Every station has virtual arms of its own.
+    // Every station has its own virtual arms, so `sim` is never one of another.
     if !of_line || error.station().is_some() || matches!(target, Target::Sim(_)) {
         return error;
     }
@@ -144,7 +148,8 @@ pub(crate) fn named(error: Error, target: &Target) -> Error {
     }
 }
 
-/// The address at which a port is served, however it is spelled, if another program of this machine serves it.
+/// Returns the address at which another program of this machine serves a port, however it is
+/// spelled.
 pub(crate) fn url_of(port: &str) -> Option<String> {
     let wanted = device(port);
     let own = std::process::id();
@@ -152,7 +157,7 @@ pub(crate) fn url_of(port: &str) -> Option<String> {
     others.find_map(|station| station.url_of(&wanted))
 }
 
-/// The stations of this machine. The file of one that has ended is removed.
+/// Returns the stations of this machine. The file of a station that has ended is removed.
 #[must_use]
 pub fn stations() -> Vec<LocalStation> {
     let read = || fs::read_dir(folder()?).ok();
@@ -166,6 +171,7 @@ pub fn stations() -> Vec<LocalStation> {
         }
         let content: LocalStation = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
         if !lives(content.pid) {
+            // The process ended without removing its file, so the token in it is of no use.
             let _ = fs::remove_file(&path);
             return None;
         }
@@ -174,7 +180,7 @@ pub fn stations() -> Vec<LocalStation> {
     content.collect()
 }
 
-/// Whether a process is there; where the system does not say it counts as if it were.
+/// True if a process exists, or if the system does not tell.
 fn lives(pid: u32) -> bool {
     let known = Path::new("/proc/self");
     !known.exists() || Path::new("/proc").join(pid.to_string()).exists()
@@ -221,10 +227,10 @@ mod tests {
             assert_eq!(one.url_of(&device(&spelling)), here, "{spelling}");
         }
         assert_eq!(one.url_of(&device("/dev/null")), None);
-        // A link that leads elsewhere by now still names what was opened.
+        // A link that leads elsewhere by now still names the device that was opened.
         fs::remove_file(path("arm")).expect("removed");
         assert_eq!(one.url_of(&real), here);
-        // A relative path of another process is not looked at from here.
+        // A relative path of another process has no meaning here.
         let relative = served(&["./Cargo.toml".to_owned()], std::slice::from_ref(&real));
         assert_eq!(relative.url_of(&device("./Cargo.toml")), None);
         assert_eq!(relative.url_of(&real), here);

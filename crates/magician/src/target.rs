@@ -1,3 +1,5 @@
+//! Addresses of arms, in the text form of `--port`.
+
 use std::fmt;
 use std::str::FromStr;
 
@@ -6,7 +8,7 @@ use magician_protocol::UDP_PORT;
 use crate::ports::{self, Port};
 use crate::{Error, ErrorCode, Given, Result, Setting};
 
-/// Where the arm is: what `--port` takes.
+/// Address of an arm, in the text form of `--port`.
 ///
 /// ```
 /// use magician::{SimSpeed, Target};
@@ -23,9 +25,9 @@ pub enum Target {
     Sim(SimSpeed),
     /// A serial port: `/dev/ttyUSB0`, `COM3`, or the path of a pseudo-terminal.
     Serial(String),
-    /// `usb:VENDOR:PRODUCT[:SERIAL]`: the serial port of a USB adapter, by its ids and, where there
-    /// are several, its serial number: `usb:10c4:ea60`. It is found again under any name when the
-    /// plug was out.
+    /// `usb:VENDOR:PRODUCT[:SERIAL]`: the serial port of a USB adapter, by its ids and, if there
+    /// are several, its serial number, as in `usb:10c4:ea60`. After a replug it is found again
+    /// under any name.
     Usb {
         /// Vendor id, four hexadecimal digits as text.
         vendor: u16,
@@ -34,19 +36,19 @@ pub enum Target {
         /// Serial number of the adapter, not of the arm.
         serial: Option<String>,
     },
-    /// `arm:SERIAL`: the arm with this serial number (GetDeviceSN), on whichever serial port with an
-    /// arm's adapter it is; they are asked one after the other.
+    /// `arm:SERIAL`: the arm with this serial number (GetDeviceSN), on any serial port with an
+    /// arm's adapter; the ports are queried one after the other.
     Arm(String),
     /// `udp:HOST[:PORT]`: Wi-Fi; the port is 8899 unless given (errata E45).
     Udp {
-        /// Name or address.
+        /// Host name or IP address.
         host: String,
         /// Port.
         port: u16,
     },
-    /// `tcp:HOST:PORT`: a virtual arm, or a bridge to a serial port.
+    /// `tcp:HOST:PORT`: a virtual arm, or a TCP bridge to a serial port.
     Tcp {
-        /// Name or address.
+        /// Host name or IP address.
         host: String,
         /// Port.
         port: u16,
@@ -55,7 +57,7 @@ pub enum Target {
     Ble(String),
 }
 
-/// What says where an arm is: a [`Target`], or its text.
+/// Conversion into a [`Target`], from a target or its text.
 ///
 /// ```
 /// use magician::{IntoTarget, Target};
@@ -65,10 +67,10 @@ pub enum Target {
 /// # Ok::<(), magician::Error>(())
 /// ```
 pub trait IntoTarget {
-    /// The target.
+    /// Returns the target.
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a text that names no port.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the text is not a target.
     fn into_target(self) -> Result<Target>;
 }
 
@@ -102,29 +104,29 @@ impl IntoTarget for String {
     }
 }
 
-/// How fast the clock of a virtual arm runs.
+/// Speed of a virtual arm's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SimSpeed {
-    /// Motion, waits and homing take no time.
+    /// Motion, waits and homing take no wall-clock time.
     Max,
-    /// So many times as fast as a real arm.
+    /// Factor over real time.
     Times(f64),
 }
 
-/// The accepted forms, for the error message.
+/// Accepted forms, for the error message.
 const FORMS: &str = "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, usb:VENDOR:PRODUCT[:SERIAL], arm:SERIAL, udp:HOST[:PORT], tcp:HOST:PORT, ble:NAME";
 
 impl FromStr for Target {
     type Err = Error;
 
-    /// As [`Target::parse`], where a bare `sim` is at full speed.
+    /// Parses as [`Target::parse`] does; a bare `sim` runs at full speed.
     fn from_str(text: &str) -> Result<Self> {
         Self::parse(text, SimSpeed::Max)
     }
 }
 
 impl Target {
-    /// Reads a target; a virtual arm whose speed is not said has `speed`.
+    /// Parses a target. A virtual arm without a speed gets `speed`.
     ///
     /// ```
     /// use magician::{SimSpeed, Target};
@@ -136,8 +138,10 @@ impl Target {
     /// ```
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what names no port.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the text is not a target.
     pub fn parse(text: &str, speed: SimSpeed) -> Result<Self> {
+        // A Windows path such as `C:\x` also has a colon; its scheme is unknown, so it falls
+        // through to the paths.
         let (scheme, rest) = match text.split_once(':') {
             Some((scheme, rest)) => (scheme, Some(rest)),
             None => (text, None),
@@ -147,6 +151,7 @@ impl Target {
             ("sim", Some(speed)) => parse_speed(speed).map(Self::Sim),
             ("udp", Some(address)) => {
                 let (host, port) = split_port(address, "udp:HOST[:PORT]")?;
+                // The port of the arm's Wi-Fi module (errata E45).
                 let port = port.unwrap_or(UDP_PORT);
                 Ok(Self::Udp { host, port })
             }
@@ -160,6 +165,7 @@ impl Target {
             ("ble", Some(name)) if !name.is_empty() => Ok(Self::Ble(name.to_owned())),
             ("usb", Some(ids)) => parse_usb(ids).ok_or_else(|| bad(text)),
             ("arm", Some(serial)) if !serial.is_empty() => Ok(Self::Arm(serial.to_owned())),
+            // A known scheme with a bad rest is its own error, never a path.
             ("usb" | "arm" | "udp" | "tcp" | "ble", _) => Err(bad(text)),
             _ if is_serial(text) => Ok(Self::Serial(port_name(text).to_owned())),
             _ => Err(bad(text)),
@@ -178,7 +184,7 @@ fn is_serial(text: &str) -> bool {
     is_com(text) || text.contains(['/', '\\'])
 }
 
-/// `COM3`.
+/// True for the name of a Windows port: `COM3`.
 fn is_com(text: &str) -> bool {
     let com = text
         .get(..3)
@@ -186,13 +192,14 @@ fn is_com(text: &str) -> bool {
     com && text.len() > 3 && text.bytes().skip(3).all(|byte| byte.is_ascii_digit())
 }
 
-/// A port as the system lists it: Windows asks for `\\.\COM10`, and lists `COM10`.
+/// Returns a port name as the system lists it. Windows needs `\\.\COM10` to open a port above 9,
+/// and lists it as `COM10`.
 fn port_name(text: &str) -> &str {
     let device = text.strip_prefix(r"\\.\");
     device.filter(|name| is_com(name)).unwrap_or(text)
 }
 
-/// `VENDOR:PRODUCT[:SERIAL]`.
+/// Parses `VENDOR:PRODUCT[:SERIAL]`.
 fn parse_usb(ids: &str) -> Option<Target> {
     let (vendor, rest) = ids.split_once(':')?;
     let (product, serial) = match rest.split_once(':') {
@@ -201,7 +208,9 @@ fn parse_usb(ids: &str) -> Option<Target> {
     };
     let id = |text: &str| {
         let digits =
+            // Leading zeros may be missing, as in the output of some tools.
             (1..=4).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        // `from_str_radix` also accepts a sign, which the digits check excludes.
         u16::from_str_radix(text, 16).ok().filter(|_| digits)
     };
     Some(Target::Usb {
@@ -230,7 +239,7 @@ fn parse_speed(text: &str) -> Result<SimSpeed> {
     }
 }
 
-/// `HOST`, `HOST:PORT`, `[V6]`, `[V6]:PORT`.
+/// Splits `HOST`, `HOST:PORT`, `[V6]` or `[V6]:PORT`.
 pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u16>)> {
     let wrong = || {
         Error::new(
@@ -247,6 +256,7 @@ pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u1
                 None => return Err(wrong()),
             }
         }
+        // A second colon ends up in the port and fails there: a bare IPv6 address is ambiguous.
         None => match address.split_once(':') {
             Some((host, port)) => (host, Some(port)),
             None => (address, None),
@@ -265,6 +275,7 @@ pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u1
 
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // IPv6 addresses need brackets, so that the text parses to the same target again.
         let host_port = |f: &mut fmt::Formatter<'_>, scheme, host: &str, port| {
             if host.contains(':') {
                 write!(f, "{scheme}:[{host}]:{port}")
@@ -293,11 +304,11 @@ impl fmt::Display for Target {
 }
 
 impl Target {
-    /// The one arm that is plugged into this computer; never the simulator.
+    /// Returns the one arm that is plugged into this computer; never the simulator.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when no serial port looks like an arm, or several do; the message lists
-    /// what there is.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if no serial port looks like an arm, or several
+    /// do; the message lists the ports.
     pub fn discover() -> Result<Self> {
         Self::choose(&ports::ports()?)
     }

@@ -1,4 +1,4 @@
-//! A virtual arm that a program talks to like any other, and can also look at from outside.
+//! Virtual arm in this process: connected to like any other arm, and observable from outside.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,12 +17,13 @@ mod sampling;
 
 pub(crate) use cell::Cell;
 
-/// A virtual arm in this process, for tests and simulations: [`Arm::simulated`](crate::Arm::simulated) connects to it,
-/// and this handle shows what the connection cannot: where the arm really is, what it holds, what its world looks like.
+/// Virtual arm in this process, for tests and simulations.
 ///
-/// Handles are cheap to clone; all are of the same arm.
+/// [`Arm::simulated`](crate::Arm::simulated) connects to it. This handle shows what the connection
+/// cannot: the true position of the arm, the object it holds, the state of its world. Handles are
+/// cheap to clone, and all refer to the same arm.
 ///
-/// A cell with a cube and a belt, and a program that puts one on the other:
+/// A cell with a cube and a belt, and a program that moves the cube to the belt:
 ///
 /// ```
 /// use magician::{Options, VirtualArm, blocking::Arm, sim::Scenario, build};
@@ -49,12 +50,12 @@ pub(crate) use cell::Cell;
 #[derive(Clone)]
 pub struct VirtualArm {
     cell: Arc<Mutex<Cell>>,
-    /// Unlike that of every other virtual arm of this process, also of one that is gone.
+    /// Unique among all virtual arms that this process has had.
     number: u64,
 }
 
 impl Default for VirtualArm {
-    /// An arm that has just been switched on, in an empty world, at full speed.
+    /// Returns an arm just after power-up, in an empty world, at full speed.
     fn default() -> Self {
         Self::new(Controller::default(), SimSpeed::Max)
     }
@@ -65,13 +66,14 @@ impl From<Runner> for VirtualArm {
         static MADE: AtomicU64 = AtomicU64::new(0);
         Self {
             cell: Arc::new(Mutex::new(Cell::new(runner))),
+            // Relaxed: only uniqueness matters.
             number: MADE.fetch_add(1, Ordering::Relaxed),
         }
     }
 }
 
 impl From<Controller> for VirtualArm {
-    /// At full speed.
+    /// Creates an arm at full speed.
     fn from(controller: Controller) -> Self {
         Self::new(controller, SimSpeed::Max)
     }
@@ -86,17 +88,18 @@ impl fmt::Debug for VirtualArm {
 }
 
 impl VirtualArm {
-    /// True if the arm lets its time pass itself, at full speed or in virtual time, and not with the wall's clock.
+    /// True if the arm advances its clock itself (full speed or virtual time), instead of following
+    /// the wall clock.
     pub(crate) fn passes_time_itself(&self) -> bool {
         self.lock().can_be_led()
     }
 
-    /// Number of this arm among the virtual arms of this process.
+    /// Returns the number of this arm among the virtual arms of this process.
     pub(crate) fn number(&self) -> u64 {
         self.number
     }
 
-    /// An arm at the end of a line that takes no time.
+    /// Creates an arm at the end of a line without delay.
     #[must_use]
     pub fn new(controller: Controller, speed: SimSpeed) -> Self {
         let speed = match speed {
@@ -106,21 +109,23 @@ impl VirtualArm {
         Runner::new(controller, speed, LineTiming::default()).into()
     }
 
-    /// An arm that has just been switched on in the world of a scenario, at full speed.
+    /// Creates an arm just after power-up in the world of a scenario, at full speed.
     #[must_use]
     pub fn in_scenario(scenario: &Scenario) -> Self {
         Self::in_scenario_at(scenario, SimSpeed::Max)
     }
 
-    /// As [`in_scenario`](Self::in_scenario), at this speed.
+    /// Creates an arm as [`in_scenario`](Self::in_scenario) does, at this speed.
     #[must_use]
     pub fn in_scenario_at(scenario: &Scenario, speed: SimSpeed) -> Self {
         let world = World::from_scenario(scenario);
         Self::new(Controller::in_world(Profile::default(), world), speed)
     }
 
-    /// The same arm with another tool chosen before it was switched on: its poses are those of that tool. It has the suction cup
-    /// unless its scenario says otherwise; [`ToolBias::NONE`] is an arm that was never told of a tool.
+    /// Selects another tool, as if it was set before power-up: poses refer to its tip.
+    ///
+    /// The default is the suction cup, unless the scenario says otherwise; [`ToolBias::NONE`] is an
+    /// arm whose tool was never set.
     ///
     /// ```
     /// use magician::{ToolBias, VirtualArm};
@@ -135,16 +140,19 @@ impl VirtualArm {
         self
     }
 
-    /// The same arm in virtual time: its clock runs only for what the arm does, which takes no time as at full speed, and
-    /// when [`advance`](Self::advance) says so. While the arm has nothing to do nothing happens in its world, however
-    /// long the program takes: every run is the same run.
+    /// Puts the arm into virtual time: its clock runs only while the arm works, which takes no
+    /// wall-clock time, and when [`advance`](Self::advance) is called.
     ///
-    /// What a program runs (`run`, `start`, `move_to` and all that waits for the arm's queue) takes, as at full speed, the time
-    /// that it takes on a real arm whose host is never late: the clock goes on only when the next commands are in the queue, as far as
-    /// it takes them, and all answers are there, so a path does not stop for want of its next segment. It waits so for a
-    /// second of the wall's clock; while a program thinks about its next command for longer, or the arm owes it an answer
-    /// (a cable that was pulled), time passes as on the wall. What is queued without a run is done before the next request is
-    /// read, as at full speed.
+    /// While the arm is idle nothing happens in its world, however long the program takes, so every
+    /// run is the same run.
+    ///
+    /// Commands that a program runs (`run`, `start`, `move_to` and everything that waits for the
+    /// queue) take, as at full speed, the time of a real arm whose host is never late. The clock
+    /// advances only when the next commands are in the queue, as far as it accepts them, and all
+    /// answers have arrived, so a path does not stop for lack of its next segment. The clock waits
+    /// for up to a second of wall-clock time. If the program takes longer for its next command, or
+    /// the arm owes an answer (a pulled cable), time follows the wall clock. Commands queued
+    /// without a run finish before the next request is read, as at full speed.
     ///
     /// ```
     /// use std::time::Duration;
@@ -160,9 +168,10 @@ impl VirtualArm {
         self
     }
 
-    /// The same arm with lines that break when its cable is pulled, as those of a USB adapter do that is gone: a connection then has
-    /// lost its arm ([`Link`](crate::Link)), and finds it again once the cable is in. Without this what is sent meanwhile is lost, as
-    /// over Wi-Fi, and the connection hears nothing.
+    /// Makes the lines break when the cable is pulled, as those of a USB adapter do.
+    ///
+    /// A connection then loses its arm ([`Link`](crate::Link)), and reconnects once the cable is
+    /// plugged in. By default frames are lost silently meanwhile, as over Wi-Fi.
     ///
     /// ```
     /// use magician::{Arm, ErrorKind, Options, VirtualArm, commands::Pose, sim::ExternalEvent};
@@ -186,21 +195,22 @@ impl VirtualArm {
         self
     }
 
-    /// Lets so much time pass at once, as if the program had waited for it: belts run on, scenarios go on, jogs go their way.
-    /// At full speed and in virtual time it is time of the arm's clock, else time of the wall's.
+    /// Lets `time` pass at once, as if the program had waited for it: belts, scenarios and jogs
+    /// continue. At full speed and in virtual time it is the arm's time, otherwise wall-clock time.
     pub fn advance(&self, time: Duration) {
         self.lock().put_forward(time);
+        // Touching the cell lets the events of the passed time happen now, not at the next request.
         self.with(|_| ());
     }
 
-    /// The arm and its world as they are, in the midst of what they do: to [`restore`](Self::restore), or for a
-    /// [`Simulation`](crate::Simulation).
+    /// Returns the arm and its world in their current state, including motion: for
+    /// [`restore`](Self::restore) or a [`Simulation`](crate::Simulation).
     #[must_use]
     pub fn snapshot(&self) -> Controller {
         self.with(|arm| arm.clone().without_peers())
     }
 
-    /// Puts arm and world back to a snapshot: its queue, its settings, its alarms, what moves, and its clock.
+    /// Restores the arm and its world from a snapshot: queue, settings, alarms, motion and clock.
     ///
     /// ```
     /// use std::time::Duration;
@@ -218,8 +228,8 @@ impl VirtualArm {
     /// ```
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) while a connection is open: its picture of the queue and the settings
-    /// would be wrong from then on.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) while a connection is open, because its
+    /// picture of the queue and the settings would be wrong.
     pub fn restore(&self, snapshot: &Controller) -> crate::Result<()> {
         let mut cell = self.lock();
         if cell.is_connected() {
@@ -231,8 +241,9 @@ impl VirtualArm {
         Ok(())
     }
 
-    /// Switches the arm off, and on again in the world of a scenario: all that it keeps is its flash. Its clock begins anew, by
-    /// which a connection sees that the arm was reset when it asks for it ([`DeviceTime`](crate::commands::DeviceTime)).
+    /// Power-cycles the arm in the world of a scenario; only its flash is kept. Its clock restarts,
+    /// which shows a connection that the arm was reset when it reads the clock
+    /// ([`DeviceTime`](crate::commands::DeviceTime)).
     ///
     /// ```
     /// use magician::{VirtualArm, sim::Scenario};
@@ -245,6 +256,7 @@ impl VirtualArm {
     pub fn restart_in(&self, scenario: &Scenario) {
         let mut cell = self.lock();
         let now = cell.now();
+        // Brought to the present first, so that the restart does not swallow events before it.
         cell.runner.handle_timeout(now);
         let world = World::from_scenario(scenario);
         let arm = cell.runner.controller().switched_on_in(world);
@@ -256,26 +268,27 @@ impl VirtualArm {
         Self::new(Controller::new(Profile::default()), speed)
     }
 
-    /// Looks at the arm, or does something to it from outside: presses its key, drives an input, lets it slip. Its
-    /// clock has come to the present. The connection waits meanwhile.
+    /// Observes the arm, or acts on it from outside: presses its key, drives an input, makes it
+    /// slip. Its clock is brought to the present first. Connections wait meanwhile.
     pub fn with<T>(&self, act: impl FnOnce(&mut Controller) -> T) -> T {
         let mut cell = self.lock();
         let now = cell.now();
         cell.runner.handle_timeout(now);
         let outcome = act(cell.runner.controller_mut());
+        // Once more: the action may have made an event due now.
         cell.runner.handle_timeout(now);
         cell.touched();
         cell.wake();
         outcome
     }
 
-    /// Everything about the arm at the present instant.
+    /// Returns the state of the arm at the present instant.
     #[must_use]
     pub fn state(&self) -> ControllerState {
         self.with(|controller| controller.state())
     }
 
-    /// An `act` that has panicked leaves the arm as a step of its own did: whole.
+    /// Locks the cell, also after a panic in `act`: the arm is as consistent as after any step.
     pub(crate) fn lock(&self) -> MutexGuard<'_, Cell> {
         self.cell.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,5 +1,5 @@
-//! A connection and a stream in a steady state allocate nothing, on a good line and on a bad one, nor does a run through the
-//! driver onto a virtual arm.
+//! In steady state a connection and a stream allocate nothing, on a good line and on a lossy one,
+//! nor does a run through the driver to a virtual arm.
 #![allow(
     unsafe_code,
     reason = "counting allocations takes an allocator, and an allocator is unsafe"
@@ -22,7 +22,7 @@ thread_local! {
 struct Counting;
 
 fn count() {
-    // While a thread ends there is no counter any more.
+    // While a thread ends its counter no longer exists.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
 }
 
@@ -51,17 +51,17 @@ static ALLOCATOR: Counting = Counting;
 
 const TICK: u64 = 1_000;
 
-/// A host that never stops, and an arm that does everything at once, one tick of line between them.
+/// A host that never stops and an arm that does everything at once, one tick of line between them.
 struct StreamLoop {
     host: Connection,
     tick: u64,
     next: u64,
     line: VecDeque<FrameBuf>,
-    /// One frame in so many comes to nothing.
+    /// One frame in this many is lost.
     loss: u64,
     frames: u64,
     told: u64,
-    /// Where the last command that was taken leads, as an answer to GetPose has it.
+    /// End position of the last accepted command, as in the answer to GetPose.
     pose: [u8; 32],
 }
 
@@ -93,7 +93,7 @@ impl StreamLoop {
             (id, true) => {
                 self.next += 1;
                 if id == CpCmd::ROW.id {
-                    // x, y, z stand behind the mode.
+                    // x, y, z follow the mode.
                     self.pose[..12].copy_from_slice(&view.params()[1..13]);
                 }
                 &(self.next - 1).to_le_bytes()
@@ -115,7 +115,7 @@ impl StreamLoop {
         }
     }
 
-    /// As [`pass`](Self::pass), and the commands come through a stream.
+    /// Passes one tick as [`pass`](Self::pass) does, with the commands of a stream.
     fn pass_stream(&mut self, stream: &mut Stream) {
         self.tick += 1;
         let now = self.tick * TICK;
@@ -194,7 +194,7 @@ fn segment(count: u64) -> Item {
 
 #[test]
 fn a_stream_allocates_nothing_whatever_the_line_loses() {
-    // The first reply must not be lost: the fate of the first command would be unknown.
+    // The first reply must not be lost: the first command could never be confirmed.
     for (window, loss) in [(1, 0), (4, 0), (1, 23), (4, 101)] {
         let mut bench = StreamLoop::new(window, loss);
         let mut stream = Stream::new(StreamSettings {
@@ -222,7 +222,7 @@ fn a_steady_state_allocates_nothing() {
     }
 }
 
-/// Commands, their way to the task, the arm that does them, and what the task tells: all of it.
+/// Covers the commands, their way to the task, the arm that executes them, and the task's reports.
 #[test]
 fn a_segment_through_the_driver_allocates_nothing() {
     let runtime = tokio::runtime::Builder::new_current_thread()

@@ -1,5 +1,6 @@
-//! A busy port names the station that has it, at every way to open it. A station is known by its file, in the folder that the
-//! environment names: this program starts itself anew with another one, which opens what this one has.
+//! The error of a busy port names the station that has it, for every way to open it. A station is
+//! found by its file in the folder that the environment names, so this program restarts itself with
+//! another folder and opens the ports of the first process.
 #![cfg(unix)]
 
 use std::net::{TcpListener, UdpSocket};
@@ -12,10 +13,10 @@ use magician::{Act, Arm, Error, Options, RawLine, Target, blocking};
 use tokio::sync::oneshot;
 
 const URL: &str = "http://127.0.0.1:8910/";
-/// Tells this program that it is the one that opens, and what: targets, one a line.
+/// Environment variable that makes this program the one that opens: its targets, one per line.
 const TARGETS: &str = "MAGICIAN_TEST_TARGETS";
 
-/// The file of a station with these ports, run by this process.
+/// Creates the file of a station with these ports, run by this process.
 fn station(ports: &[String]) -> tempfile::TempDir {
     let state = tempfile::tempdir().expect("a directory");
     let folder = state.path().join("magician/station");
@@ -32,7 +33,7 @@ fn station(ports: &[String]) -> tempfile::TempDir {
     state
 }
 
-/// Errors of all ways to open a target.
+/// Returns the errors of all ways to open a target.
 async fn doors(target: &Target) -> Vec<(&'static str, Error)> {
     let options = || Options::default().timeout(Duration::from_millis(50));
     let mut errors = Vec::new();
@@ -40,7 +41,7 @@ async fn doors(target: &Target) -> Vec<(&'static str, Error)> {
     errors.extend(arm.err().map(|error| ("Arm", error)));
     let again = target.clone();
     let opened = move || blocking::Arm::connect_with(again, options());
-    // It refuses a thread of a runtime.
+    // The blocking handle refuses a thread of a runtime.
     let arm = std::thread::spawn(opened).join().expect("no panic");
     errors.extend(arm.err().map(|error| ("blocking::Arm", error)));
     let line = RawLine::open(target).await;
@@ -56,7 +57,7 @@ async fn opens_what_another_program_has() {
         let url = format!("{URL}arm{at}");
         let target = target.parse::<Target>().expect("a target");
         let errors = doors(&target).await;
-        // A line of datagrams opens, whoever is there.
+        // A datagram line opens without an arm.
         let at_least = if matches!(target, Target::Udp { .. }) {
             2
         } else {

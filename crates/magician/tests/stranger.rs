@@ -1,6 +1,7 @@
 //! Matches of a foreign crate over one enum each of protocol, host and driver, without a wildcard.
-//! Inside this workspace (`--cfg magician_workspace`) they compile. Anywhere else each must be error
-//! E0004, since a new variant would break other people's programs: `.ci/run published` counts.
+//! Inside this workspace (`--cfg magician_workspace`) they compile. Anywhere else each must be
+//! error E0004, since a new variant would break programs of other authors: `.ci/run published`
+//! counts them.
 
 use std::io::ErrorKind;
 

@@ -1,5 +1,5 @@
-//! What a checked command costs the host: one plan and one encoding, and a second plan with a fence.
-//! The counters are of the whole process, so nothing else is tested here.
+//! Cost of a checked command on the host: one plan and one encoding, and a second plan with a
+//! fence. The counters are global to the process, so nothing else is tested here.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -7,7 +7,7 @@ use magician::{Arm, Fence, Options, Set, build};
 use magician_host::PLANNED;
 use magician_protocol::ENCODED;
 
-/// Plans and encodings of a run.
+/// Returns the plans and encodings of a run.
 async fn counted(arm: &Arm, commands: &[Set]) -> [usize; 2] {
     let before = [PLANNED.load(Relaxed), ENCODED.load(Relaxed)];
     let ran = arm.run(commands).await.unwrap();

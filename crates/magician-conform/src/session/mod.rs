@@ -1,4 +1,4 @@
-//! The steps of a case, done on an arm.
+//! Execution of the steps of a case on an arm.
 
 mod state;
 mod wire;
@@ -12,23 +12,23 @@ use crate::report::Mismatch;
 use crate::step::{Action, Observation, Step};
 use crate::target::Target;
 
-/// How long the arm must be quiet to be silent.
+/// Time without a frame that counts as silence. Choice.
 pub(crate) const QUIET: Duration = Duration::from_millis(200);
-/// What reading the time over a line, and looking only now and then, may cost.
+/// Tolerance for reading the time over a line and for polling. Choice.
 const SLACK: Duration = Duration::from_millis(100);
-/// Longest that anything may take: homing, and a jog through the whole range.
+/// Longest duration of anything: homing, and a jog through the whole range. Choice.
 const LONGEST: Duration = Duration::from_secs(120);
-/// Longest stretch of time that passes unseen.
+/// Longest time that passes without a poll. Choice.
 const STRETCH: Duration = Duration::from_secs(1);
-/// How long the arm must keep its pose to be at rest.
+/// Time with an equal pose after which the arm counts as at rest. Choice.
 const STILL: Duration = Duration::from_millis(100);
 
-/// Why a step ended a case.
+/// Reason for the end of a case.
 #[derive(Debug)]
 pub(crate) enum CaseStop {
-    /// The arm did something else.
+    /// The arm deviated.
     Mismatch(Box<Mismatch>),
-    /// The line is gone.
+    /// The line is lost.
     Line(magician::Error),
 }
 
@@ -38,7 +38,7 @@ impl From<magician::Error> for CaseStop {
     }
 }
 
-/// What went wrong in a step, before it is known which.
+/// Deviation in a step, before the step is known.
 struct Difference {
     expected: String,
     got: String,
@@ -70,19 +70,20 @@ fn differs<T>(
     }))
 }
 
-/// A conversation with an arm, and what is known from it.
+/// Conversation with an arm, and the state known from it.
 pub(crate) struct Session<T> {
     pub(crate) target: T,
-    /// How long an answer may take.
+    /// Longest time for an answer.
     patience: Duration,
     deframer: Deframer,
     inbox: VecDeque<FrameBuf>,
     sent: Vec<u8>,
-    /// Index that had finished when the case began.
+    /// Last finished index when the case began.
     before: u64,
-    /// Index of the command queued last.
+    /// Index of the last queued command.
     last: Option<u64>,
-    /// When the last order was given, by the arm's clock; not read over a line when no step needs it.
+    /// Time of the last set or queued command on the arm's clock; not read over a line unless a
+    /// step needs it.
     ordered: ArmInstant,
     timed: bool,
 }
@@ -102,7 +103,7 @@ impl<T: Target> Session<T> {
         }
     }
 
-    /// Forgets what was before, bytes on their way included.
+    /// Forgets the previous case, including bytes in flight.
     pub(crate) async fn begin(&mut self) -> magician::Result<()> {
         while !self.target.receive(Duration::ZERO).await?.is_empty() {}
         self.deframer = Deframer::new();
@@ -112,9 +113,10 @@ impl<T: Target> Session<T> {
         Ok(())
     }
 
-    /// Does the steps of a case.
+    /// Executes the steps of a case.
     pub(crate) async fn run(&mut self, steps: &[Step]) -> Result<(), CaseStop> {
         let clocked = |step: &Step| matches!(step.action, Action::At(_) | Action::Done(Some(_)));
+        // Each reading of the clock costs an exchange, which would blur untimed cases too.
         self.timed = self.target.stepped().is_some() || steps.iter().any(clocked);
         let started = self.start().await;
         self.in_step(started, 0, "the case begins")?;
@@ -124,12 +126,14 @@ impl<T: Target> Session<T> {
                 self.in_step(done, step.line, &step.text)?;
             }
         }
+        // An unexpected second answer to the last step would otherwise spoil the next case.
         let quiet = self.nothing(Duration::from_millis(60)).await;
         self.in_step(quiet, 0, "the case ends")
     }
 
-    /// Does steps that lead to where a case begins.
+    /// Executes the steps that lead to the initial state.
     pub(crate) async fn prepare(&mut self, steps: &[Step]) -> Result<(), CaseStop> {
+        // The steps to the initial state have no times.
         self.timed = false;
         for step in steps {
             let done = self.step(&step.action).await;
@@ -158,6 +162,7 @@ impl<T: Target> Session<T> {
 
     async fn start(&mut self) -> StepResult {
         self.last = None;
+        // Earlier cases may have used the queue, so `finished nothing` means this index.
         self.before = self.current().await?;
         self.order().await
     }
@@ -177,6 +182,7 @@ impl<T: Target> Session<T> {
         match action {
             Action::Send(bytes) => {
                 self.send(bytes).await?;
+                // On a line the answer to a reading of the clock could mix with the one under test.
                 if self.target.stepped().is_some() {
                     self.order().await?;
                 }

@@ -1,4 +1,4 @@
-//! The arm's time, its queue and its alarms.
+//! Steps about the arm's time, queue and alarms.
 
 use std::time::Duration;
 
@@ -9,9 +9,9 @@ use super::{LONGEST, SLACK, STILL, STRETCH, Session, StepError, StepResult, diff
 use crate::step::{Alarms, Finished};
 use crate::target::Target;
 
-/// Time, the queue and alarms.
+/// Time, queue and alarms.
 impl<T: Target> Session<T> {
-    /// The arm's clock: exact where it is stepped, read over the line otherwise.
+    /// Returns the arm's clock: exact if it is stepped, else read over the line.
     async fn clock(&mut self) -> Result<ArmInstant, StepError> {
         match self.target.stepped() {
             Some(now) => Ok(now),
@@ -29,8 +29,9 @@ impl<T: Target> Session<T> {
         Ok(())
     }
 
-    /// Time since the last order. The clock on a line wraps.
+    /// Returns the time since the last set or queued command. The clock on a line wraps.
     async fn elapsed(&mut self) -> Result<Duration, StepError> {
+        // A 32-bit counter of milliseconds wraps after 49.7 days.
         let wrap = Duration::from_millis(1 << 32);
         let (now, then) = (self.clock().await?, self.ordered);
         Ok(if now < then {
@@ -41,7 +42,8 @@ impl<T: Target> Session<T> {
     }
 
     pub(super) async fn at(&mut self, span: Duration) -> StepResult {
-        // A clock on a line may run at another pace than the wall's.
+        // A clock on a line may run at another rate than the wall clock. The loop is bounded, so
+        // that an arm whose clock stands fails the case instead of hanging it.
         for _ in 0..100 {
             let left = span.saturating_sub(self.elapsed().await?);
             if left.is_zero() {
@@ -59,10 +61,11 @@ impl<T: Target> Session<T> {
             .queued_cmd_current_index)
     }
 
-    /// Lets a little time pass; at most that long.
+    /// Lets a short time pass, at most `at_most`.
     async fn go_on(&mut self, at_most: Duration) -> StepResult {
         let before = self.target.stepped();
         self.target.go_on(at_most.min(STRETCH)).await?;
+        // A stepped clock that is at its next event already would not move at all.
         if before.is_some() && before == self.target.stepped() {
             self.target.pass(Duration::from_millis(1)).await?;
         }
@@ -102,6 +105,7 @@ impl<T: Target> Session<T> {
                 let got = format!("after {} it has finished {current}", seconds(elapsed));
                 return differs(finish_by(last, when), got, &[]);
             }
+            // One millisecond beyond the limit, so that being late is noticed.
             let left = latest.saturating_sub(elapsed) + Duration::from_millis(1);
             self.go_on(left).await?;
             waited += left.min(Duration::from_millis(10));

@@ -1,4 +1,4 @@
-//! Bytes and frames to the arm and from it.
+//! Bytes and frames to and from the arm.
 
 use std::time::Duration;
 
@@ -16,12 +16,12 @@ impl<T: Target> Session<T> {
         Ok(self.target.send(bytes).await?)
     }
 
-    /// The next frame from the arm, `None` if none comes.
+    /// Returns the next frame from the arm; `None` if none arrives in time.
     async fn next(&mut self, within: Duration) -> Result<Option<FrameBuf>, StepError> {
         let mut pieces = 0;
         while self.inbox.is_empty() {
             let bytes = self.target.receive(within).await?;
-            // A line that never falls silent has no frames for us either.
+            // A line that is never silent has no frames for us either.
             pieces += 1;
             if bytes.is_empty() || pieces > 1000 {
                 return Ok(None);
@@ -69,7 +69,8 @@ impl<T: Target> Session<T> {
         }
     }
 
-    /// The answer to the frame sent last: id and Ctrl as they were, the parameters of its form and no more.
+    /// Expects the answer to the last frame: the same id and Ctrl, and exactly the parameters of
+    /// its layout.
     pub(super) async fn answered(&mut self, answer: &ExpectedAnswer) -> StepResult {
         let Some(request) = Frame::new(&self.sent).map(FrameBuf::from) else {
             return differs(
@@ -86,6 +87,7 @@ impl<T: Target> Session<T> {
                 &[],
             );
         };
+        // A refused command is answered with bit 2 of Ctrl set.
         let ctrl = if answer.full { ctrl.with_error() } else { ctrl };
         let layout = reply_layout(row, ctrl);
         let expected = || expectation(row, ctrl, answer);
@@ -98,6 +100,7 @@ impl<T: Target> Session<T> {
             .is_ok_and(|fit| fit.note.is_none());
         let right = view.id() == id
             && view.ctrl() == ctrl
+            // A reply in another accepted form is a deviation: the arm has one.
             && fits
             && answer
                 .checks
@@ -115,11 +118,12 @@ impl<T: Target> Session<T> {
         }
     }
 
-    /// Whether the index in the answer to a queued command is one above the one before, or 0 if it was refused.
+    /// True if the index in the answer to a queued command is the next one, or 0 if it was refused.
     fn indexed(&self, row: &Row, ctrl: Ctrl, frame: &FrameBuf, full: bool) -> bool {
         match index_of(row, ctrl, frame) {
             None => true,
             Some(index) if full => index == 0,
+            // The first index of a case may have any value: earlier cases have used the queue.
             Some(index) => index > 0 && self.last.is_none_or(|last| index == last + 1),
         }
     }
@@ -129,16 +133,18 @@ impl<T: Target> Session<T> {
         let Some(row) = Row::with_id(view.id()) else {
             return Ok(());
         };
+        // 0 is the index of a refused command.
         if let Some(index) = index_of(row, view.ctrl(), frame).filter(|index| *index > 0) {
             self.last = Some(index);
         }
+        // Durations count from the answer to the last command.
         if row.sets(view.ctrl()) {
             self.order().await?;
         }
         Ok(())
     }
 
-    /// Asks for a value in passing; the sent bytes of the case stay those that are told.
+    /// Reads a value between steps; a report still shows the bytes of the step.
     pub(super) async fn ask<V: Readable<Query = NoArgs>>(&mut self) -> Result<V, StepError> {
         let told = std::mem::take(&mut self.sent);
         let frame = FrameBuf::get(&NoArgs, V::ROW).map_err(magician::Error::from)?;
@@ -155,6 +161,7 @@ impl<T: Target> Session<T> {
             let got = in_words(&reply, Direction::Reply);
             return differs(format!("an answer to {name}"), got, reply.bytes());
         };
+        // On errors the read stays in `sent`: then it is the frame to report.
         self.sent = told;
         Ok(value)
     }
@@ -181,16 +188,16 @@ fn expectation(row: &Row, ctrl: Ctrl, answer: &ExpectedAnswer) -> String {
     text
 }
 
-/// Outside of cases.
+/// Exchanges outside of cases.
 impl<T: Target> Session<T> {
-    /// The parameters of the answer to a get without fields, `None` when none comes.
+    /// Returns the parameters in the answer to a get without fields; `None` without an answer.
     pub(crate) async fn value(&mut self, id: u8) -> magician::Result<Option<Vec<u8>>> {
         let frame = FrameBuf::new(id, Ctrl::GET, &[])?;
         let reply = self.exchange(&frame).await?;
         Ok(reply.map(|reply| reply.frame().params().to_vec()))
     }
 
-    /// Whether the arm answers a set.
+    /// True if the arm answers a set.
     pub(crate) async fn acknowledged(&mut self, frame: &FrameBuf) -> magician::Result<bool> {
         Ok(self.exchange(frame).await?.is_some())
     }

@@ -1,27 +1,27 @@
-//! What happens to an arm from outside its protocol, and what can be seen of it there.
+//! External events of an arm, and observations of it from outside.
 
 use magician_sim::ExternalEvent;
 use magician_sim::world::Press;
 
 use crate::words;
 
-/// What can be seen beside a virtual arm.
+/// Output of a virtual arm that can be observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Observable {
     /// Power of the laser, percent.
     Laser,
-    /// Whether the suction cup sucks by now.
+    /// Suction cup, 1 if it currently sucks.
     Suction,
-    /// Whether the gripper is closed by now.
+    /// Gripper, 1 if it is currently closed.
     Gripper,
-    /// Whether the tool holds something.
+    /// Object held by the tool, 1 if any.
     Holding,
     /// Pulses of a stepper output.
     Pulses(usize),
 }
 
-/// What can be seen, and the number that it must be.
+/// Observed output with its expected value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Observation {
     pub(crate) observable: Observable,
@@ -29,7 +29,7 @@ pub(crate) struct Observation {
     pub(crate) tolerance: f64,
 }
 
-/// What happens, in words.
+/// Parses an external event.
 pub(super) fn happening(words: &[String]) -> Result<ExternalEvent, String> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let number = |text: &str| {
@@ -60,7 +60,7 @@ pub(super) fn happening(words: &[String]) -> Result<ExternalEvent, String> {
     })
 }
 
-/// `laser=30`, `pulses1=8000+-10`.
+/// Parses `laser=30` or `pulses1=8000+-10`.
 pub(super) fn observation(word: &str) -> Result<Observation, String> {
     const OBSERVABLES: [(&str, Observable); 6] = [
         ("laser", Observable::Laser),
@@ -73,6 +73,7 @@ pub(super) fn observation(word: &str) -> Result<Observation, String> {
     let (name, value) = word.split_once('=').ok_or("write sees laser=30")?;
     let observable = OBSERVABLES.iter().find(|(known, _)| *known == name);
     let (_, observable) = observable.ok_or_else(|| format!("unknown observation '{name}'"))?;
+    // Without a tolerance the value has to be exact.
     let (wanted, tolerance) = value.split_once("+-").unwrap_or((value, "0"));
     let number = |text: &str| {
         (text.parse::<f64>()).map_err(|_| {

@@ -1,3 +1,5 @@
+//! Arm at the end of a line.
+
 use std::time::Duration;
 
 use magician::{RawLine, Result};
@@ -5,16 +7,16 @@ use tokio::time::{sleep, timeout};
 
 use super::Target;
 
-/// How often an arm is looked at that works by itself.
+/// Polling interval of an arm that cannot be stepped. Choice: half a period of the controller.
 pub const LINE_LOOK: Duration = Duration::from_millis(10);
-/// Longest piece taken from the line at once.
+/// Most bytes read at once.
 const PIECE: usize = 1024;
 
-/// An arm at the end of a line, real or served, whose clock runs by itself.
+/// Arm at the end of a line, real or served, whose clock runs freely.
 pub struct LineTarget(RawLine);
 
 impl LineTarget {
-    /// The arm at the end of this line.
+    /// Creates a target for the arm at the end of this line.
     #[must_use]
     pub fn new(line: RawLine) -> Self {
         Self(line)
@@ -30,6 +32,7 @@ impl Target for LineTarget {
         let mut piece = [0; PIECE];
         match timeout(within, self.0.receive(&mut piece)).await {
             Ok(came) => Ok(piece.get(..came?).unwrap_or_default().to_vec()),
+            // Silence is a result here, not an error.
             Err(_) => Ok(Vec::new()),
         }
     }

@@ -1,4 +1,4 @@
-//! The arms that cases can be run on.
+//! Arms on which cases can be run.
 
 mod line;
 mod sim;
@@ -13,46 +13,47 @@ use crate::step::Observable;
 pub use line::{LINE_LOOK, LineTarget};
 pub use sim::SimTarget;
 
-/// An arm and its clock. Bytes go to the arm and come back, and time passes.
+/// Arm with its clock: bytes are exchanged, and time passes.
 ///
-/// A target is *stepped* when its clock stands still until it is told to go on, as that of a virtual arm inside this
-/// program; otherwise the clock is the wall's and the bytes take their time.
+/// A target is *stepped* if its clock only advances on request, like that of an in-process virtual
+/// arm. Otherwise it follows the wall clock, and bytes take their time.
 pub trait Target {
     /// Sends bytes to the arm.
     fn send(&mut self, bytes: &[u8]) -> impl Future<Output = Result<()>>;
 
-    /// The bytes that have come, as soon as there are any; nothing when none came within that time.
+    /// Returns received bytes as soon as there are any; empty if none arrive in time.
     fn receive(&mut self, within: Duration) -> impl Future<Output = Result<Vec<u8>>>;
 
     /// Lets time pass.
     fn pass(&mut self, span: Duration) -> impl Future<Output = Result<()>>;
 
-    /// Lets time pass until something may have changed, at most that long. A stepped clock jumps to the next event.
+    /// Lets time pass until something may have changed, at most `at_most`. A stepped clock jumps to
+    /// the next event.
     fn go_on(&mut self, at_most: Duration) -> impl Future<Output = Result<()>>;
 
-    // What follows needs more than a line to the arm: a target at the end of one has none of it.
+    // The following needs more than a line to the arm, so a line target supports none of it.
 
-    /// The arm's clock, if this target steps it.
+    /// Returns the arm's clock if this target steps it.
     fn stepped(&self) -> Option<ArmInstant> {
         None
     }
 
-    /// Puts an arm there that has just been switched on, in this world; whether that can be done.
+    /// Replaces the arm by one just after power-up in this world; false if unsupported.
     fn power_up(&mut self, _: World) -> bool {
         false
     }
 
-    /// Lets something happen to the arm from outside its protocol; whether that can be done.
+    /// Injects an external event; false if unsupported.
     fn happens(&mut self, _: ExternalEvent) -> bool {
         false
     }
 
-    /// A number that an observer of the arm sees, if there can be one.
+    /// Returns an output seen from outside; `None` if unsupported.
     fn sees(&mut self, _: Observable) -> Option<f64> {
         None
     }
 
-    /// Takes another of the arm's links from here on; whether there are any.
+    /// Switches to another of the arm's links; false if it has none.
     fn select(&mut self, link: u8) -> bool {
         link == 0
     }

@@ -1,3 +1,5 @@
+//! In-process virtual arm whose clock is stepped.
+
 use std::time::Duration;
 
 use magician::Result;
@@ -7,7 +9,7 @@ use magician_sim::{ArmInstant, Controller, ExternalEvent, LinkId, Profile, World
 use super::Target;
 use crate::step::Observable;
 
-/// A virtual arm inside this program, whose clock this target steps.
+/// In-process virtual arm whose clock this target steps.
 #[derive(Clone, Debug)]
 pub struct SimTarget {
     profile: Profile,
@@ -16,7 +18,7 @@ pub struct SimTarget {
 }
 
 impl SimTarget {
-    /// Virtual arms with this firmware.
+    /// Creates virtual arms with this firmware.
     #[must_use]
     pub fn new(profile: Profile) -> Self {
         Self {
@@ -26,7 +28,7 @@ impl SimTarget {
         }
     }
 
-    /// The arm of the present case.
+    /// Returns the arm of the current case.
     pub fn arm(&mut self) -> &mut Controller {
         &mut self.arm
     }
@@ -41,6 +43,7 @@ impl SimTarget {
 
     fn advance(&mut self, span: Duration) {
         self.arm.advance(self.arm.now() + span);
+        // The controller has no clock of its own for the line: half a frame expires here.
         if span >= Duration::from_millis(INTER_BYTE_TIMEOUT_MS) {
             self.arm.expire(self.link);
         }
@@ -48,7 +51,7 @@ impl SimTarget {
 }
 
 impl Default for SimTarget {
-    /// Arms with the built-in firmware profile.
+    /// Creates arms with the built-in firmware profile.
     fn default() -> Self {
         Self::new(Profile::default())
     }
@@ -62,6 +65,7 @@ impl Target for SimTarget {
 
     async fn receive(&mut self, within: Duration) -> Result<Vec<u8>> {
         let bytes = self.drain();
+        // Replies that are ready take no time of the arm's clock.
         if !bytes.is_empty() || within.is_zero() {
             return Ok(bytes);
         }
@@ -76,6 +80,7 @@ impl Target for SimTarget {
 
     async fn go_on(&mut self, at_most: Duration) -> Result<()> {
         let latest = self.arm.now() + at_most;
+        // Without a pending event nothing changes before `latest`.
         let next = self.arm.poll_timeout().unwrap_or(latest);
         self.arm.advance(next.min(latest));
         Ok(())

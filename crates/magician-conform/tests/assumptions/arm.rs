@@ -1,4 +1,5 @@
-//! A virtual arm of which one assumption is not true: what goes in or comes out is altered between the runner and the controller.
+//! Virtual arm that violates one assumption: its input or output is altered between the runner and
+//! the controller.
 
 use std::time::Duration;
 
@@ -8,48 +9,48 @@ use magician_protocol::commands::{Set, WaitCmd};
 use magician_protocol::{Ctrl, Deframer, Event, Frame, FrameBuf, NoArgs, Readable, Request, Row};
 use magician_sim::{ArmInstant, Controller, ExternalEvent, LinkId, Profile, World};
 
-/// The link on which an arm is told and asked behind the runner's back.
+/// Link on which the arm is accessed behind the runner's back.
 const ASIDE: LinkId = LinkId(99);
-/// How often an arm is looked at whose violation comes with time.
+/// Interval of looks at an arm whose violation takes time.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How an arm comes to violate an assumption.
-// A hook each, named nowhere else.
+/// Kind of violation of an assumption.
+// Each hook type is used only here.
 #[allow(clippy::type_complexity)]
 pub(crate) enum Violation {
-    /// By another firmware.
+    /// Another firmware.
     Profile(fn(&mut Profile)),
-    /// By what becomes of the bytes that it receives.
+    /// Altered bytes of requests.
     Bytes(Box<dyn FnMut(&[u8]) -> Vec<u8>>),
-    /// By what becomes of a request.
+    /// Altered request.
     Request(Box<dyn FnMut(&mut Controller, &FrameBuf) -> Fate>),
-    /// By what else happens after a request.
+    /// Side effect after a request.
     After(Box<dyn FnMut(&mut Controller, &Request)>),
-    /// By what it answers.
+    /// Altered answer.
     Reply(Box<dyn FnMut(&mut Controller, FrameBuf) -> FrameBuf>),
-    /// By what happens to it, and whether that does.
+    /// Altered external event; true if it is injected.
     Event(Box<dyn FnMut(&mut Controller, ExternalEvent) -> bool>),
-    /// By what happens as time passes, in short pieces.
+    /// Side effects of passing time, in short steps.
     Time(Box<dyn FnMut(&mut Controller)>),
-    /// By taking all hosts for one.
+    /// All hosts are treated as one.
     OneLink,
 }
 
-/// What becomes of a request.
+/// Fate of a request.
 pub(crate) enum Fate {
-    /// It is carried out.
+    /// Executed.
     Taken,
-    /// It is answered, and does nothing.
+    /// Answered, without effect.
     Ignored,
-    /// It is not answered, and does nothing.
+    /// Not answered, without effect.
     Unanswered,
-    /// This is carried out in its place, and answered as if it were it.
+    /// Replaced by this one, and answered as if it was the original.
     Replaced(FrameBuf),
-    /// This is the answer, and nothing is done.
+    /// Answered by this, without effect.
     Answered(FrameBuf),
 }
 
-/// A virtual arm that violates an assumption.
+/// Virtual arm that violates an assumption.
 pub(crate) struct ViolatingArm {
     begin: Box<dyn Fn() -> Violation>,
     violation: Violation,
@@ -58,7 +59,7 @@ pub(crate) struct ViolatingArm {
 }
 
 impl ViolatingArm {
-    /// An arm that begins each case with such a violation.
+    /// Creates an arm that begins each case with such a violation.
     pub(crate) fn new(begin: impl Fn() -> Violation + 'static) -> Self {
         let violation = begin();
         let mut profile = Profile::default();
@@ -73,7 +74,7 @@ impl ViolatingArm {
         }
     }
 
-    /// Takes what the arm has answered.
+    /// Collects the answers of the arm.
     async fn collect(&mut self) -> Result<()> {
         let bytes = self.sim.receive(Duration::ZERO).await?;
         self.answered(&bytes, |reply| reply);
@@ -94,7 +95,7 @@ impl ViolatingArm {
         }
     }
 
-    /// Has this carried out in place of a request.
+    /// Executes another request in place of the original.
     async fn replace(&mut self, request: &FrameBuf, by: &FrameBuf) -> Result<()> {
         self.sim.send(by.bytes()).await?;
         let bytes = self.sim.receive(Duration::ZERO).await?;
@@ -191,7 +192,7 @@ impl Target for ViolatingArm {
     }
 
     fn power_up(&mut self, world: World) -> bool {
-        // What a violation remembers is of the case before.
+        // The state of a violation belongs to the previous case.
         self.violation = (self.begin)();
         self.replies.clear();
         self.sim.power_up(world)
@@ -215,13 +216,13 @@ impl Target for ViolatingArm {
     }
 }
 
-/// Tells an arm something behind the runner's back.
+/// Sends a setting to the arm behind the runner's back.
 pub(crate) fn tell(arm: &mut Controller, set: &Set) {
     let frame = FrameBuf::set(set, Ctrl::SET).expect("fits");
     arm.exchange(ASIDE, frame.bytes());
 }
 
-/// Asks an arm something behind the runner's back.
+/// Reads a value of the arm behind the runner's back.
 pub(crate) fn ask<L: Readable<Query = NoArgs>>(arm: &mut Controller) -> L {
     ask_with(arm, &NoArgs)
 }

@@ -1,7 +1,9 @@
-//! Every assumption of the virtual arm is held by cases: each case that names one fails on an arm of which that one is not true, is
-//! counted by an arm of which it is, and is refused by a strict arm where nothing but a choice exists.
+//! Every assumption of the virtual arm is proved by cases: each case that names one fails on an arm
+//! that violates it, is counted by an arm that satisfies it, and is refused by a strict arm if the
+//! assumption is a mere choice.
 //!
-//! An assumption that no case names comes with the cases that could: those that fail without it.
+//! For an assumption without a case, the error lists the candidates: the cases that fail without
+//! it.
 
 mod arm;
 mod violations;
@@ -15,7 +17,7 @@ use magician_sim::fidelity::{Assumption, Fidelity, Strictness};
 use magician_sim::{Event, Profile, Refusal};
 use violations::{mistakes, violation};
 
-/// The outcome of each case on this arm, and what `look` makes of the arm at its end.
+/// Returns the outcome of each case on this arm, with a look at the arm after it.
 fn run<'c, T: Target, S>(
     target: T,
     cases: impl IntoIterator<Item = &'c Case>,
@@ -37,10 +39,11 @@ fn suite() -> Suite {
     Suite::built_in().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What nothing outside of the arm can see.
+/// Assumptions that nothing outside of the arm can observe.
 const UNSEEN: &[(Assumption, &str)] = &[];
 
-/// The cases that fail where an assumption is violated: those that could name it. Most of a common one only need it on their way.
+/// Returns the cases that fail if an assumption is violated, which could name it. Most cases of a
+/// common one only need it on their way.
 fn failing_without(assumption: Assumption, suite: &Suite) -> Vec<String> {
     let arm = ViolatingArm::new(move || violation(assumption));
     let outcomes = run(arm, suite.cases(), |_| ()).into_iter();
@@ -93,7 +96,7 @@ fn a_case_fails_where_one_of_its_assumptions_is_violated() {
     assert!(passed.is_empty(), "{passed:#?}");
 }
 
-/// Mistakes of an arm that are about no assumption, and the cases that find each.
+/// Mistakes of an arm that concern no assumption, and a case that finds each.
 #[allow(clippy::type_complexity)]
 const MISTAKES: &[(fn() -> Violation, &str)] = &[
     (mistakes::one_link, "framing.peers-get-their-own-answers"),
@@ -119,7 +122,7 @@ fn mistakes_are_found() {
     }
 }
 
-/// What an arm has assumed in each case, and which choices it refused.
+/// Returns the assumptions that an arm used in each case, and the choices it refused.
 fn counted<'c>(
     strict: bool,
     cases: &[&'c Case],
@@ -143,7 +146,7 @@ fn counted<'c>(
     outcomes.into_iter().map(flat).collect()
 }
 
-/// What an arm has assumed when a case begins: nothing where that is with the power.
+/// Returns the assumptions used before a case begins: none at power-up.
 fn before() -> impl Fn(&Case) -> Fidelity {
     let text = |id: &str, moves: bool| {
         format!(
@@ -183,7 +186,7 @@ fn what_a_case_assumes_is_counted() {
     assert!(uncounted.is_empty(), "{uncounted:#?}");
 }
 
-/// Facts, and choices that are kept, are as ever; every other choice is refused, for its own reason.
+/// Facts and kept choices work as usual; every other choice is refused, for its own reason.
 #[test]
 fn a_strict_arm_refuses_the_choices_and_nothing_else() {
     let (suite, before) = (suite(), before());

@@ -1,4 +1,4 @@
-//! The arm itself: its identity, how fast it replies, its alarms.
+//! Diagnosis of the arm itself: identity, latency, losses, alarms, homing, queue.
 
 use std::time::Duration;
 
@@ -12,22 +12,25 @@ use tokio::time::Instant;
 use super::{Attendant, Diagnosis, Finding, Measured, Part};
 use crate::{LineSpeed, Timed, round_trips};
 
-/// Answers that take longer than this on a cable show an adapter or hub that holds bytes back.
+/// Latency on a cable above which an adapter or hub holds bytes back. Choice, above the 16 ms for
+/// which FTDI adapters do so by default.
 const SLOW: Duration = Duration::from_millis(20);
-/// How much later one answer in a hundred may be.
+/// Largest acceptable delay of one reply in a hundred. Choice.
 const UNSTEADY: Duration = Duration::from_millis(50);
-/// How far a measured speed may be off.
+/// Largest relative error of a measured baud rate. Choice: an arm's crystal is far better, the
+/// measurement is not.
 const TOLERANCE: f64 = 0.1;
-/// How long a queue gets to show that it runs.
+/// Time for a queue to show that it runs. Choice.
 const RUNS: Duration = Duration::from_secs(2);
-/// Between two looks at it.
+/// Interval of the readings meanwhile. Choice.
 const LOOK: Duration = Duration::from_millis(100);
 
 impl Diagnosis {
-    /// The arm itself: `count` replies of each of two kinds are timed. `serial` says whether the line is a serial one.
+    /// Examines the arm itself, with `count` timed replies of each of two kinds. `serial` is true
+    /// for a serial line.
     ///
     /// # Errors
-    /// Those of the driver.
+    /// Errors of the driver.
     pub async fn examine<A: Attendant>(
         &mut self,
         arm: &Arm,
@@ -39,6 +42,7 @@ impl Diagnosis {
         let (pose, index) = {
             let mut at = to.count("timing answers", 2 * count);
             let pose = round_trips::<Pose>(arm, count, &mut at).await?;
+            // One progress count for both kinds.
             let more = |done| at(count + done);
             let index = round_trips::<QueuedCmdCurrentIndex>(arm, count, more).await?;
             (pose, index)
@@ -80,7 +84,7 @@ async fn identity<A: Attendant>(
 }
 
 fn milliseconds(time: Duration) -> f64 {
-    // Three digits behind the point: microseconds.
+    // Three decimal places, which are microseconds.
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
 
@@ -102,6 +106,7 @@ fn answers<A: Attendant>(
                 let finding = if right {
                     Finding::good("line_speed", text)
                 } else {
+                    // No fault by itself: the arm answers at this rate.
                     Finding::note("line_speed", text)
                 };
                 finding.value(baud.round()).unit("baud")
@@ -121,6 +126,7 @@ fn answers<A: Attendant>(
         "with the time of the bytes"
     };
     let text = format!("median {turnaround} ms from request to reply, {what}");
+    // A network has no fixed latency, so only a cable is judged.
     let finding = Finding::judged("turnaround", !serial || line.turnaround <= SLOW, text);
     let finding = finding.value(turnaround).unit("ms");
     report.add(
@@ -187,10 +193,12 @@ async fn alarms<A: Attendant>(
         let cure = known.map_or("", |alarm| alarm.remedy);
         let finding = finding.value(u64::from(code));
         let finding = match (Alarm::blocks(code), cure) {
+            // Clearing it alone would hide that the positions are wrong.
             _ if code == Alarm::ResetOccurred => finding.advise([
                 Part::from(Action::Home),
                 " homes it, which clears the alarm".into(),
             ]),
+            // Nothing has to be done before clearing it.
             (false, _) | (true, "") => {
                 finding.advise([Part::from(Action::ClearAlarms), " clears it".into()])
             }
@@ -209,6 +217,7 @@ async fn alarms<A: Attendant>(
             "unknown: this computer saw no homing since power-up, and the arm does not report it"
         }
     };
+    // A note, because an arm that is not homed works; only its positions are off.
     let finding = Finding::note("homed", finding).advise([
         Part::from(Action::Home),
         " corrects its positions; it moves through much of its range".into(),
@@ -261,12 +270,13 @@ async fn queue<A: Attendant>(
     report.add(finding.value(waiting).unit("commands"), to)
 }
 
-/// Whether a command of the queue finishes or the arm moves.
+/// True if a queued command finishes or the arm moves.
 async fn runs(arm: &Arm, since: QueueIndex) -> magician::Result<bool> {
     let begun = Instant::now();
     let stood = arm.get::<Pose>().await?;
     while begun.elapsed() < RUNS {
         tokio::time::sleep(LOOK).await;
+        // Either is enough: a long motion finishes no command, and a wait moves nothing.
         if arm.queue().current_index().await? > since || arm.get::<Pose>().await? != stood {
             return Ok(true);
         }

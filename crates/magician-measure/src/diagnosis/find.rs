@@ -1,14 +1,15 @@
-//! Which port: the one given, or the one arm that is plugged in.
+//! Choice of the port: the given one, or that of the only arm plugged in.
 
 use magician::{ErrorKind, Given, Port, Setting, Target, unbound_adapters};
 
 use super::{Attendant, Diagnosis, Finding, Part, system};
 
 impl Diagnosis {
-    /// Where the arm is, with what was found on the way: the port given, or the one arm that is plugged in.
+    /// Finds the arm's target, and adds the findings on the way: the given port, or the only arm
+    /// that is plugged in.
     ///
     /// # Errors
-    /// A port that is none, and [`NoArm`](super::NoArm).
+    /// An invalid port, and [`NoArm`](super::NoArm).
     pub fn find<A: Attendant>(
         &mut self,
         given: Option<&str>,
@@ -20,9 +21,11 @@ impl Diagnosis {
         };
         self.port = Some(target.to_string());
         if let Target::Serial(path) = &target {
+            // The list only describes the port; opening it decides if it can be used.
             let known = magician::ports().unwrap_or_default();
             let finding = match known.iter().find(|port| port.path == *path) {
                 Some(port) => Finding::good("port", port.to_string()),
+                // A pseudo-terminal is in no list, so this is no fault.
                 None => Finding::note("port", format!("{path}, not in the system's list of ports")),
             };
             self.add(finding.value(path.as_str()), to)?;
@@ -30,7 +33,7 @@ impl Diagnosis {
         Ok(target)
     }
 
-    /// The one arm that is plugged in.
+    /// Finds the only arm that is plugged in.
     fn search<A: Attendant>(&mut self, to: &mut A) -> Result<Target, A::Failure> {
         let ports = match magician::ports() {
             Ok(ports) => ports,
@@ -51,7 +54,7 @@ impl Diagnosis {
     }
 }
 
-/// There is no port of an arm: why?
+/// Returns the finding for a computer without a port of an arm.
 fn nobody(ports: &[Port]) -> Finding {
     if let [adapter, ..] = unbound_adapters().as_slice() {
         let (chip, module) = (adapter.chip, adapter.module);
@@ -59,6 +62,7 @@ fn nobody(ports: &[Port]) -> Finding {
         let load = system(format!("sudo modprobe {module}"));
         let finding = Finding::bad("port", text);
         return match module {
+            // brltty takes the USB ids of this chip for those of a braille display.
             "ch341" => finding.advise([
                 load,
                 " loads its driver; if the port goes away again at once, brltty takes it for a braille display: "

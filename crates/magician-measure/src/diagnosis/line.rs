@@ -1,4 +1,5 @@
-//! The bare line: whether it opens, what is at its other end, and how many requests it takes at once.
+//! Diagnosis of the bare line: opening it, identifying the device at its other end, and the number
+//! of requests it takes at once.
 
 use std::time::Duration;
 
@@ -7,18 +8,18 @@ use magician::{Action, ErrorKind, Given, LineOptions, RawLine, Setting, Target};
 use super::{Advice, Attendant, Diagnosis, Finding, Part};
 use crate::{Heard, OTHER_SPEEDS, QueueTrial, back_to_back, hear_datagrams, listen, queue_trial};
 
-/// How long an arm may take to answer: over Wi-Fi up to 2 s.
+/// Longest time for an arm to answer: over Wi-Fi up to 2 s.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// How long another device gets at each other speed.
+/// Time to listen at each other baud rate. Choice.
 const GLIMPSE: Duration = Duration::from_millis(400);
-/// Requests at once that are tried, and how often.
+/// Numbers of simultaneous requests that are tried, and repetitions of each. Choices.
 const DEPTHS: [usize; 4] = [1, 2, 4, 8];
 const ROUNDS: usize = 5;
-/// How much of what another device says is shown.
+/// Length of the excerpt of another device's text, characters. Choice.
 const EXCERPT: usize = 60;
 
 impl Diagnosis {
-    /// Opens it.
+    /// Opens the line.
     ///
     /// # Errors
     /// [`NoArm`](super::NoArm).
@@ -33,6 +34,7 @@ impl Diagnosis {
                 let text = match target {
                     Target::Serial(_) => "it opens; no other program uses it",
                     Target::Tcp { .. } => "it accepts a connection",
+                    // A datagram line opens without a peer, so this proves nothing more.
                     _ => "it opens",
                 };
                 self.add(Finding::good("line", text), to)?;
@@ -42,8 +44,8 @@ impl Diagnosis {
         }
     }
 
-    /// Makes sure that an arm is at the other end, or finds out what else is. It may take up to `patience` to answer, 2 s if
-    /// there is none.
+    /// Checks that an arm is at the other end, or finds out what else is. The reply may take up to
+    /// `patience`, 2 s by default.
     ///
     /// # Errors
     /// [`NoArm`](super::NoArm).
@@ -57,6 +59,7 @@ impl Diagnosis {
         let patience = patience.unwrap_or(PATIENCE);
         let heard = match target {
             Target::Udp { host, port } => {
+                // A separate socket: the line hides that a host refuses datagrams.
                 let asked = hear_datagrams(host, *port, patience);
                 to.attend("listening", asked).await
             }
@@ -96,6 +99,7 @@ impl Diagnosis {
             ErrorKind::Timeout,
         ),
         Heard::Nothing | Heard::Bytes(_) => {
+            // Silence and random bytes are also what a device at another baud rate sends.
             let elsewhere = match target {
                 Target::Serial(path) => other_speeds(line, path, GLIMPSE.min(patience), to).await,
                 _ => None,
@@ -106,10 +110,10 @@ impl Diagnosis {
         Err(self.end(finding, kind, to))
     }
 
-    /// How many reads at once it takes.
+    /// Finds how many reads the line takes at once.
     ///
     /// # Errors
-    /// The line is lost.
+    /// Errors of a lost line.
     pub async fn window<A: Attendant>(
         &mut self,
         line: &mut RawLine,
@@ -120,11 +124,13 @@ impl Diagnosis {
         for depth in DEPTHS {
             let trial = back_to_back(line, depth, ROUNDS, PATIENCE);
             let seen = to.attend("sending requests back to back", trial).await?;
+            // Deeper bursts only lose more.
             if !seen.taken() {
                 break;
             }
             taken = depth;
         }
+        // Datagrams may overtake each other, so a window there would need more than answered reads.
         self.window = Some(if ordered(target) { taken.max(1) } else { 1 });
         let finding = match taken {
             0 => Finding::bad("back_to_back", "single reads are not all answered")
@@ -145,10 +151,10 @@ impl Diagnosis {
         self.add(finding.value(taken).unit("requests"), to)
     }
 
-    /// The queue is not tried without leave.
+    /// Adds a note that the queue is not tried without permission.
     ///
     /// # Errors
-    /// The attendant's.
+    /// Errors of the attendant.
     pub fn leave_queue<A: Attendant>(&mut self, to: &mut A) -> Result<(), A::Failure> {
         let finding = Finding::note("index_law", "not tried, because it uses the queue").advise([
             Part::from("with "),
@@ -159,10 +165,10 @@ impl Diagnosis {
         self.add(finding, to)
     }
 
-    /// Whether the queue counts as the driver relies on.
+    /// Judges a trial of the queue: does the arm count as the driver relies on?
     ///
     /// # Errors
-    /// That of the trial, unless commands were in the queue.
+    /// The error of the trial, unless commands were in the queue.
     pub fn queue<A: Attendant>(
         &mut self,
         trial: magician::Result<QueueTrial>,
@@ -171,6 +177,7 @@ impl Diagnosis {
     ) -> Result<(), A::Failure> {
         let trial = match trial {
             Ok(trial) => trial,
+            // Commands wait in the queue, which is no fault of the arm.
             Err(error) if error.kind() == ErrorKind::InvalidInput => {
                 let finding = Finding::note("index_law", format!("not tried: {error}")).advise([
                     Part::from("let them finish, or drop them with "),
@@ -225,6 +232,7 @@ impl Diagnosis {
         )?;
         let sound = trial.steps_by_one() && trial.left_counts();
         let reads = self.window.unwrap_or(1);
+        // Above 1 the driver resolves a lost reply by these counts, so they must be sound.
         let window = if sound {
             trial.window.min(reads).max(1)
         } else {
@@ -252,28 +260,31 @@ impl Diagnosis {
     }
 }
 
-/// Puts waits of no length into the queue and drops them again, for [`Diagnosis::queue`]. Nothing moves.
+/// Puts waits of zero length into the queue and drops them again, for [`Diagnosis::queue`]. Nothing
+/// moves.
 ///
 /// # Errors
-/// [`InvalidInput`](ErrorKind::InvalidInput) when commands wait in the queue; then nothing was put there.
+/// [`InvalidInput`](ErrorKind::InvalidInput) if commands wait in the queue; nothing is added then.
 pub async fn try_queue(line: &mut RawLine) -> magician::Result<QueueTrial> {
     queue_trial(line, &DEPTHS, PATIENCE).await
 }
 
-/// Listens at other speeds than the arm's; what was heard, and at which speed.
+/// Listens at other baud rates than the arm's; returns the first rate with a device.
 async fn other_speeds<A: Attendant>(
     line: &mut RawLine,
     path: &str,
     glimpse: Duration,
     to: &mut A,
 ) -> Option<(u32, Heard)> {
-    // The port has to be free for that.
+    // Closes the port, which has to be opened anew at each rate.
     let (gone, _) = tokio::io::duplex(1);
     *line = RawLine::over(gone, path);
     let mut at = to.count("listening at other speeds", OTHER_SPEEDS.len() as u64);
     for (done, baud) in (1..).zip(OTHER_SPEEDS) {
+        // An adapter that refuses a rate ends the search: it is a hint, not a check.
         let mut other = RawLine::open_at(path, baud).await.ok()?;
         let heard = listen(&mut other, glimpse).await.ok()?;
+        // Bytes at a wrong rate look random, so only these two results are conclusive.
         if matches!(heard, Heard::Arm(_) | Heard::Text(_)) {
             return Some((baud, heard));
         }
@@ -282,7 +293,7 @@ async fn other_speeds<A: Attendant>(
     None
 }
 
-/// Nothing was understood at the arm's speed.
+/// Returns the finding for a line without intelligible bytes at the arm's baud rate.
 fn unknown(
     heard: &Heard,
     target: &Target,
@@ -334,7 +345,7 @@ fn unknown(
     }
 }
 
-/// Something else is there; after these words.
+/// Returns the advice to choose another port, preceded by these words.
 fn other_port(before: &'static str) -> Advice {
     Advice::from([
         Part::from(before),
@@ -346,7 +357,7 @@ fn other_port(before: &'static str) -> Advice {
     ])
 }
 
-/// The first line of a text, or two, in quotes.
+/// Quotes the beginning of a text.
 fn excerpt(text: &str) -> String {
     let begin: String = text.trim().chars().take(EXCERPT).collect();
     format!("{begin:?}")
@@ -363,7 +374,7 @@ fn hex(bytes: &[u8]) -> String {
     format!("{}{more}", begin.join(" "))
 }
 
-/// Whether a line keeps the order of what it carries, which a window above 1 needs.
+/// True if a line keeps the order of frames, which a window above 1 requires.
 fn ordered(target: &Target) -> bool {
     !matches!(target, Target::Udp { .. })
 }

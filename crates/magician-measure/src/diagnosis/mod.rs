@@ -1,4 +1,8 @@
-//! What is wrong with an arm and its line, as data: the examination behind `magician doctor`. It moves nothing.
+//! Diagnosis of an arm and its line, as data: the examination behind `magician doctor`. Nothing
+//! moves.
+//!
+//! An examination is a sequence of checks, each of which adds a [`Finding`] to a [`Diagnosis`] and
+//! reports it to the [`Attendant`]. A check that rules out an arm ends the sequence with [`NoArm`].
 
 mod arm;
 mod find;
@@ -11,48 +15,49 @@ use std::future::Future;
 
 use magician::{Act, Action, Error, ErrorKind, Fence, Given, Remedy, Setting, Voice};
 
-/// One thing that was looked at.
+/// Result of one check.
 #[derive(Clone, Debug)]
 pub struct Finding {
-    /// What: `port`, `line`, `answer`, `back_to_back`, `index_law`, `left_space`, `current_index`, `window`, `identity`,
-    /// `line_speed`, `turnaround`, `jitter`, `losses`, `alarms`, `homed`, `fence`, `queue`.
+    /// Name of the check: `port`, `line`, `answer`, `back_to_back`, `index_law`, `left_space`,
+    /// `current_index`, `window`, `identity`, `line_speed`, `turnaround`, `jitter`, `losses`,
+    /// `alarms`, `homed`, `fence`, `queue`.
     pub check: &'static str,
-    /// Whether it is as it should be; `None`: not looked at, or nothing to judge.
+    /// True if everything is in order; `None` if it was not checked, or cannot be judged.
     pub ok: Option<bool>,
-    /// The figure.
+    /// Measured value.
     pub value: Measured,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: Option<&'static str>,
-    /// What was found, as a sentence.
+    /// Result as a sentence.
     pub text: String,
-    /// What to do, if there is something to do.
+    /// Advice, if something can be done.
     pub advice: Option<Advice>,
 }
 
-/// The figure of a [`Finding`].
+/// Measured value of a [`Finding`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Measured {
-    /// None.
+    /// No value.
     Nothing,
-    /// A text: a path, a version.
+    /// Text: a path, a version.
     Text(String),
-    /// A number of things.
+    /// Number of items.
     Count(u64),
-    /// A number.
+    /// Number.
     Number(f64),
-    /// The arm's identity.
+    /// Identity of the arm.
     Identity {
-        /// Its name.
+        /// Name of the arm.
         name: String,
-        /// Its serial number.
+        /// Serial number of the arm.
         serial_number: String,
-        /// Version of its firmware: `3.6.14`.
+        /// Firmware version: `3.6.14`.
         firmware: String,
-        /// How long it has been on, s.
+        /// Time since power-up, s.
         uptime_s: u32,
     },
-    /// The bounds of the tool's tip.
+    /// Fence of the arm.
     Fence(Box<Fence>),
 }
 
@@ -92,7 +97,7 @@ impl From<f64> for Measured {
     }
 }
 
-/// What to do, as a sentence in which a door says acts and options in its own words.
+/// Advice as a sentence whose actions and options each front end words itself.
 ///
 /// ```
 /// use magician_measure::{Advice, Part};
@@ -104,20 +109,20 @@ impl From<f64> for Measured {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice(Vec<Part>);
 
-/// A part of an [`Advice`].
+/// Part of an [`Advice`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Part {
-    /// Words.
+    /// Plain words.
     Text(Cow<'static, str>),
-    /// Something to do.
+    /// Action.
     Act(Act),
-    /// An option by its name.
+    /// Option, by its name.
     Setting(Setting),
 }
 
 impl Advice {
-    /// The remedies of an error in one sentence. `None` if it has none.
+    /// Joins the remedies of an error into one sentence; `None` if it has none.
     fn of(remedies: &[Remedy]) -> Option<Self> {
         let mut parts = Vec::new();
         for Remedy { act, effect } in remedies {
@@ -132,13 +137,13 @@ impl Advice {
         (!parts.is_empty()).then_some(Self(parts))
     }
 
-    /// Its parts.
+    /// Returns the parts of the sentence.
     #[must_use]
     pub fn parts(&self) -> &[Part] {
         &self.0
     }
 
-    /// The sentence, in the words of a door.
+    /// Returns the sentence in the words of a front end.
     #[must_use]
     pub fn said(&self, voice: &dyn Voice) -> String {
         let said = |part: &Part| match part {
@@ -192,7 +197,7 @@ impl From<(Setting, Given)> for Part {
     }
 }
 
-/// A command of the operating system.
+/// Returns a command of the operating system.
 fn system(line: impl Into<Cow<'static, str>>) -> Part {
     Part::Act(Act::System(line.into()))
 }
@@ -209,37 +214,37 @@ impl Finding {
         }
     }
 
-    /// As it should be.
+    /// Creates a finding that is in order.
     #[must_use]
     pub fn good(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, Some(true), text)
     }
 
-    /// Not as it should be.
+    /// Creates a finding of a fault.
     #[must_use]
     pub fn bad(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, Some(false), text)
     }
 
-    /// Good or bad.
+    /// Creates a finding that is in order if `ok`.
     fn judged(check: &'static str, ok: bool, text: impl Into<String>) -> Self {
         Self::new(check, Some(ok), text)
     }
 
-    /// Worth knowing, or not looked at.
+    /// Creates a finding without a judgement: information, or a skipped check.
     #[must_use]
     pub fn note(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, None, text)
     }
 
-    /// With its figure.
+    /// Sets the measured value.
     #[must_use]
     pub fn value(mut self, value: impl Into<Measured>) -> Self {
         self.value = value.into();
         self
     }
 
-    /// With the unit of that.
+    /// Sets the unit of the value.
     #[must_use]
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
@@ -251,50 +256,53 @@ impl Finding {
         self
     }
 
-    /// Adds what to do, if it is not as it should be.
+    /// Sets advice, unless the finding is in order.
     #[must_use]
     pub fn cure(self, advice: &'static str) -> Self {
         match self.ok {
+            // Advice for a check in order would only confuse.
             Some(true) => self,
             _ => self.advise(advice),
         }
     }
 }
 
-/// Who hears of an examination while it goes on.
+/// Observer of an examination in progress.
 pub trait Attendant {
-    /// Why it does not go on.
+    /// Error that ends the examination.
     type Failure: From<Error> + From<NoArm>;
 
-    /// A finding, as it comes.
+    /// Called with each finding.
     ///
     /// # Errors
-    /// The examination ends with it.
+    /// An error ends the examination.
     fn found(&mut self, finding: &Finding) -> Result<(), Self::Failure>;
 
-    /// Waits for something that may take seconds; `what` says for what, as a participle.
+    /// Waits for work that may take seconds; `what` describes it as a participle, for a progress
+    /// display.
     fn attend<T>(
         &mut self,
         what: &'static str,
         work: impl Future<Output = T>,
     ) -> impl Future<Output = T> {
+        // Without a display the work simply runs.
         let _ = what;
         work
     }
 
-    /// Something is counted up to `total`: what hears how far it is.
+    /// Returns a function that is called with the progress of a count up to `total`.
     fn count(&mut self, what: &'static str, total: u64) -> impl FnMut(u64) {
         let _ = (what, total);
         |_| ()
     }
 }
 
-/// The examination ends, because there is no arm. The last finding says why.
+/// End of an examination without an arm. The last finding gives the reason.
 #[derive(Debug)]
 pub enum NoArm {
-    /// It was found out why.
+    /// A check found the reason.
     Found(ErrorKind, String),
-    /// An error of the driver says it, and what to do.
+    /// The driver's error gives the reason, with its remedies.
     Failed(Error),
 }
 
@@ -304,23 +312,23 @@ impl From<Error> for NoArm {
     }
 }
 
-/// All that was found.
+/// All findings of an examination.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnosis {
-    /// Where the arm is, once that is known.
+    /// Target of the arm, once known.
     pub port: Option<String>,
-    /// How many requests at once the line takes, as far as it is known.
+    /// Number of requests the line takes at once, as far as known.
     pub window: Option<usize>,
-    /// The time from request to reply, ms.
+    /// Time from request to reply, ms.
     pub turnaround_ms: Option<f64>,
-    /// The findings, in the order in which they came.
+    /// Findings in order.
     pub findings: Vec<Finding>,
-    /// Whether the last finding says why there is no arm.
+    /// True if the last finding is the reason for having no arm.
     pub ended: bool,
 }
 
 impl Diagnosis {
-    /// How many checks failed.
+    /// Returns the number of failed checks.
     #[must_use]
     pub fn wrong(&self) -> usize {
         let wrong = self
@@ -330,17 +338,17 @@ impl Diagnosis {
         wrong.count()
     }
 
-    /// Notes a finding and tells it.
+    /// Adds a finding and reports it.
     ///
     /// # Errors
-    /// Those of who is told.
+    /// Errors of the attendant.
     pub fn add<A: Attendant>(&mut self, finding: Finding, to: &mut A) -> Result<(), A::Failure> {
         to.found(&finding)?;
         self.findings.push(finding);
         Ok(())
     }
 
-    /// A finding with which the search for an arm ends.
+    /// Adds a finding that ends the search for an arm, and returns the error.
     fn end<A: Attendant>(&mut self, finding: Finding, kind: ErrorKind, to: &mut A) -> A::Failure {
         let message = finding.text.clone();
         if let Err(failure) = self.add(finding, to) {
@@ -350,7 +358,7 @@ impl Diagnosis {
         NoArm::Found(kind, message).into()
     }
 
-    /// The same for an error of the driver, with what it says is to be done.
+    /// Ends the search for an arm with an error of the driver, and its remedies as advice.
     fn end_with<A: Attendant>(
         &mut self,
         check: &'static str,

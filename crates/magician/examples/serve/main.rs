@@ -57,7 +57,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     Ok(runtime.block_on(server.serve_until(interrupted()))?)
 }
 
-/// Ready on Ctrl-C and, where there is one, SIGTERM.
+/// Ready on Ctrl-C and, on systems that have it, SIGTERM.
 async fn interrupted() {
     #[cfg(unix)]
     {

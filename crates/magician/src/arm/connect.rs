@@ -1,3 +1,9 @@
+//! Connecting to an arm, and ending the connection.
+//!
+//! A connection is made in three steps: a [`Route`](transport::Route) or the caller's opener yields
+//! a [`Line`], [`Arm::greet`] spawns the driver task on it, and a probe makes sure that an arm
+//! answers. The route is kept so that the task can open the line again after it broke.
+
 use std::future::Future;
 use std::io;
 use std::sync::Arc;
@@ -16,22 +22,25 @@ use crate::connection::{Settings, Stats};
 use crate::transport::{self, Line, Stream};
 use crate::{Error, ErrorCode, ErrorKind, IntoTarget, Result, Target};
 
-/// Connecting and leaving.
+/// Connecting and disconnecting.
 impl Arm {
-    /// As [`connect`](Self::connect), with other options.
+    /// Connects as [`connect`](Self::connect) does, with other options.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect); [`ErrorKind::InvalidInput`] for faults that cannot be done to this target.
+    /// As [`connect`](Self::connect); [`ErrorKind::InvalidInput`] if the target does not support
+    /// the requested faults.
     pub async fn connect_with(target: impl IntoTarget, options: Options) -> Result<Self> {
         let target = target.into_target()?;
-        // The line to an arm in this process does not break by itself.
+        // A line to an arm in this process breaks only by an injected fault.
         let breaks = !matches!(target, Target::Sim(_)) || options.unplugs();
         Self::go(transport::Route::to(&target), breaks, options).await
     }
 
-    /// Goes a way, with the faults and the trace of the options on it, and again when a line that may break broke.
+    /// Opens a route with the faults and trace of the options, and reopens it after each break if
+    /// `breaks`.
     async fn go(way: transport::Route, breaks: bool, options: Options) -> Result<Self> {
         let way = Arc::new(way.fitted(&options)?);
+        // Opened here and not in the task, so that a wrong port is an error of this call.
         let line = way.open().await?;
         let to_open = Arc::clone(&way);
         let again: Opener = Box::new(move || {
@@ -42,8 +51,8 @@ impl Arm {
         greeted.map_err(|error| way.named(error))
     }
 
-    /// Talks to an arm over any stream of bytes that keeps their order. When it breaks, it is gone;
-    /// [`over_with`](Self::over_with) opens it again.
+    /// Connects over any byte stream that keeps the order of bytes. A broken stream ends the
+    /// connection; [`over_with`](Self::over_with) reopens it.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
@@ -55,7 +64,8 @@ impl Arm {
         Self::greet(Line::over(stream).traced(&options), None, options).await
     }
 
-    /// As [`over`](Self::over), with what opens the stream: now, and again whenever it broke.
+    /// Connects as [`over`](Self::over) does, with an opener: called now, and again after each
+    /// break.
     ///
     /// ```
     /// # #[tokio::main(flavor = "current_thread")]
@@ -72,7 +82,7 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// As [`connect`](Self::connect); [`ErrorKind::Port`] when it cannot be opened now.
+    /// As [`connect`](Self::connect); [`ErrorKind::Port`] if the first stream cannot be opened.
     pub async fn over_with<F, O, T>(mut opener: F, options: Options) -> Result<Self>
     where
         F: FnMut() -> O + Send + 'static,
@@ -92,11 +102,12 @@ impl Arm {
             })
         });
         let line = again().await?;
+        // Without a route there is no name to add to an error.
         Self::greet(line, Some(again), options).await
     }
 
-    /// Talks to a virtual arm of the caller's making: a [`VirtualArm`](crate::VirtualArm), or what becomes one. Commands are
-    /// checked by that arm's own numbers.
+    /// Connects to a virtual arm of the caller: a [`VirtualArm`](crate::VirtualArm), or a value
+    /// that converts into one. Commands are checked against the model of that arm.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
@@ -113,8 +124,8 @@ impl Arm {
         .await
     }
 
-    /// The virtual arm of this process that this is a connection to, to look at it and its world from outside; `None` for one
-    /// that is elsewhere, and for a real arm.
+    /// Returns the virtual arm at the other end if it is in this process, to observe it and its
+    /// world from outside; `None` for a virtual arm elsewhere and for a real arm.
     ///
     /// ```
     /// use magician::Arm;
@@ -139,6 +150,8 @@ impl Arm {
         again: Option<Opener>,
         options: Options,
     ) -> Result<Self> {
+        // In a window a lost command can only be found by the order of the replies, and UDP keeps
+        // no order.
         if options.window > 1 && !line.settings.ordered {
             let message = format!(
                 "a window of {} needs a line that keeps frames in order, and {} does not: leave \
@@ -150,6 +163,8 @@ impl Arm {
         if !line.settings.ordered {
             line.settings.echo = micros(options.echo);
         }
+        // Room for a burst of all handles; a handle that finds it full waits for a place until its
+        // deadline.
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
         let shared = Arc::new(Shared::new(
@@ -169,6 +184,7 @@ impl Arm {
             inbox,
             (Arc::clone(&shared), events),
         );
+        // Not joined: the task ends by itself after the last handle, and `ended` reports it.
         tokio::spawn(driver.run());
         let probes = options.probe;
         let inner = Inner {
@@ -197,21 +213,24 @@ impl Arm {
         Ok(arm)
     }
 
-    /// Lets what was set going over this connection go on when it ends, however it ends and whichever clone says so.
+    /// Lets motion that this connection started continue after it ends, however it ends and
+    /// whichever clone calls this.
     pub fn detach(&self) {
         self.inner.shared.detached.store(true, Ordering::SeqCst);
     }
 
-    /// Ends the connection for all its clones, and returns when that is done: what it set going is stopped as when the
-    /// last clone is dropped, unless it was [detached](Self::detach), and every call of another clone fails with
-    /// [`ErrorKind::Closed`], those under way too.
+    /// Ends the connection for all its clones, and returns when it has ended.
+    ///
+    /// Motion that it started is stopped as when the last clone is dropped, unless it was
+    /// [detached](Self::detach). Every call of another clone fails with [`ErrorKind::Closed`],
+    /// including pending calls.
     pub async fn close(self) {
-        // A task that takes no message has ended.
+        // A send error means that the task has ended already.
         let _ = self.inner.messages.send(Message::Close).await;
         self.ended().await;
     }
 
-    /// Ends when the connection has; it does not keep it.
+    /// Resolves when the connection has ended. The future does not keep the connection open.
     pub(crate) fn ended(&self) -> impl Future<Output = ()> + Send + 'static {
         let mut link = self.inner.shared.link.subscribe();
         async move {
@@ -219,27 +238,27 @@ impl Arm {
         }
     }
 
-    /// How long every single call to the arm may take.
+    /// Returns the timeout of every single call to the arm.
     #[must_use]
     pub fn timeout(&self) -> Duration {
         Duration::from_micros(self.inner.timeout.load(Ordering::SeqCst))
     }
 
-    /// Changes [`Options::timeout`], for calls of all clones that begin after this.
+    /// Changes [`Options::timeout`] for all clones, for calls that begin from now on.
     pub fn set_timeout(&self, timeout: Duration) {
         self.inner.timeout.store(micros(timeout), Ordering::SeqCst);
     }
 
-    /// What the connection is called in messages: the target as it was given.
+    /// Returns the name of the connection in messages: the target as it was given.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.inner.shared.name
     }
 
-    /// What went over the line so far, and how many commands the arm's queue holds.
+    /// Returns the line statistics so far and the number of places in the arm's queue.
     ///
     /// # Errors
-    /// [`ErrorKind::Closed`].
+    /// [`ErrorKind::Closed`] if the connection has ended.
     pub async fn stats(&self) -> Result<(Stats, u32)> {
         let (reply, mut answer) = oneshot::channel();
         let asked = async {
@@ -252,7 +271,8 @@ impl Arm {
     }
 }
 
-/// Asks for the version, and reads the queue once: where the indices stand, whether it is empty.
+/// Reads the firmware version to check that an arm answers, then the queue once, to learn its index
+/// and free places.
 async fn probe(arm: &Arm, tried: &str) -> Result<()> {
     match arm.get::<DeviceVersion>().await {
         Ok(_) => {}
@@ -261,13 +281,14 @@ async fn probe(arm: &Arm, tried: &str) -> Result<()> {
         }
         Err(error) => return Err(error),
     }
-    // In this order they show an arm at rest as such.
+    // Left space before index, as the picture expects it: only in this order do they prove that the
+    // arm is at rest.
     arm.get::<QueuedCmdLeftSpace>().await?;
     arm.get::<QueuedCmdCurrentIndex>().await?;
     Ok(())
 }
 
-/// The port is there and nothing answers: what was tried, what was seen.
+/// Builds the error for an open port without an answer: the attempts made and the bytes seen.
 async fn silent(arm: &Arm, tried: &str) -> Error {
     let (stats, _) = arm.stats().await.unwrap_or_default();
     let heard = match (stats.bytes, stats.frames) {
@@ -280,7 +301,7 @@ async fn silent(arm: &Arm, tried: &str) -> Error {
         }
     };
     let name = arm.name();
-    // A datagram without a receiver looks like one without a reply.
+    // UDP has no connection: a missing receiver looks like a missing reply.
     let silent = match tried {
         "UDP" => format!("no arm answers at {name}"),
         _ => format!("{name} is there but no arm answers"),
@@ -309,7 +330,7 @@ impl Line {
             is_shared: true,
         }
     }
-    /// With the trace that the options ask for.
+    /// Wraps the line in the tracer of the options, if any.
     #[cfg_attr(not(feature = "trace"), allow(unused_variables))]
     fn traced(self, options: &Options) -> Self {
         #[cfg(feature = "trace")]

@@ -1,4 +1,5 @@
-//! Counts of what ends, or may change, what was set going over a connection. Each of them only grows.
+//! Counters of events that end, or may change, the motion started over a connection. They only
+//! grow, so a caller detects an event by comparing two values.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -11,45 +12,46 @@ pub(super) struct Disruptions {
 }
 
 impl Disruptions {
-    /// A stop ends what was begun before it. Returns the number of the stop.
+    /// Counts a stop, which ends all work begun before it. Returns its number.
     pub(super) fn stop(&self) -> u64 {
         1 + self.stops.fetch_add(1, Ordering::SeqCst)
     }
 
-    /// Stops so far.
+    /// Returns the number of stops so far.
     pub(super) fn stops(&self) -> u64 {
         self.stops.load(Ordering::SeqCst)
     }
 
-    /// The queue was emptied on a line that was found again, because the laser may have burnt.
+    /// Counts a clear of the queue on a reconnected line, where the laser may have burnt.
     pub(super) fn clear(&self) {
         self.clears.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Such clears so far.
+    /// Returns the number of clears so far.
     pub(super) fn clears(&self) -> u64 {
         self.clears.load(Ordering::SeqCst)
     }
 
-    /// The arm may or may not have taken a queued command.
+    /// Counts a queued command that the arm may or may not have accepted.
     pub(super) fn doubt(&self) {
         self.doubts.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Such commands so far.
+    /// Returns the number of uncertain commands so far.
     pub(super) fn doubts(&self) -> u64 {
         self.doubts.load(Ordering::SeqCst)
     }
 
-    /// The arm departs from what the fence has followed.
+    /// Counts an event after which the arm may have left the predicted path of the fence.
     pub(super) fn depart(&self) {
         self.departures.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Number of times that what was followed may have gone another way.
+    /// Returns the number of events up to now that may have changed the path.
     pub(super) fn total(&self) -> u64 {
         [&self.stops, &self.clears, &self.doubts, &self.departures]
             .into_iter()
+            // Only equality matters, so a wrap-around is harmless.
             .fold(0, |sum, count| {
                 sum.wrapping_add(count.load(Ordering::SeqCst))
             })

@@ -1,13 +1,14 @@
-//! The announced end of a line.
+//! Announced end of a line.
 
 use std::future::pending;
 use std::sync::Arc;
 
 use tokio::sync::watch;
 
-/// Notice by the program at the other end of a line that it is about to end, while the line still
-/// carries: a station that ends gives it, and a job that runs over the line then stops as if a
-/// person had stopped it. Clones share it.
+/// Notice from the program at the other end that the line is about to end, while it is still up.
+///
+/// A station gives it when it shuts down. A job over the line then stops as if a person had stopped
+/// it. Clones share the notice.
 ///
 /// ```
 /// use magician::EndNotice;
@@ -27,22 +28,22 @@ impl Default for EndNotice {
 }
 
 impl EndNotice {
-    /// Gives the notice, or takes it back: the program at the other end is there again.
+    /// Gives the notice, or withdraws it when the program at the other end is back.
     pub fn set(&self, given: bool) {
         self.0.send_replace(given);
     }
 
-    /// True if the line is about to end, or has ended after that was announced.
+    /// True if the line is about to end, or has ended as announced.
     #[must_use]
     pub fn is_given(&self) -> bool {
         *self.0.borrow()
     }
 
-    /// Waits until it is given.
+    /// Waits until the notice is given.
     pub async fn given(&self) {
         let mut notice = self.0.subscribe();
         if notice.wait_for(|given| *given).await.is_err() {
-            // The sender lives as long as this does.
+            // Unreachable: `self` holds the sender.
             pending::<()>().await;
         }
     }

@@ -1,3 +1,5 @@
+//! Events of an arm and its connection, broadcast to any number of listeners.
+
 use std::fmt;
 use std::sync::Arc;
 
@@ -7,63 +9,70 @@ use tokio::sync::broadcast::error::RecvError;
 use super::Arm;
 use crate::{Alarm, QueueIndex};
 
-/// How many events are kept for a slow reader.
+/// Events buffered for a slow listener before the oldest are dropped. Choice: room for a listener
+/// that pauses for some seconds, at a few kilobytes per connection.
 pub(super) const KEPT: usize = 256;
 
-/// An event of the arm or its connection. Events come from frames that pass over the line anyway, the answers to waits,
-/// runs, reads and [state watches](Arm::state): they cause no reads of their own, and without reads no events arise. To
-/// learn of an alarm within 100 ms, keep a state watch at 10 Hz.
+/// Event of the arm or its connection.
+///
+/// Events come from frames that pass over the line anyway: replies to waits, runs, reads and
+/// [state watches](Arm::state). They cause no reads of their own, so without reads there are no
+/// events. To learn of an alarm within 100 ms, keep a state watch at 10 Hz.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event {
-    /// An alarm stands that did not at the last reading. [`Alarm::with_code`](crate::Alarm::with_code) tells its name,
-    /// cause and remedy.
+    /// An alarm became active since the last reading. [`Alarm::with_code`](crate::Alarm::with_code)
+    /// returns its name, cause and remedy.
     AlarmRaised {
-        /// Its code, 0x00 to 0xFF.
+        /// Code of the alarm, 0x00 to 0xFF.
         code: u8,
     },
-    /// An alarm stands no more.
+    /// An alarm is no longer active.
     AlarmCleared {
-        /// Its code, 0x00 to 0xFF.
+        /// Code of the alarm, 0x00 to 0xFF.
         code: u8,
     },
-    /// Queued commands have finished, from any program: one, or all from `first` to `last` between two readings.
+    /// Queued commands of any program have finished: one, or all from `first` to `last` between two
+    /// readings.
     CommandFinished {
-        /// Index of the first.
+        /// Index of the first command.
         first: QueueIndex,
-        /// Index of the last.
+        /// Index of the last command.
         last: QueueIndex,
     },
     /// The line broke.
     LinkLost {
-        /// How, in a sentence.
+        /// Cause, as a sentence.
         why: Arc<str>,
     },
-    /// The line is back, and the same arm is at it.
+    /// The line is up again, and the same arm is on it.
     LinkFound {
-        /// The arm was reset meanwhile: what was in its queue is gone. An [`Event::Reset`] went before.
+        /// True if the arm was reset meanwhile, so that the commands in its queue are gone. An
+        /// [`Event::Reset`] precedes this event.
         reset: bool,
     },
-    /// The arm was switched off and on, or reset.
+    /// The arm was power-cycled or reset.
     Reset {
-        /// Indices, first and last, that this connection had queued and that had not finished.
+        /// First and last index of the unfinished commands of this connection; `None` if all had
+        /// finished.
         gone: Option<(QueueIndex, QueueIndex)>,
     },
-    /// The arm has taken more commands than this connection sent: the network doubled one, or another program uses it.
+    /// The arm took more commands than this connection sent: the network duplicated one, or another
+    /// program uses the arm.
     Unaccounted {
         /// First index.
         from: QueueIndex,
         /// Last index.
         to: QueueIndex,
     },
-    /// Events were not read for so long that the oldest were dropped.
+    /// The listener was too slow, and the oldest events were dropped.
     Missed {
-        /// How many.
+        /// Number of dropped events.
         events: u64,
     },
 }
 
-/// What happened, in words.
+/// Describes the event as a sentence.
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -102,17 +111,19 @@ impl fmt::Display for Event {
     }
 }
 
-/// The events of a connection from [`Arm::events`] on. It does not keep the connection.
+/// Listener for the events of a connection since [`Arm::events`]. It does not keep the connection
+/// open.
 #[derive(Debug)]
 pub struct Events {
     receiver: Option<broadcast::Receiver<Event>>,
 }
 
 impl Events {
-    /// The next event, waited for; `None` when the connection has ended.
+    /// Waits for the next event; `None` once the connection has ended.
     pub async fn next(&mut self) -> Option<Event> {
         match self.receiver.as_mut()?.recv().await {
             Ok(event) => Some(event),
+            // Reported in place of the lost events, so that a listener can read the state again.
             Err(RecvError::Lagged(events)) => Some(Event::Missed { events }),
             Err(RecvError::Closed) => None,
         }
@@ -120,10 +131,11 @@ impl Events {
 }
 
 impl Arm {
-    /// What happens from now on, for any number of listeners. Each may fall 256 events behind; then it
-    /// [misses](Event::Missed) the oldest.
+    /// Returns a listener for the events from now on. There may be any number of listeners. One
+    /// that falls more than 256 events behind [misses](Event::Missed) the oldest.
     #[must_use]
     pub fn events(&self) -> Events {
+        // Weak: a handle must not keep the channel open after the task has ended.
         let sender = self.inner.shared.events.upgrade();
         Events {
             receiver: sender.map(|sender| sender.subscribe()),

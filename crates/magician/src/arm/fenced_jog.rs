@@ -1,7 +1,9 @@
-//! The bound of a jog under a fence: when its stop has to go out, so that the tool is at rest before it.
+//! Bound of a jog under a fence: the latest time for its stop, so that the tool comes to rest
+//! inside.
 //!
-//! It is a jog like any other, with this instant as a bound of its deadline in the [`Gate`](crate::gate::Gate). Pieces in its place
-//! would cost a person the joints, which rest at the end of each piece, and twice the time to start.
+//! The jog itself is the arm's own, with this time as a bound of its deadline in the
+//! [`Gate`](crate::gate::Gate). Bounded jogs would not do as well: joints would rest at the end of
+//! each piece, and a jog would take twice the time to start.
 
 use magician_host::MotionSettings;
 use magician_motion::{ArmState, JogAxis, KinematicLimits, Plan, Planner, Trajectory};
@@ -16,23 +18,25 @@ use crate::connection::Micros;
 use crate::preflight::{Preflight, state_at};
 use crate::{Error, Result};
 
-/// What may pass between the instant at which a stop is due and the arm that obeys it, besides the line's own time.
+/// Longest delay, us, between the due time of a stop and its effect, besides the round trips of the
+/// line. Choice: a busy host and a period of the controller fit.
 const LATE: Micros = 60_000;
-/// Round trips that the stop may have to wait for.
+/// Round trips that the stop may have to wait for. Choice: retransmissions, and requests before it.
 const TRIPS: Micros = 4;
 
-/// A jog that has to be stopped.
+/// Jog that has to be stopped before the fence.
 #[derive(Clone, Debug)]
 pub(super) struct FencedJog {
     motion: Trajectory,
     axis: JogAxis,
     positive: bool,
-    /// The stop has to go out at this time of the jog at the latest, us.
+    /// Latest time of the stop since the start of the jog, us.
     stop: Micros,
 }
 
 impl FencedJog {
-    /// The right to jog, and the bound: nothing without a fence, no bound where none is in the way.
+    /// Acquires the right to jog, with the bound. `None` without a fence; no bound if the fence is
+    /// not in the way.
     pub(super) async fn hold(
         arm: &Arm,
         direction: JogDirection,
@@ -54,18 +58,21 @@ impl FencedJog {
         Ok(Some((turn, fenced)))
     }
 
-    /// When it has to be stopped if it begins now: it cannot have begun before.
+    /// Returns the latest time of the stop if the jog begins at `now`, the earliest possible start.
     pub(super) fn latest(&self, now: Micros) -> Micros {
         now.saturating_add(self.stop)
     }
 
-    /// The same, where the arm was seen on its way by a look that was asked for then.
+    /// Returns the latest time of the stop, after a position read that was requested at `asked`.
     pub(super) fn latest_after(&self, asked: Micros, pose: &Pose) -> Micros {
         let seen = state_at(pose);
         let sign = if self.positive { 1.0 } else { -1.0 };
+        // Bisection: finds when the planned jog is at the position read. A faster arm is further
+        // along, so its stop comes sooner.
         let place = |state: &ArmState| sign * self.axis.value(state);
         let reached = place(&seen);
         let (mut early, mut late) = (0, self.motion.duration_us());
+        // To a millisecond: far below the delays that the bound includes.
         while late - early > 1000 {
             let middle = early + (late - early) / 2;
             if place(&self.motion.sample(middle)) < reached {
@@ -84,7 +91,7 @@ pub(super) fn jog_of(direction: JogDirection) -> Option<magician_motion::Jog> {
     magician_motion::Jog::numbered(command.is_joint.is_on(), number, positive)
 }
 
-/// How fast the arm jogs along an axis, as it is set.
+/// Returns the jog rates of an axis from the arm's settings.
 pub(super) async fn jog_rates(arm: &Arm, axis: JogAxis) -> Result<KinematicLimits> {
     let mut settings = MotionSettings::at_power_up(arm.model());
     settings.jog_joint = arm.known().setting().await?;
@@ -93,7 +100,7 @@ pub(super) async fn jog_rates(arm: &Arm, axis: JogAxis) -> Result<KinematicLimit
     Ok(settings.jog(axis, &arm.model().ceilings)?)
 }
 
-/// How far a jog may go from where the arm stands; `late` passes until a stop is obeyed.
+/// Plans a jog from where the arm stands; `late` is the delay until a stop takes effect.
 fn fenced(
     check: &Preflight,
     planner: &Planner,
@@ -104,7 +111,8 @@ fn fenced(
     let (Some(fence), Some(from)) = (check.held_fence(), check.arm()) else {
         return Ok(None);
     };
-    // From rest: the gate begins no jog of another axis before the arm stands, and a reversal under a fence stops first.
+    // From rest: the gate starts no jog of another axis before the arm is at rest, and under a
+    // fence a reversal stops first.
     let Plan { trajectory, .. } = planner.jog(from, jog, rates, 0.0)?;
     fence.check_speed_of(&trajectory).map_err(Error::fenced)?;
     let Some((crossing, _)) = fence.first_crossing(&trajectory) else {
@@ -114,6 +122,7 @@ fn fenced(
         let stop = planner.jog_stop(&trajectory, at_us, rates.acceleration);
         fence.first_crossing(&stop.trajectory).is_none()
     };
+    // Bisection for the latest stop whose braking stays inside, to 0.5 ms.
     let (mut early, mut latest) = (0, crossing);
     while latest - early > 500 {
         let middle = early + (latest - early) / 2;
@@ -124,7 +133,7 @@ fn fenced(
         }
     }
     if early <= late {
-        // So near that it would be beyond before it stands again.
+        // Too close: the arm would be outside before it is at rest again.
         fence.check_way(&trajectory).map_err(Error::fenced)?;
     }
     Ok(Some(FencedJog {

@@ -1,4 +1,4 @@
-//! What a first program needs: connect, home, move, stop.
+//! Methods that a first program needs: connect, home, move, stop.
 
 use magician_protocol::Set;
 use magician_protocol::commands::Pose;
@@ -6,20 +6,22 @@ use magician_protocol::commands::Pose;
 use super::{Arm, Options, Ran, RunOptions};
 use crate::{IntoTarget, Result, build};
 
-/// What a first program needs.
+/// Methods for a first program.
 impl Arm {
-    /// Connects to an arm and makes sure that it answers.
+    /// Connects to an arm and checks that it answers.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the port is not there, not allowed or in use, [`ErrorKind::Timeout`](crate::ErrorKind::Timeout)
-    /// when nothing answers, [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) when something else does,
-    /// [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported) for Bluetooth in a build without it.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if the port is missing, not permitted or in use,
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if nothing answers,
+    /// [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if another device answers,
+    /// [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported) for Bluetooth in a build without
+    /// it.
     pub async fn connect(target: impl IntoTarget) -> Result<Self> {
         Self::connect_with(target, Options::default()).await
     }
 
-    /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to
-    /// half a minute. A laser that is on goes out first.
+    /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). This takes up
+    /// to half a minute. A laser that is on is switched off first.
     ///
     /// # Errors
     /// As [`Run::wait`](super::Run::wait).
@@ -27,8 +29,8 @@ impl Arm {
         self.home_with(RunOptions::default()).await
     }
 
-    /// Where the arm is: x, y, z of the tool's tip in mm and r in degrees, and the four joint angles in degrees
-    /// ([`joint_angle`](Pose::joint_angle); document 1.4.1).
+    /// Reads the pose: x, y, z of the tool tip in mm, r in degrees, and the four joint angles in
+    /// degrees ([`joint_angle`](Pose::joint_angle); document 1.4.1).
     ///
     /// # Errors
     /// As [`get`](Self::get).
@@ -36,7 +38,8 @@ impl Arm {
         self.get().await
     }
 
-    /// Moves to a pose (mm, degrees), all joints together, and waits until the arm is there.
+    /// Moves to a pose (mm, degrees) with all joints at once, and waits until the arm is there. The
+    /// tool's path is not a straight line.
     ///
     /// ```
     /// # #[tokio::main(flavor = "current_thread")]
@@ -51,12 +54,12 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// As [`run`](Self::run): it is checked before a byte of it is sent.
+    /// As [`run`](Self::run); the move is checked before it is sent.
     pub async fn move_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
         self.run(&[build::move_to(x, y, z, r)]).await
     }
 
-    /// Moves to a pose (mm, degrees) on a straight line, and waits until the arm is there.
+    /// Moves to a pose (mm, degrees) in a straight line, and waits until the arm is there.
     ///
     /// # Errors
     /// As [`move_to`](Self::move_to).
@@ -64,8 +67,8 @@ impl Arm {
         self.run(&[build::line_to(x, y, z, r)]).await
     }
 
-    /// Moves to a pose (mm, degrees) over obstacles, up, across and down, and waits until the arm is there. How high is a setting:
-    /// `PTPJumpParams`.
+    /// Moves to a pose (mm, degrees) over obstacles: up, across and down, and waits until the arm
+    /// is there. The height is a setting, `PTPJumpParams`.
     ///
     /// # Errors
     /// As [`move_to`](Self::move_to).
@@ -73,10 +76,11 @@ impl Arm {
         self.run(&[build::jump_to(x, y, z, r)]).await
     }
 
-    /// Checks commands as the arm stands now, before any of them is sent, runs them through the queue, and returns when the last has
-    /// finished.
+    /// Checks all commands from where the arm stands, then runs them through the queue, and returns
+    /// when the last has finished.
     ///
-    /// What is not to be checked, or comes while it runs, is [started](Self::start) instead.
+    /// Nothing is sent unless every command passes. For commands without a check, or commands that
+    /// are computed while the run goes on, use [`start`](Self::start).
     ///
     /// ```
     /// use magician::{Arm, ErrorKind, build};
@@ -94,24 +98,27 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) with value and limit and
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check, with the [step](crate::Error::step),
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) when one holds the queue already, else as
-    /// [`Run::wait`](super::Run::wait).
+    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) (with value and limit) and
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check, with the
+    /// [step](crate::Error::step); [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) if an alarm
+    /// already holds the queue; else as [`Run::wait`](super::Run::wait).
     pub async fn run(&self, commands: &[Set]) -> Result<Ran> {
         self.run_with(commands, RunOptions::default(), |_| {}).await
     }
 
-    /// Stops the motion, switches the laser off, drops what waits in the queue, switches both motor outputs off (a belt that
-    /// anyone started stands then), and makes sure that
-    /// the arm stands. It overtakes everything; commands that have not gone out
-    /// end with [`ErrorKind::Closed`](crate::ErrorKind::Closed). Suction and gripper stay as they are. Any clone may call it while others wait;
-    /// [`stopper`](Self::stopper) does it without a runtime.
+    /// Stops the arm and waits until it is at rest.
+    ///
+    /// A stop ends the motion, switches the laser off, drops the commands in the queue, and
+    /// switches off both motor outputs, including a belt that another program started. Suction and
+    /// gripper stay as they are. It overtakes all requests; commands that have not been sent yet
+    /// fail with [`ErrorKind::Closed`](crate::ErrorKind::Closed). Any clone may call it while
+    /// others wait; [`stopper`](Self::stopper) does the same without a runtime.
     ///
     /// This is a convenience, not a safety function: the arm has a power switch.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when the arm does not answer or does not come to a stand.
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if the arm does not answer or does not
+    /// come to rest.
     pub async fn stop(&self) -> Result<()> {
         let deadline = self.deadline();
         let stops = self.inner.shared.stop();

@@ -1,18 +1,18 @@
-//! Which call may fill the queue.
+//! Lock on filling the queue.
 
 use magician_protocol::{Ctrl, FrameBuf, Set};
 
 use crate::connection::Request;
 use crate::{Error, Result};
 
-/// What is known of the room in the queue. A call that fills the queue holds this.
+/// Cached room in the queue. The holder of its lock may fill the queue.
 #[derive(Debug, Default)]
 pub(super) struct Flow {
-    /// Places known to be free.
+    /// Places known to be free; 0 if unknown.
     pub(super) room: u32,
 }
 
-/// The request that queues a command.
+/// Returns the request that queues a command.
 pub(super) fn queued(command: &Set) -> Result<Request> {
     let row = command.row();
     if !row.queueable {

@@ -1,4 +1,4 @@
-//! What only front ends need: the command, the station, the bindings of other languages.
+//! Functions for front ends only: command line, station, language bindings.
 
 use std::time::Duration;
 
@@ -9,14 +9,15 @@ use super::{Arm, EndNotice};
 use crate::Result;
 use crate::preflight::Guards;
 
-/// Access of front ends to an arm: [`Arm::front_end`] hands it out. Programs have no use for it, and it may change at any time.
+/// Access to an arm for front ends, returned by [`Arm::front_end`]. Programs do not need it, and it
+/// may change at any time.
 #[derive(Clone, Copy, Debug)]
 pub struct FrontEnd<'a> {
     arm: &'a Arm,
 }
 
 impl Arm {
-    /// What only front ends need.
+    /// Returns the functions for front ends.
     #[doc(hidden)]
     #[must_use]
     pub const fn front_end(&self) -> FrontEnd<'_> {
@@ -25,13 +26,14 @@ impl Arm {
 }
 
 impl FrontEnd<'_> {
-    /// Whether it is a virtual arm in this process, which ends with it.
+    /// True if the arm is a virtual one in this process, and ends with it.
     #[must_use]
     pub fn is_in_process(self) -> bool {
         self.arm.inner.in_process
     }
 
-    /// Number that tells a virtual arm in this process from all others that this process has had; `None` for any other arm.
+    /// Returns the number of a virtual arm, unique among all that this process has had; `None` for
+    /// any other arm.
     #[must_use]
     pub fn virtual_number(self) -> Option<u64> {
         #[cfg(feature = "sim")]
@@ -40,21 +42,22 @@ impl FrontEnd<'_> {
         None
     }
 
-    /// Whether the line keeps the order of what it carries. UDP does not: it may also carry a command twice, and the queue
-    /// then has an index that no command of this connection's was told.
+    /// True if the line delivers frames in order. UDP does not: it may also duplicate a command,
+    /// which then has an index that this connection never received.
     #[must_use]
     pub fn keeps_order(self) -> bool {
         self.arm.inner.shared.ordered
     }
 
-    /// Notice of the end of its line ([`Options::end_notice`](super::Options::end_notice)).
+    /// Returns the notice that the line will end
+    /// ([`Options::end_notice`](super::Options::end_notice)).
     #[must_use]
     pub fn end_notice(self) -> EndNotice {
         self.arm.inner.options.end_notice.clone()
     }
 
-    /// Ends the trace of this connection ([`Options::trace`](super::Options::trace)), and of others that have the same:
-    /// for an owner that keeps the handle after its connection.
+    /// Ends the trace of this connection ([`Options::trace`](super::Options::trace)) and of all
+    /// others with the same tracer. For owners that keep the handle longer than its connection.
     #[cfg(feature = "trace")]
     pub fn end_trace(self) {
         if let Some(tracer) = &self.arm.inner.options.trace {
@@ -62,9 +65,11 @@ impl FrontEnd<'_> {
         }
     }
 
-    /// A handle of the same connection whose calls wait for an answer for so long at least, where [`Options::timeout`] is
-    /// shorter: for what belongs to a long job, which a line that is held for some seconds must not end. Runs have their own:
-    /// [`RunOptions::patience`](crate::RunOptions::patience).
+    /// Returns a handle of the same connection whose calls have at least this timeout, if
+    /// [`Options::timeout`] is shorter.
+    ///
+    /// For calls that belong to a long job, which a pause of some seconds on the line must not end.
+    /// Runs have their own: [`RunOptions::patience`](crate::RunOptions::patience).
     ///
     /// [`Options::timeout`]: super::Options::timeout
     #[must_use]
@@ -75,8 +80,8 @@ impl FrontEnd<'_> {
         }
     }
 
-    /// A handle of the same connection that sends a [`JogCmd`](crate::commands::JogCmd) as it is: see
-    /// [`Options::raw_jogs`](super::Options::raw_jogs).
+    /// Returns a handle of the same connection that sends a [`JogCmd`](crate::commands::JogCmd)
+    /// unchanged; see [`Options::raw_jogs`](super::Options::raw_jogs).
     #[must_use]
     pub fn passing_jogs(self) -> Arm {
         Arm {
@@ -85,8 +90,9 @@ impl FrontEnd<'_> {
         }
     }
 
-    /// Where the arm is: where its last motion over this connection ended a moment ago, if nothing was put into its queue since,
-    /// and else read. What is relative to it can be checked and sent without a read of its own.
+    /// Returns the pose of the arm: known from the end of its last motion over this connection if
+    /// nothing was queued since, else read. Relative moves can then be checked and sent without a
+    /// separate read.
     ///
     /// # Errors
     /// As [`get`](Arm::get).
@@ -98,6 +104,8 @@ impl FrontEnd<'_> {
             Some(pose) => Ok(pose),
             None => {
                 let pose = self.arm.get().await?;
+                // The arm is where our last command left it, and nothing waits: remember it, so
+                // that the next call need not read.
                 let was_left_there = self.arm.picture().standing().was_left_at(&pose, &look);
                 if look.waiting() == 0 && was_left_there {
                     self.arm.known().note_standing(look.current, pose);
@@ -107,8 +115,8 @@ impl FrontEnd<'_> {
         }
     }
 
-    /// Whether these alarms may come from a tool that the arm was never told of: one of them says that a pose is out of
-    /// reach, and the tool bias is 0. [`Alarm::TOOL_UNKNOWN`] is the sentence for it.
+    /// True if these alarms may be caused by a tool that was never set: one of them reports an
+    /// unreachable pose, and the tool bias is 0. [`Alarm::TOOL_UNKNOWN`] is the sentence for it.
     ///
     /// # Errors
     /// As [`get`](Arm::get).
@@ -119,22 +127,25 @@ impl FrontEnd<'_> {
         Ok(self.arm.get::<EndEffectorParams>().await?.is_zero())
     }
 
-    /// Whether the arm is ready for these commands, as far as its alarms tell and these guards ask: what
-    /// [`run`](Arm::run) looks at first. An alarm that holds the queue lets nothing run but homing.
+    /// Checks the alarms and homing guards before these commands, as [`run`](Arm::run) does first.
+    /// While an alarm holds the queue, only homing is allowed.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) for the guard `alarms`, [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for `require_homed`; else as
+    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) for the guard `alarms`,
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for `require_homed`; else as
     /// [`get`](Arm::get).
     pub async fn check_alarms(self, commands: &[Set], guards: Guards) -> Result<()> {
         let alarms = self.arm.alarms().await?;
         self.arm.refuse_alarms(alarms, commands, guards).await
     }
 
-    /// Whether the arm is ready for a program of many steps: as [`check_alarms`](Self::check_alarms), and with the laser dark,
-    /// as every program begins. Whether commands of others wait in its queue, a run of nothing tells.
+    /// Checks that the arm is ready for a program of many steps: as
+    /// [`check_alarms`](Self::check_alarms), and the laser must be off. It does not look for
+    /// commands of other programs in the queue; an empty run does.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when the laser is on, else as [`check_alarms`](Self::check_alarms).
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if the laser is on, else as
+    /// [`check_alarms`](Self::check_alarms).
     pub async fn check_ready(self, commands: &[Set], guards: Guards) -> Result<()> {
         self.check_alarms(commands, guards).await?;
         self.arm.laser().check_off().await

@@ -1,4 +1,9 @@
-//! Bringing the arm to a stand.
+//! Stopping the arm and waiting until it is at rest.
+//!
+//! A stop is several frames: ForceStop, laser off, clear, and the pins and motors that this
+//! connection may have set. All are sent at stop priority, ahead of pending requests. The arm
+//! answers at once and may still brake, so rest is found by reading equal poses. [`Stopper`]
+//! requests the same from threads without a runtime: it sets a flag and wakes the task.
 
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
@@ -18,39 +23,41 @@ use crate::connection::{Priority, Request};
 use crate::message;
 use crate::{Error, ErrorCode, ErrorKind, REST_READ_INTERVAL, RestDetector, Result};
 
-/// How long the arm may take to come to a stand: from full speed at twice the acceleration, and the
-/// end of a motion that a Clear lets finish.
+/// Longest time to come to rest: braking from full speed, or a motion that a Clear lets finish.
+/// Choice, with margin.
 const BRAKING: Duration = Duration::from_secs(5);
-/// Time between two reads that are to tell whether the arm is at rest.
+/// Time between two reads that check for rest.
 pub(super) const APART: Duration = Duration::from_micros(REST_READ_INTERVAL);
 
-/// How long a stop from outside of any task waits until it is confirmed.
+/// Longest wait of a blocking stop for its confirmation. Choice: a thread that handles Ctrl-C or a
+/// button should not hang longer.
 const HALT: Duration = Duration::from_secs(1);
 
-/// Stops that were asked for from outside of any task.
+/// Stops requested from outside of any task.
 #[derive(Debug, Default)]
 pub(super) struct Halts {
     asked: bool,
     waiters: Vec<Waiter>,
 }
 
-/// A waiter for the end of a stop, on a thread of its own.
+/// Thread that waits for the end of a stop.
 #[derive(Debug)]
 pub(super) struct Waiter(SyncSender<Result<()>>);
 
 impl Waiter {
     pub(super) fn tell(self, outcome: Result<()>) {
+        // A waiter that has timed out has dropped its receiver.
         let _ = self.0.try_send(outcome);
     }
 }
 
 impl Shared {
-    /// Whether a stop was asked for since the last look.
+    /// True if a stop was requested since the last [`take_halt`](Self::take_halt).
     pub(super) fn is_halt_asked(&self) -> bool {
         held(&self.halts).asked
     }
 
-    /// The waiters for a stop that was requested since the last check, if any.
+    /// Takes the waiters of a stop requested since the last call; `None` if there was no request.
     pub(super) fn take_halt(&self) -> Option<Vec<Waiter>> {
         let mut halts = held(&self.halts);
         let waiters = std::mem::take(&mut halts.waiters);
@@ -58,8 +65,10 @@ impl Shared {
     }
 }
 
-/// Stops the arm from anywhere: a thread that waits for Ctrl-C, a window's button, a watchdog. It needs no runtime, and
-/// it does not keep the connection: when that has ended, the arm has been stopped or was let go on purpose.
+/// Stops the arm from any thread, such as a handler of Ctrl-C, a button of a window or a watchdog.
+///
+/// It needs no runtime, and it does not keep the connection open: once that has ended, the arm has
+/// been stopped or was deliberately detached.
 ///
 /// ```
 /// use magician::blocking::Arm;
@@ -79,25 +88,28 @@ pub struct Stopper {
 }
 
 impl Stopper {
-    /// Hands the stop to the connection's task and returns at once. The task sends what [`Arm::stop`] sends, ahead of
-    /// everything else, for up to three seconds until it is answered; while the line is lost, it is the first thing that is
-    /// said when it is back.
+    /// Passes the stop to the connection's task and returns immediately.
+    ///
+    /// The task sends the frames of [`Arm::stop`] ahead of everything else, and retransmits them
+    /// for up to three seconds until they are answered. While the line is lost, they are the first
+    /// frames after a reconnect.
     ///
     /// # Errors
-    /// [`ErrorKind::Closed`] when the connection has ended.
+    /// [`ErrorKind::Closed`] if the connection has ended.
     pub fn request_stop(&self) -> Result<()> {
         self.ask(None)
     }
 
-    /// As [`request_stop`](Self::request_stop), and waits until the arm has answered that it stops, a second at most.
-    /// It may still brake when this returns; a motion that is asked for then waits until it stands.
+    /// Stops as [`request_stop`](Self::request_stop) does, and waits up to a second until the arm
+    /// has confirmed the stop.
     ///
-    /// On a thread that is needed to serve the connection itself (inside a single-threaded runtime) nothing can be
-    /// answered meanwhile: use [`Arm::stop`] there.
+    /// The arm may still brake when this returns; a later motion waits until it is at rest. Do not
+    /// call this on a thread that has to serve the connection (inside a single-threaded runtime),
+    /// where nothing can be answered meanwhile: use [`Arm::stop`] there.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`] when the arm does not answer, [`ErrorKind::Port`] while the line is lost (the stop will be
-    /// said), [`ErrorKind::Closed`] when the connection has ended.
+    /// [`ErrorKind::Timeout`] if the arm does not answer, [`ErrorKind::Port`] while the line is
+    /// lost (the stop is sent on reconnect), [`ErrorKind::Closed`] if the connection has ended.
     pub fn stop_blocking(&self) -> Result<()> {
         let (tell, told) = sync_channel(1);
         self.ask(Some(Waiter(tell)))?;
@@ -114,6 +126,8 @@ impl Stopper {
 
     fn ask(&self, waiter: Option<Waiter>) -> Result<()> {
         let messages = self.messages.upgrade().ok_or_else(Error::closed)?;
+        // Counted here and not by the task: calls that begin from now on belong to the time after
+        // the stop.
         self.shared.picture().stop_asked();
         self.shared.stop();
         {
@@ -122,7 +136,7 @@ impl Stopper {
             halts.waiters.extend(waiter);
         }
         match messages.try_send(Message::Wake) {
-            // With so many messages before it the task is awake, and looks.
+            // With a full inbox the task is awake anyway, and sees the flag.
             Ok(()) | Err(TrySendError::Full(_)) => Ok(()),
             Err(TrySendError::Closed(_)) => Err(Error::closed()),
         }
@@ -130,7 +144,7 @@ impl Stopper {
 }
 
 impl Arm {
-    /// What stops the arm from any thread, without a runtime: see [`Stopper`].
+    /// Returns a [`Stopper`], which stops the arm from any thread without a runtime.
     #[must_use]
     pub fn stopper(&self) -> Stopper {
         Stopper {
@@ -139,9 +153,11 @@ impl Arm {
         }
     }
 
-    /// Whether something that was set going over this connection may be under way: a motion, or a queue that runs. It
-    /// errs towards yes: what has finished counts until the current index (or, outside of the queue, poses of an arm at rest)
-    /// was read. What others set going does not count.
+    /// True if motion that this connection started may still be in progress: a motion, or a running
+    /// queue.
+    ///
+    /// This errs towards true: finished motion counts until the current index was read (outside of
+    /// the queue: poses of an arm at rest). Motion started by others does not count.
     #[must_use]
     pub fn moving(&self) -> bool {
         self.picture().motion().is_moving()
@@ -149,7 +165,7 @@ impl Arm {
 }
 
 impl Arm {
-    /// Sends what stops the arm; it may still brake when it has answered.
+    /// Sends the frames of a stop, and returns when they are answered; the arm may still brake.
     pub(super) async fn halted(&self, deadline: Instant, stops: u64) -> Result<()> {
         let shared = &self.inner.shared;
         let held = shared.held_motors(true);
@@ -161,12 +177,14 @@ impl Arm {
         for (request, counts) in own.map(|request| (request, true)).chain(motors) {
             let frame = *request.frame();
             let answer = self.submit(request, deadline, stops).await?;
-            // That the arm has a motor which nothing here started does not decide whether it has stopped.
+            // The answer of a motor output that this connection did not start does not decide if
+            // the arm has stopped.
             if counts {
                 answers.push((answer, frame));
             }
         }
-        // Where a burn goes on: see `lights_out`. An arm that does not tell it has stopped all the same.
+        // The pose shows where to resume a burn (`lights_out`). Without an answer the stop is still
+        // complete.
         let pose = if burns {
             Some(
                 self.submit(Request::get::<Pose>(&NoArgs)?, deadline, stops)
@@ -180,13 +198,15 @@ impl Arm {
             let answer = self.answer(answer, &frame, deadline).await;
             outcome = outcome.and(answer.map(drop));
         }
-        // Dropped before, it would not go out any more.
+        // Dropping the receiver earlier would cancel the read before it is sent.
         drop(pose);
         outcome
     }
 
-    /// Lets the command under way finish and then holds the queue (document 1.19.2). What waits
-    /// stays; [`Queue::start`](super::Queue::start) goes on with it. A run under way ends, so that it does not start the queue.
+    /// Lets the command in progress finish, then pauses the queue (document 1.19.2).
+    ///
+    /// Waiting commands stay; [`Queue::start`](super::Queue::start) continues with them. A run in
+    /// progress ends, so that it does not start the queue again.
     ///
     /// # Errors
     /// As [`get`](Self::get).
@@ -195,7 +215,7 @@ impl Arm {
         self.ask(request.priority(Priority::Stop)).await.map(drop)
     }
 
-    /// Ends a jog, at once and for sure: repeated until the arm stands.
+    /// Ends a jog immediately, and retransmits the stop until the arm is at rest.
     ///
     /// # Errors
     /// As [`stop`](Self::stop).
@@ -207,25 +227,30 @@ impl Arm {
         let until = self.deadline();
         loop {
             let request = Request::set(&stop)?.priority(Priority::Stop);
+            // Choice: repeats a lost stop about three times a second, while the arm still moves.
             let patience = Instant::now() + Duration::from_millis(300);
             match self.ask_until(request, patience.min(until)).await {
                 Ok(_) => return self.wait_still().await,
                 Err(error) if !again(&error) || Instant::now() >= until => return Err(error),
-                // The answer to a read proves that none to this stop can come: the next one's is known for its own.
+                // The answer to a read proves that the reply to this stop is lost, so the next
+                // reply belongs to the next stop (head of `magician-host/src/connection/mod.rs`,
+                // rule 3).
                 Err(_) => {
                     let look = Request::get::<Pose>(&magician_protocol::NoArgs)?;
                     let patience = Instant::now() + Duration::from_millis(300);
+                    // The answer itself is of no interest, only that it arrived.
                     let _ = self.ask_until(look, patience.min(until)).await;
                 }
             }
         }
     }
 
-    /// Waits until the arm stands if it may still brake after a forced stop over this connection.
+    /// Waits until the arm is at rest if it may still brake after a forced stop over this
+    /// connection.
     ///
-    /// Called before anything reads where a motion begins. A braking arm is still on its way, and
-    /// keeps the place of the command that was stopped, which the stop has made nobody's: it would be
-    /// taken for another program's.
+    /// Called before any read of a start position. A braking arm has not reached its final pose
+    /// yet, and the stopped command still occupies its place in the queue, where it would be taken
+    /// for a command of another program.
     pub(super) async fn come_to_rest(&self) -> Result<()> {
         let braking = self.picture().motion().is_braking();
         if braking {
@@ -235,21 +260,22 @@ impl Arm {
         }
     }
 
-    /// Waits until the arm stands: equal poses, as [`RestDetector`] has it.
+    /// Waits until the arm is at rest, which [`RestDetector`] finds by equal poses.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`] when it still moves after five seconds, else as [`get`](Self::get).
+    /// [`ErrorKind::Timeout`] if it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
         let brakes = self.picture().motion().is_braking();
         self.still_until(Instant::now() + BRAKING, brakes).await
     }
 
-    /// True if the arm stands: its queue has nothing of this connection under way, and a few looks find the same pose.
+    /// True if the arm is at rest: nothing of this connection runs in its queue, and a few reads
+    /// find the same pose.
     ///
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn stands(&self) -> Result<bool> {
-        // What has finished counts as under way until the index is read.
+        // Finished commands count as in progress until the index is read.
         self.queue().current_index().await?;
         if self.picture().motion().runs_queue() {
             return Ok(false);
@@ -260,15 +286,16 @@ impl Arm {
         }
     }
 
-    /// Waits until the arm is at rest; of an arm that brakes, until anyone has seen it stand since its stop. Fails at the first
-    /// pose from `until` on that differs from the one before.
+    /// Waits until the arm is at rest; for a braking arm, until any reader has seen it at rest
+    /// since the stop. Fails at the first pose change after `until`.
     async fn still_until(&self, until: Instant, brakes: bool) -> Result<()> {
         let stops = self.picture().motion().stops();
         let mut rest = RestDetector::default();
         let mut before = None;
         loop {
             let pose = self.get::<Pose>().await?;
-            // The end of a jog may have seen the arm stand between these looks. What moves it now began after that.
+            // The task may have seen the arm at rest after a jog, between these reads. Motion now
+            // is new motion, which this call must not wait for.
             if brakes && self.picture().motion().has_stood_after(stops) {
                 return Ok(());
             }
@@ -288,7 +315,7 @@ impl Arm {
     }
 }
 
-/// Whether what failed may work the next time: not on a line that is gone.
+/// True if a retry may succeed, which a lost line rules out.
 fn again(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Uncertain)
 }

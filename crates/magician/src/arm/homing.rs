@@ -1,4 +1,10 @@
-//! The arm's homing: what this connection has seen of it, and the record of earlier connections.
+//! Homing state of the arm, from this connection and from the record of earlier ones.
+//!
+//! The protocol has no query for homing. The driver therefore watches for HomeCmd and checks that
+//! the arm came to rest at its home point. To know of homings by earlier programs, a front end
+//! supplies a [`HomingRecord`]. An entry is valid only for the same power-up, which the arm's
+//! uptime counter shows: the record compares it with the time that passed. The clock rate is kept
+//! as well, because the clock of a virtual arm may run at another speed.
 
 use std::fmt;
 use std::sync::atomic::Ordering;
@@ -14,28 +20,29 @@ use super::shared::held;
 use crate::message;
 use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 
-/// A controller's crystal is better than this, per mille of the time that has passed: a clock that is further off is a virtual
-/// arm's, at another speed than real time.
+/// Largest deviation of a controller's crystal, per mille of the elapsed time. Choice, far above
+/// any crystal (below 0.1 per mille): a larger deviation means a virtual arm at another speed.
 const CRYSTAL: f64 = 10.0;
-/// A reading of the clock may be off by this much more: the controller counts ms, and this program is scheduled.
+/// Additional error of one clock reading: the controller counts ms, and this process may be
+/// scheduled late. Choice.
 const READING: Duration = Duration::from_millis(50);
 
-/// Distance from the home point, mm, within which a homing has ended there. A homed arm was recorded 0.01 mm from it (model
-/// section 11); a homing that was broken off stands some centimetres away.
+/// Largest distance from the home point, mm, at which a homing counts as complete. A homed arm was
+/// recorded 0.01 mm from it (model section 11); an aborted homing leaves the arm centimetres away.
 const AT_HOME: f32 = 2.0;
 
-/// An arm, as far as it can be told from others.
+/// Identity of an arm: its serial number and its port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ArmIdentity {
     /// Serial number; empty if the arm reports none.
     pub serial: String,
-    /// Port: the target as it was given.
+    /// Target as it was given.
     pub port: String,
 }
 
 impl ArmIdentity {
-    /// The arm of this serial number at this port.
+    /// Creates the identity from a serial number and a port.
     #[must_use]
     pub fn new(serial: impl Into<String>, port: impl Into<String>) -> Self {
         Self {
@@ -45,11 +52,11 @@ impl ArmIdentity {
     }
 }
 
-/// Rate of the arm's clock against the clock of this computer.
+/// Rate of the arm's clock compared with the clock of this computer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ClockRate {
-    /// The rate of a crystal, or not measured.
+    /// Rate of a crystal, or not measured.
     #[default]
     Steady,
     /// Faster than any crystal: a virtual arm.
@@ -58,26 +65,27 @@ pub enum ClockRate {
     Slower,
 }
 
-/// Memory of homings that outlives the connection. An arm is homed until it is switched off, and programs come and go.
+/// Record of homings that outlives the connection. An arm stays homed until it is switched off,
+/// while programs come and go.
 ///
-/// The methods are called from the tasks of the connection and must not block for long.
+/// The driver calls the methods from its tasks, so they must not block for long.
 pub trait HomingRecord: fmt::Debug + Send + Sync {
-    /// The arm was seen to home, and has been switched on for `uptime` now.
+    /// Called when the arm has completed a homing; `uptime` is its time since power-up.
     fn keep(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate);
 
-    /// Homing begins: until it has ended the arm is not homed.
+    /// Called when homing begins: until it completes, the arm is not homed.
     fn forget(&self, arm: &ArmIdentity);
 
-    /// True if this arm, which has been switched on for `uptime` now, was homed since. What cannot be told apart from another arm,
-    /// or from another power-up, is false.
+    /// Returns true if this arm was homed since its power-up, `uptime` ago. Returns false if the
+    /// arm cannot be distinguished from another arm, or this power-up from another.
     fn is_homed(&self, arm: &ArmIdentity, uptime: Duration) -> bool;
 }
 
-/// Readings of an arm for its record.
+/// Readings of the arm that identify it in the record.
 #[derive(Debug, Default)]
 pub(super) struct Remembered {
     identity: Option<ArmIdentity>,
-    /// The first reading of the arm's clock since it was reset.
+    /// First clock reading since the arm was reset.
     first: Option<ClockReading>,
 }
 
@@ -89,7 +97,7 @@ struct ClockReading {
 }
 
 impl Remembered {
-    /// The arm was reset, or another one may be at the line.
+    /// Discards the readings: the arm was reset, or another one may be on the line.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
     }
@@ -100,10 +108,15 @@ impl Remembered {
 }
 
 impl ClockReading {
-    /// Returns the rate from this reading to a later one.
+    /// Returns the clock rate between this reading and a later one.
+    ///
+    /// The true time of a reading lies between request and reply, so the elapsed time is an
+    /// interval. Only a rate that no time in it explains counts as off.
     fn rate_until(&self, later: &Self) -> ClockRate {
         let least = later.asked.saturating_duration_since(self.heard);
         let most = later.heard.saturating_duration_since(self.asked);
+        // A clock that went backwards counts as no time: the arm was reset, which the driver finds
+        // out.
         let ran = later.uptime.saturating_sub(self.uptime);
         if ran > most.mul_f64(1.0 + CRYSTAL / 1000.0) + READING {
             ClockRate::Faster
@@ -115,9 +128,9 @@ impl ClockReading {
     }
 }
 
-/// The alarms were read for a program that moves nothing.
+/// The alarms were read for a program without motion.
 pub(super) const ASKED: u8 = 1;
-/// They were read for one that moves the arm, which was warned, or the arm homes.
+/// The alarms were read for a program with motion, which was warned, or the arm is homing.
 pub(super) const WARNED: u8 = 2;
 
 /// True if this request homes the arm.
@@ -125,22 +138,23 @@ pub(super) fn homes(request: &Frame<'_>) -> bool {
     request.ctrl().write() && request.id() == HomeCmd::ROW.id
 }
 
-/// Homing of an arm: whether it was homed since power-up, which the protocol has no query for. [`Arm::homing`] hands it out;
-/// [`Arm::home`] homes the arm.
+/// Homing state of an arm, returned by [`Arm::homing`]. [`Arm::home`] homes the arm.
 #[derive(Clone, Copy, Debug)]
 pub struct Homing<'a> {
     arm: &'a Arm,
 }
 
 impl Homing<'_> {
-    /// True if the arm is homed. Homing seen over this connection counts, and what
-    /// [`Options::homings`](super::Options::homings) remembers of earlier ones; clearing alarm 0x00 does not home an arm. `None`
-    /// if it is not known: the protocol has no query for it.
+    /// Returns whether the arm is homed since power-up; `None` if unknown, because the protocol has
+    /// no query for it.
+    ///
+    /// Homings over this connection count, and earlier ones in the record
+    /// [`Options::homings`](super::Options::homings). Clearing alarm 0x00 does not home an arm.
     ///
     /// # Errors
-    /// As [`get`](Arm::get), for the alarms.
+    /// As [`get`](Arm::get), for reading the alarms.
     pub async fn is_homed(self) -> Result<Option<bool>> {
-        // The picture takes alarm 0x00 of the answer.
+        // The picture evaluates alarm 0x00 of the answer.
         self.arm.alarms().await?;
         if !self.arm.is_virtual() {
             self.recall().await;
@@ -149,11 +163,15 @@ impl Homing<'_> {
         Ok(self.arm.picture().homed())
     }
 
-    /// Refuses a real arm that is not known to be [homed](Self::is_homed): it would draw, burn, play or be taught in the wrong place.
-    /// A [virtual arm](Arm::is_virtual) stands where it believes. [`allowing_unhomed`](Arm::allowing_unhomed) goes on.
+    /// Refuses a real arm unless it is known to be [homed](Self::is_homed), because it would draw,
+    /// burn, play or be taught in the wrong place.
+    ///
+    /// A [virtual arm](Arm::is_virtual) passes: its positions are right without homing.
+    /// [`allowing_unhomed`](Arm::allowing_unhomed) skips the check.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with [`ErrorCode::NotHomed`]; else as [`get`](Arm::get).
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with [`ErrorCode::NotHomed`] if
+    /// it is not homed; else as [`get`](Arm::get).
     pub async fn check(self) -> Result<()> {
         if self.arm.allows_unhomed || self.arm.is_virtual() {
             return Ok(());
@@ -174,17 +192,18 @@ impl Homing<'_> {
             .remedy((Setting::Unhomed, Given::On), "goes on anyway"))
     }
 
-    /// A homing command is about to be sent: reads what is needed to tell whether it counts, and of which arm.
+    /// Prepares for a homing command: reads what later decides if the homing counts, and the
+    /// identity of the arm.
     pub(super) async fn expect(self) {
         if self.arm.is_virtual() || self.arm.inner.options.homings.is_none() {
             return;
         }
-        // An arm that answers none of these fails in the homing too, which says it better.
+        // An arm that answers neither also fails the homing, whose error says more.
         let _ = self.arm.alarms().await;
         let _ = self.meet().await;
     }
 
-    /// A program has ended: a homing of it that has finished is written down.
+    /// Records a homing that completed during the program that has just ended.
     pub(super) async fn settle(self) {
         let needs_alarms = self.arm.picture().homing().needs_alarms();
         if needs_alarms && self.arm.alarms().await.is_err() {
@@ -212,9 +231,10 @@ impl Homing<'_> {
         }
     }
 
-    /// True if the arm stands at its home point: that of the firmware, or the one that was set.
+    /// True if the arm is at its home point: the default of the firmware, or the last one set.
     async fn stands_at_home(self) -> Result<bool> {
         let pose = self.arm.get::<Pose>().await?;
+        // The answer may have come by another read meanwhile, which also updates the picture.
         if !self.arm.picture().homing().needs_place() {
             return Ok(true);
         }
@@ -223,7 +243,7 @@ impl Homing<'_> {
         Ok(away.iter().map(|axis| axis * axis).sum::<f32>() <= AT_HOME * AT_HOME)
     }
 
-    /// Returns an error if the homing that was just waited for did not end at the home point.
+    /// Returns an error if the homing just waited for did not end at the home point.
     pub(super) fn check_ended(self) -> Result<()> {
         if self.arm.picture().homing().is_homed() {
             return Ok(());
@@ -235,7 +255,8 @@ impl Homing<'_> {
         Err(Error::new(ErrorCode::NotHomed, message).remedy(Action::Home, "homes it"))
     }
 
-    /// Looks whether the arm was homed before this connection, and whether it was reset since: its clock tells.
+    /// Looks in the record for a homing before this connection. The uptime shows if the arm was
+    /// reset since.
     async fn recall(self) {
         let Some(record) = &self.arm.inner.options.homings else {
             return;
@@ -266,13 +287,14 @@ impl Homing<'_> {
         Ok((identity, reading.uptime, first.rate_until(&reading)))
     }
 
-    /// Warns, once, that the arm was not homed since it was switched on, as far as can be told. A virtual arm in the process
-    /// has always just been switched on, and stands where it believes; it is asked all the same, so that it hears the frames
-    /// that a real one does.
+    /// Warns once per connection if the arm does not seem to be homed since power-up.
     ///
-    /// A program that moves no joint, a belt for one, reads the alarms as others do and warns of nothing.
+    /// A virtual arm in this process always has just been powered up, and its positions are right;
+    /// the alarms are read all the same, so that it receives the same frames as a real one. A
+    /// program without motion (only a belt, say) reads the alarms as well, and warns of nothing.
     pub(super) async fn warn_if_not_homed(self, moves: bool) -> Result<()> {
         let asks = if moves { WARNED } else { ASKED };
+        // Clones may ask at the same time; only the first of them reads.
         if self.arm.inner.reset_asked.fetch_max(asks, Ordering::SeqCst) >= asks {
             return Ok(());
         }
@@ -292,13 +314,13 @@ impl Homing<'_> {
 }
 
 impl Arm {
-    /// What is known of its homing.
+    /// Returns the homing state.
     #[must_use]
     pub const fn homing(&self) -> Homing<'_> {
         Homing { arm: self }
     }
 
-    /// A handle of the same connection that takes an arm which is not known to be homed as it is: see
+    /// Returns a handle of the same connection that accepts an arm not known to be homed; see
     /// [`Homing::check`].
     #[must_use]
     pub fn allowing_unhomed(&self) -> Self {
@@ -309,7 +331,7 @@ impl Arm {
     }
 }
 
-/// The record of a connection, for the task that sends.
+/// Record of homings, shared with the driver task.
 #[derive(Debug, Default)]
 pub(super) struct Homings {
     pub(super) record: Option<Arc<dyn HomingRecord>>,
@@ -328,7 +350,7 @@ impl Homings {
         held(&self.remembered)
     }
 
-    /// A homing command goes out.
+    /// Invalidates the record when a homing command is sent.
     pub(super) fn begins(&self) {
         if let (Some(record), Some(identity)) = (&self.record, self.remembered().identity()) {
             record.forget(identity);
@@ -356,7 +378,7 @@ mod tests {
             (reading(100, 110, 25_000), ClockRate::Faster),
             (reading(20_000, 20_010, 405_000), ClockRate::Faster),
             (reading(20_000, 20_010, 15_000), ClockRate::Slower),
-            // The answer was late: nothing is known.
+            // A late reply makes the interval so wide that it proves nothing.
             (reading(10, 3_000, 8_000), ClockRate::Steady),
             (reading(10, 3_000, 5_010), ClockRate::Steady),
         ] {

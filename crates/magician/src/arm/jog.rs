@@ -1,4 +1,9 @@
-//! Jogging that ends by itself unless it is renewed.
+//! Jogs with a hold time: they end unless they are renewed.
+//!
+//! The arm has no such watchdog: a JOGCmd runs to the end of its range unless a stop arrives. So
+//! [`Jog`] is a guard whose deadline is kept by the [`Gate`](crate::gate::Gate) in the driver task.
+//! The task sends the stop when the deadline passes, when the guard is dropped and when the line
+//! fails, and repeats it until the arm is at rest.
 
 use std::time::Duration;
 
@@ -17,22 +22,26 @@ use crate::gate::{Holder, JogEnd, JogId, JogKind, JogRequest};
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
-/// The holder of all guards of a connection: each of them may turn round on its axis what another one began.
+/// Holder of all guards of a connection. Sharing one lets each guard reverse the jog of another on
+/// the same axis.
 const GUARDS: Holder = Holder(0);
 
-/// How a [`Jog`] behaves.
+/// Options of a [`Jog`].
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct JogOptions {
-    /// The jog ends when [`Jog::keep`] has not been called for so long; 300 ms unless set, 20 ms to 2 s.
+    /// Hold time: the jog ends if [`Jog::keep`] is not called for this long. 20 ms to 2 s; 300 ms
+    /// by default.
     pub keep: Duration,
-    /// Share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. `None`: as it is.
+    /// Percentage of the configured jog speed, 1 to 100. It is set before the jog begins, and stays
+    /// set. `None` keeps the current one.
     pub ratio: Option<f32>,
 }
 
 impl Default for JogOptions {
     fn default() -> Self {
         Self {
+            // Choice: several key repeats fit into it, and the arm stops soon after the last.
             keep: Duration::from_millis(300),
             ratio: None,
         }
@@ -55,6 +64,8 @@ impl JogOptions {
     }
 
     fn check(&self) -> Result<()> {
+        // Choice: below 20 ms a scheduler cannot renew a jog reliably; beyond 2 s the guard
+        // protects little.
         let longest = Duration::from_secs(2);
         if self.keep < Duration::from_millis(20) || self.keep > longest {
             let message = message!(
@@ -77,24 +88,28 @@ impl JogOptions {
 pub(super) enum Phase {
     Running,
     Ending(JogEnd),
-    /// The arm stands, or there is nothing more that can be done about it.
+    /// The arm is at rest, or the driver cannot do more about it.
     Over(JogEnd, Stands),
 }
 
-/// Whether the arm was seen to stand.
+/// Confirmation that the arm is at rest after a jog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stands {
     Seen,
     Unknown,
 }
 
-/// A jog under way: a dead man's control. It goes on only while [`keep`](Self::keep) is called often enough; when that
-/// ends, when this is dropped, when the line fails, when anything stops the arm, the stop is sent, at once and past the
-/// queue, and sent again until two equal poses show that the arm stands. That happens in the task that owns the line, so it
-/// does not depend on the program that called.
+/// Jog in progress: a dead man's control.
 ///
-/// The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its range, but
-/// one in pieces ([`Options::bounded_jogs`](super::Options::bounded_jogs)). This is a convenience, not a safety function.
+/// It continues only while [`keep`](Self::keep) is called often enough. The driver stops it when
+/// that ends, when this guard is dropped, when the line fails, and when anything stops the arm. The
+/// stop is sent immediately, bypassing the queue, and repeated until two equal poses show that the
+/// arm is at rest. The task that owns the line does this, so it does not depend on the calling
+/// program.
+///
+/// The arm itself has no such watchdog: if the computer dies or the cable breaks, a jog continues
+/// to the end of its range, except with [`Options::bounded_jogs`](super::Options::bounded_jogs).
+/// This is a convenience, not a safety function.
 ///
 /// ```no_run
 /// use magician::{blocking::Arm, build::Axis};
@@ -121,7 +136,8 @@ pub struct Jog {
 }
 
 impl Jog {
-    /// A guard of a jog that is still to be asked for, and what tells it how far that is. Dropped, it ends the jog.
+    /// Creates the guard of a jog that is still to be requested, and the sender of its phase.
+    /// Dropping the guard ends the jog.
     pub(super) fn new(arm: &Arm, keep: Duration) -> (Self, watch::Sender<Phase>) {
         let (tells, phase) = watch::channel(Phase::Running);
         let jog = Self {
@@ -133,7 +149,7 @@ impl Jog {
         (jog, tells)
     }
 
-    /// What the gate is asked for.
+    /// Builds the request to the gate.
     pub(super) fn request(&self, direction: JogDirection, kind: JogKind) -> JogRequest {
         JogRequest {
             id: self.id,
@@ -144,12 +160,14 @@ impl Jog {
         }
     }
 
-    /// Lets it go on. Costs nothing: nothing is sent.
+    /// Renews the hold time. Sends nothing.
     ///
     /// # Errors
-    /// It has ended or is about to: [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when this was called too late, [`ErrorKind::Port`](crate::ErrorKind::Port) when the
-    /// line broke, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop or another jog came,
-    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) at the end of its axis and before the arm's fence.
+    /// The jog has ended or is about to: [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if this
+    /// was called too late, [`ErrorKind::Port`](crate::ErrorKind::Port) if the line broke,
+    /// [`ErrorKind::Closed`](crate::ErrorKind::Closed) after a stop or another jog,
+    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) at the end of the axis and before
+    /// the arm's fence.
     pub fn keep(&self) -> Result<()> {
         let shared = &self.arm.inner.shared;
         let kept = shared.gate().keep(self.id, shared.now());
@@ -158,16 +176,18 @@ impl Jog {
             (_, Phase::Ending(why) | Phase::Over(why, _)) | (Err(Some(why)), Phase::Running) => {
                 Err(self.ended(why))
             }
-            // The task is about to tell its end.
+            // The gate has ended the jog and named no cause yet; the task is about to publish
+            // the cause.
             (Err(None), Phase::Running) => Ok(()),
         }
     }
 
-    /// Ends it, and returns when the arm stands: two equal poses. The connection's task goes on with stopping even when
-    /// this returns an error.
+    /// Ends the jog, and returns when the arm is at rest (two equal poses). The connection's task
+    /// continues to stop the arm even if this returns an error.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when that cannot be made sure of in time, [`ErrorKind::Port`](crate::ErrorKind::Port) when the line broke.
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if rest is not confirmed in time,
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if the line broke.
     pub async fn stop(self) -> Result<()> {
         let deadline = self.arm.deadline();
         self.release();
@@ -179,8 +199,10 @@ impl Jog {
             Err(_) => None,
         };
         match over {
+            // A jog that replaced this one has moved the arm on, so rest is its concern.
             Some(Phase::Over(_, Stands::Seen) | Phase::Over(JogEnd::Replaced, _)) => Ok(()),
             Some(Phase::Over(why @ (JogEnd::LinkLost | JogEnd::Closed), _)) => Err(self.ended(why)),
+            // Timed out, or ended without being seen at rest.
             _ => {
                 let message = message!(
                     "the jog's end is not confirmed: the arm does not answer, or still moves"
@@ -194,7 +216,7 @@ impl Jog {
         let shared = &self.arm.inner.shared;
         shared.gate().release(self.id);
         shared.led_ends(self.id);
-        // A task with so many messages before it is awake, and looks.
+        // With a full inbox the task is awake anyway, and asks the gate.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
@@ -238,31 +260,35 @@ impl Drop for Jog {
 }
 
 impl Shared {
-    /// Microseconds since the connection's beginning.
+    /// Returns the microseconds since the connection began.
     pub(super) fn now(&self) -> Micros {
         micros(self.begun.elapsed())
     }
 }
 
 impl Arm {
-    /// Jogs, one axis or joint in one direction, for as long as the guard that this returns is
-    /// [kept up](Jog::keep), every 300 ms at least.
-    /// It acts at once, past the queue. One jog at a time: a new one ends the one under way and begins when the arm was seen
-    /// at rest, because an arm carries the speed of a jog over to the axis of the next one. Only the opposite direction
-    /// of the same axis begins at once. Under a [fence](super::Options::fence) it stops before that.
+    /// Jogs one axis or joint in one direction, while the returned guard is [renewed](Jog::keep) at
+    /// least every 300 ms.
+    ///
+    /// It takes effect immediately, bypassing the queue. Only one jog is active: a new one ends the
+    /// current one and begins when the arm is at rest, because an arm carries the speed of a jog
+    /// over to the axis of the next. Only the opposite direction of the same axis begins at once.
+    /// Under a [fence](super::Options::fence) the jog stops before it.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while a program runs, [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) where the
-    /// arm's fence ([`Options::fence`](super::Options::fence)) leaves no room for it, else as [`set`](Self::set). When it is not certain that
-    /// the jog did not begin, its stop is sent all the same.
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while a program runs,
+    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) if the arm's fence
+    /// ([`Options::fence`](super::Options::fence)) leaves no room, else as [`set`](Self::set). If
+    /// the jog may have begun all the same, its stop is sent.
     pub async fn jog(&self, direction: JogDirection) -> Result<Jog> {
         self.jog_with(direction, JogOptions::default()).await
     }
 
-    /// As [`jog`](Self::jog), with options.
+    /// Jogs as [`jog`](Self::jog) does, with options.
     ///
     /// # Errors
-    /// As [`jog`](Self::jog); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for options out of range.
+    /// As [`jog`](Self::jog); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for
+    /// options out of range.
     pub async fn jog_with(&self, direction: JogDirection, options: JogOptions) -> Result<Jog> {
         let stops = self.stops();
         let deadline = self.deadline();
@@ -270,7 +296,7 @@ impl Arm {
         let in_pieces = self.inner.options.bounded_jogs;
         let fenced = self.fence().is_some_and(|fence| fence.bounds_motion());
         if fenced && !in_pieces && self.moving() {
-            // What follows needs an arm that stands.
+            // The fence check needs a start position, so the arm has to be at rest.
             self.stop_jog().await?;
         }
         if let Some(ratio) = options.ratio {
@@ -286,8 +312,10 @@ impl Arm {
             return BoundedJog::start(self, direction, options.keep, stops, deadline).await;
         }
         let turn = Box::pin(FencedJog::hold(self, direction, deadline)).await?;
+        // Held to the end of this call: no other motion may pass the fence's check before the jog
+        // begins.
         let (_turn, fence) = turn.unzip();
-        // From here on giving up ends it: the guard is dropped.
+        // From here on a dropped call ends the jog, because it drops the guard.
         let (jog, phase) = Jog::new(self, options.keep);
         let frame = FrameBuf::set(&direction.into(), Ctrl::SET)?;
         let own = OwnJog {
@@ -311,9 +339,10 @@ impl Arm {
         {
             Ok(Ok(())) => {}
             Ok(Err(_)) => return Err(Error::closed()),
+            // The inbox stayed full until the deadline, so the task is starved.
             Err(_) => return Err(Error::stuck()),
         }
-        // Its life ends with this call, so what has not begun never does.
+        // The request expires with this call, so a jog that has not begun by then never does.
         let silent = Error::new(ErrorCode::NoAnswer, message!("no answer"));
         self.answer_or(silent, answer, &frame, deadline).await?;
         Ok(jog)

@@ -1,4 +1,9 @@
-//! What is read of an arm again, and what the picture knows without a read.
+//! Known values of the arm, which are read only if the picture does not have them.
+//!
+//! A move depends on some ten settings, the queue and the pose. To read all of them before each
+//! move would cost more frames than the move. [`Known`] returns what the picture holds if that is
+//! still valid, and reads the arm otherwise. How long a value is valid is decided by the picture
+//! (`magician-host/src/picture`).
 
 use std::time::Duration;
 
@@ -18,7 +23,7 @@ use crate::connection::Micros;
 use crate::{ArmSnapshot, RestDetector, Result};
 
 impl Arm {
-    /// Reads that are spared where the picture has the answer.
+    /// Returns access to known values, with a read as fallback.
     pub(super) fn known(&self) -> Known<'_> {
         Known { arm: self }
     }
@@ -27,23 +32,26 @@ impl Arm {
         micros(self.inner.shared.begun.elapsed())
     }
 
-    /// Returns tool, laser, suction cup, gripper and speed, as they follow from the commands that were sent over this
-    /// connection and from what the arm has answered; each is `None` if not known. No frame is sent.
+    /// Returns tool, laser, suction cup, gripper and speed; each is `None` if unknown.
     ///
-    /// A queued command counts when the arm has finished it, which shows in the current index. The laser counts as lit as
-    /// soon as a command that may burn goes out, and until one that puts it out was answered or has finished. Outputs that
-    /// another program has switched are seen when they are read: [`read_outputs`](Self::read_outputs).
+    /// The values follow from the commands sent over this connection and from the answers of the
+    /// arm. A queued command counts once the arm has finished it, which the current index shows.
+    /// The laser counts as lit as soon as a command that may burn is sent, until a command that
+    /// switches it off was answered or has finished. Changes by another program show only when
+    /// read: [`read_outputs`](Self::read_outputs). Sends no frame.
     #[must_use]
     pub fn outputs(&self) -> ArmOutputs {
         self.picture().outputs()
     }
 
-    /// Reads [`outputs`](Self::outputs) and returns them; each is `None` if the arm does not answer.
+    /// Reads the [`outputs`](Self::outputs); each is `None` if the arm does not support the
+    /// reading.
     ///
     /// # Errors
-    /// As [`get`](Self::get), but for answers that some arms do not give.
+    /// As [`get`](Self::get); readings that some arms do not support are no error.
     pub async fn read_outputs(&self) -> Result<ArmOutputs> {
-        // Commands of other programs that have finished void what was read before they were seen.
+        // Finished commands of other programs invalidate earlier readings, and the queue shows them
+        // first.
         self.known().look_at_queue().await?;
         answered(self.get::<EndEffectorSuctionCup>().await)?;
         answered(self.get::<EndEffectorGripper>().await)?;
@@ -54,26 +62,27 @@ impl Arm {
         Ok(self.outputs())
     }
 
-    /// Returns all that is shown of the arm, by the answers that have come over this connection. No frame is sent.
+    /// Returns a snapshot of the arm for display, from the answers over this connection. Sends no
+    /// frame.
     #[must_use]
     pub fn snapshot(&self) -> ArmSnapshot {
         self.picture().snapshot()
     }
 }
 
-/// The arm, as far as it need not be read again.
+/// Access to known values of an arm, with a read as fallback.
 #[derive(Clone, Copy)]
 pub(super) struct Known<'a> {
     arm: &'a Arm,
 }
 
 impl Known<'_> {
-    /// A setting: as it is known, or read.
+    /// Returns a setting, known or read.
     pub(super) async fn setting<T: Readable<Query = NoArgs>>(self) -> Result<T> {
         self.setting_with(&NoArgs).await
     }
 
-    /// As [`setting`](Self::setting), of what depends on something.
+    /// Returns a setting that depends on a query (a pin, for example), known or read.
     pub(super) async fn setting_with<T: Readable>(self, query: &T::Query) -> Result<T> {
         let known = self.arm.picture().setting(self.arm.clock(), query);
         match known {
@@ -82,7 +91,7 @@ impl Known<'_> {
         }
     }
 
-    /// The alarms, as they were read lately, or are read now.
+    /// Returns the alarms from a recent reading, or reads them.
     pub(super) async fn alarms(self) -> Result<AlarmSet> {
         let known = self.arm.picture().harmless_alarms(self.arm.clock());
         match known {
@@ -91,7 +100,8 @@ impl Known<'_> {
         }
     }
 
-    /// A look at the queue, left space before index. The steps of one call share it as long as nothing goes out but reads.
+    /// Returns the state of the queue, recent or read; left space is read before the index. The
+    /// steps of one call share it as long as only reads are sent.
     pub(super) async fn look_at_queue(self) -> Result<QueueLook> {
         let known = self.arm.picture().standing().fresh_look(self.arm.clock());
         match known {
@@ -101,6 +111,8 @@ impl Known<'_> {
     }
 
     pub(super) async fn read_queue(self) -> Result<QueueLook> {
+        // Counted before the reads: a command sent between them makes the look stale, and the
+        // picture has to notice.
         let orders = self.arm.picture().standing().orders();
         let left = self.arm.get::<QueuedCmdLeftSpace>().await?.left_space;
         let read = self.arm.get::<QueuedCmdCurrentIndex>().await?;
@@ -116,8 +128,8 @@ impl Known<'_> {
         Ok(look)
     }
 
-    /// Where the arm stands that was seen at `there`, by this look at its queue: unknown while commands wait in it, or while it
-    /// moves. `rest` has seen that pose.
+    /// Returns the pose of an arm that `rest` saw at `there`; `None` while commands wait in the
+    /// queue or the arm moves.
     pub(super) async fn stands_at(
         self,
         there: Pose,
@@ -135,8 +147,8 @@ impl Known<'_> {
         Ok(Some(there))
     }
 
-    /// True if the arm is at rest at `there`, where `rest` has seen it. What was read since then took some time, and no line says
-    /// how much: the clock does.
+    /// True if the arm is at rest at `there`. Two equal poses prove it only if enough time lies
+    /// between them, so this waits for the clock of `rest`.
     async fn is_still_at(self, there: Pose, mut rest: RestDetector) -> Result<bool> {
         #[cfg(feature = "sim")]
         if let Some(arm) = self
@@ -144,7 +156,8 @@ impl Known<'_> {
             .virtual_arm()
             .filter(|arm| arm.passes_time_itself())
         {
-            // No wait of this clock is one of its own.
+            // In virtual time waiting does not pass the arm's time, so a second pose would prove
+            // nothing.
             return Ok(self.arm.get::<Pose>().await? == there && !arm.state().moving);
         }
         while !rest.is_at_rest() {
@@ -160,7 +173,8 @@ impl Known<'_> {
         Ok(true)
     }
 
-    /// All that it had is finished, the last of it under this index, and it stands there.
+    /// Notes that the queue is done, its last command had this index, and the arm is at rest at
+    /// `pose`.
     pub(super) fn note_standing(self, index: u64, pose: Pose) {
         let now = self.arm.clock();
         self.arm.picture().note_left_at(now, index, pose);

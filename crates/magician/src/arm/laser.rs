@@ -1,4 +1,9 @@
-//! The laser: permission to light it, its state, and switching it off.
+//! Permission to light the laser, its state, and switching it off.
+//!
+//! A laser may be lit by three means: the laser command, the burning commands of a path, and the
+//! pins EIO 2 and 4 that it may be wired to. The driver cannot see the light. It combines what this
+//! connection has sent with what the arm reports, and errs towards on: while commands that may burn
+//! are in flight it counts as lit.
 
 use magician_protocol::commands::{
     EndEffectorLaser, GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm,
@@ -12,17 +17,17 @@ use crate::message;
 use crate::{Action, Error, ErrorCode, ErrorKind, LightsOut, Result};
 use magician_host::{LASER_POWER, LASER_SUPPLY, burns};
 
-/// The laser's pins.
+/// Pins that a laser may be wired to.
 const PINS: [u8; 2] = [LASER_SUPPLY, LASER_POWER];
 
-/// The laser of an arm: whether it may burn, whether it is on, and switching it off. [`Arm::laser`] hands it out.
+/// Laser of an arm: permission to burn, state, and switching off. Returned by [`Arm::laser`].
 #[derive(Clone, Copy, Debug)]
 pub struct Laser<'a> {
     pub(super) arm: &'a Arm,
 }
 
 impl Arm {
-    /// The laser.
+    /// Returns the laser.
     ///
     /// ```
     /// # #[tokio::main(flavor = "current_thread")]
@@ -37,8 +42,8 @@ impl Arm {
         Laser { arm: self }
     }
 
-    /// A handle of the same connection whose calls may light the laser: see
-    /// [`Options::allow_laser`](super::Options::allow_laser). Ask a person before.
+    /// Returns a handle of the same connection whose calls may light the laser; see
+    /// [`Options::allow_laser`](super::Options::allow_laser). Ask a person before using it.
     #[must_use]
     pub fn allowing_laser(&self) -> Self {
         Self {
@@ -47,8 +52,9 @@ impl Arm {
         }
     }
 
-    /// Whether it is a virtual arm, where nothing burns: one in this process, or by the word of
-    /// [`Options::virtual_arm`](super::Options::virtual_arm). Any other counts as real: it is impossible to tell them apart.
+    /// True if the arm is virtual, so that nothing burns: it is in this process, or
+    /// [`Options::virtual_arm`](super::Options::virtual_arm) says so. Any other arm counts as real,
+    /// because a virtual one behind a line looks the same.
     #[must_use]
     pub fn is_virtual(&self) -> bool {
         self.inner.in_process || self.inner.options.virtual_arm
@@ -56,28 +62,30 @@ impl Arm {
 }
 
 impl Laser<'_> {
-    /// Whether calls of this handle may light the laser, or there is none.
+    /// True if calls of this handle may light the laser, or if the arm is virtual.
     #[must_use]
     pub fn may_burn(self) -> bool {
         self.arm.allows_laser || self.arm.is_virtual()
     }
 
-    /// Whether this command may light the laser of this arm: [`burns`](fn@crate::burns) for the pins of
-    /// [`Options::laser_pins`](super::Options::laser_pins).
+    /// True if this command may light the laser of this arm: [`burns`](fn@crate::burns) for the
+    /// pins of [`Options::laser_pins`](super::Options::laser_pins).
     #[must_use]
     pub fn burns(self, command: &Set) -> bool {
         burns(command, self.arm.inner.options.laser_pins)
     }
 }
 
-/// Whether it burns.
+/// State of the laser.
 impl Laser<'_> {
-    /// Whether the laser is on, as far as can be told: while commands of this connection that light it may be under way, and
-    /// where the arm says so of the laser or of its pins. `None` where the arm does not say, and while commands of another
-    /// program are in the queue: they may burn, and cannot be read there.
+    /// Returns whether the laser is on, as far as this can be known.
+    ///
+    /// True while commands of this connection that light it may be in progress, and if the arm
+    /// reports the laser or one of its pins as on. `None` if the arm does not report it, and while
+    /// commands of another program are in the queue: they may burn, and cannot be read back.
     ///
     /// # Errors
-    /// As [`get`](Arm::get), but for answers that some arms do not give.
+    /// As [`get`](Arm::get); readings that some arms do not support are no error.
     pub async fn is_on(self) -> Result<Option<bool>> {
         let told = self.told().await?;
         if told != Some(false) {
@@ -92,8 +100,8 @@ impl Laser<'_> {
         Ok(told.filter(|_| !foreign))
     }
 
-    /// State of the laser by the commands of this connection and by what the arm tells of it. Commands of other programs in
-    /// the queue do not count: the queue is not looked at.
+    /// Returns the state of the laser from the commands of this connection and the reports of the
+    /// arm. The queue is not read, so waiting commands of other programs do not count.
     pub(super) async fn told(self) -> Result<Option<bool>> {
         if self.may_have_lit() && self.arm.moving() {
             return Ok(Some(true));
@@ -109,8 +117,11 @@ impl Laser<'_> {
         })
     }
 
-    /// Reads the laser's pins if their levels are not known: a laser that is on leaves them unread.
+    /// Reads the laser's pins if their levels are unknown: [`told`](Self::told) skips them if the
+    /// laser is on.
     pub(super) async fn learn_pins(self) -> Result<()> {
+        // A lit laser answers the question before the pins are read, so they may still be unknown
+        // here.
         let unknown = !self.arm.picture().knows_laser_pins();
         if unknown && self.arm.inner.options.laser_pins {
             self.read_pins().await?;
@@ -124,7 +135,7 @@ impl Laser<'_> {
         Ok(high)
     }
 
-    /// Whether one of the laser's pins is an output and high.
+    /// True if one of the laser's pins is an output and high; `None` if one cannot be read.
     async fn any_pin_is_high(self) -> Result<Option<bool>> {
         let mut state = Some(false);
         for address in PINS {
@@ -142,7 +153,7 @@ impl Laser<'_> {
         self.arm.picture().may_be_lit()
     }
 
-    /// Whether this pin is an output and high.
+    /// True if this pin is an output and high.
     async fn pin_is_high(self, address: u8) -> Result<Option<bool>> {
         let high = match self.function_of(address).await? {
             None => None,
@@ -158,6 +169,7 @@ impl Laser<'_> {
                 };
                 answered(self.arm.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
             }
+            // As an input the pin drives nothing.
             Some(_) => Some(false),
         };
         Ok(high)
@@ -176,10 +188,10 @@ impl Laser<'_> {
         Ok(read.map(|read| read.multiplex))
     }
 
-    /// Refuses to go on while the laser is on: whatever moves then would burn along its way.
+    /// Refuses to continue while the laser is on, because any motion would burn along its path.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] when it is on, else as [`is_on`](Self::is_on).
+    /// [`ErrorKind::InvalidInput`] if the laser is on, else as [`is_on`](Self::is_on).
     pub async fn check_off(self) -> Result<()> {
         match self.told().await? {
             Some(true) => Err(Error::new(
@@ -189,21 +201,24 @@ impl Laser<'_> {
                 ),
             )
             .remedy(Action::LaserOff, "switches it off")),
+            // An unknown state passes: an arm that reports nothing could otherwise never be used.
             _ => Ok(()),
         }
     }
 }
 
-/// How it is put out.
+/// Switching the laser off.
 impl Laser<'_> {
-    /// Returns where the arm was when this connection put its laser out, if no command was queued since and the arm has told
-    /// its pose. A stop of an arm that may burn asks for the pose as soon as it goes out; no frame is sent here.
+    /// Returns the pose at which this connection switched the laser off; `None` if a command was
+    /// queued since or the arm has not reported the pose.
+    ///
+    /// A stop of an arm that may burn reads the pose right after it. This method sends no frame.
     #[must_use]
     pub fn lights_out(self) -> Option<LightsOut> {
         self.arm.picture().lights_out()
     }
 
-    /// Switches the laser off at once, and lowers its pins where they are outputs.
+    /// Switches the laser off immediately, and lowers its pins if they are outputs.
     ///
     /// # Errors
     /// As [`set`](Arm::set).
@@ -221,6 +236,7 @@ impl Laser<'_> {
                             .set_any(&build::pwm(address, FREQUENCY, 0.0))
                             .await?;
                     }
+                    // Unknown, or no output: a pin that is an input must not be driven.
                     _ => {}
                 }
             }
@@ -229,7 +245,8 @@ impl Laser<'_> {
         Ok(())
     }
 
-    /// As [`switch_off`](Self::switch_off), if this connection may have lit the laser and nothing of it is under way any more.
+    /// Switches the laser off as [`switch_off`](Self::switch_off) does, if this connection may have
+    /// lit it and none of its commands is in progress any more.
     ///
     /// # Errors
     /// As [`set`](Arm::set).
@@ -242,11 +259,12 @@ impl Laser<'_> {
     }
 }
 
-/// Any frequency that the arm takes.
+/// PWM frequency in Hz, required by the command. At a duty of 0 any valid value will do.
 const FREQUENCY: f32 = 1000.0;
 
 impl Shared {
-    /// What has to be said besides to put a laser out whose pins were raised over this connection.
+    /// Returns the requests that lower the laser's pins as part of a stop; empty if this connection
+    /// did not raise them.
     pub(super) fn lowered_pins(&self) -> Vec<Request> {
         if self.picture().pins_may_be_high() {
             lowered_pins()
@@ -256,7 +274,8 @@ impl Shared {
     }
 }
 
-/// The requests that lower the laser's pins, whatever they are at present.
+/// Returns the requests that lower the laser's pins as level and as pulses, whichever function they
+/// have.
 fn lowered_pins() -> Vec<Request> {
     let level = Flag::OFF;
     let pulses = IoPwm {
@@ -264,18 +283,21 @@ fn lowered_pins() -> Vec<Request> {
         frequency: FREQUENCY,
         duty_cycle: 0.0,
     };
+    // A stop has no time to read the function of each pin. The arm ignores the form that does not
+    // fit.
     let levels = PINS.map(|address| Request::set(&IoDo { address, level }));
     let requests = levels.into_iter().chain([Request::set(&pulses)]);
     let stop = |request: Request| request.priority(crate::connection::Priority::Stop);
     requests.flatten().map(stop).collect()
 }
 
-/// Nothing where an arm has no such thing.
+/// Maps the errors of an arm that does not support a reading to `None`.
 pub(super) fn answered<T>(answer: Result<T>) -> Result<Option<T>> {
     match answer {
         Ok(answer) => Ok(Some(answer)),
         Err(error) => match error.kind() {
             ErrorKind::Timeout | ErrorKind::Unsupported | ErrorKind::Unexpected => Ok(None),
+            // A broken line says nothing about what the arm supports.
             _ => Err(error),
         },
     }

@@ -1,4 +1,4 @@
-//! Whether there is a line to the arm.
+//! State of the line to the arm.
 
 use std::sync::Arc;
 
@@ -7,19 +7,19 @@ use tokio::time::Instant;
 use super::Arm;
 use crate::{Error, Result};
 
-/// Whether there is a line to the arm.
+/// State of the line to the arm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Link {
-    /// There is.
+    /// The line is open.
     Up,
-    /// It broke.
+    /// The line broke.
     Lost {
-        /// When.
+        /// Time of the loss.
         since: std::time::Instant,
-        /// What is wrong, in a sentence: how it broke, or that another arm was found in its place.
+        /// Cause as a sentence: how it broke, or that another arm was found in its place.
         why: Arc<str>,
-        /// Whether it is looked for again.
+        /// True if it is being reconnected.
         sought: bool,
     },
     /// The connection has ended.
@@ -37,23 +37,23 @@ impl Link {
 }
 
 impl Arm {
-    /// How the line to the arm stands at present. A line that says nothing is up; the calls over it end by their
+    /// Returns the state of the line. A silent line counts as up; calls over it end by their
     /// deadlines.
     #[must_use]
     pub fn link(&self) -> Link {
         self.inner.shared.link.borrow().clone()
     }
 
-    /// Waits until the line is up again, at once when it is up.
+    /// Waits until the line is up; returns immediately if it is.
     ///
-    /// It is up again when the arm at its end has told that it is the same one and how far its queue has come.
-    /// Nothing is sent again by itself: what was under way when the line broke has ended with an error, and it is the
-    /// caller's to look at the arm and to go on.
+    /// The line is up again once the arm was identified and has reported how far its queue has
+    /// come. Nothing is retransmitted: requests in flight at the break have ended with an error,
+    /// and the caller has to look at the arm and to continue.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when it is not looked for ([`Options::reconnect`](crate::Options),
-    /// or a stream that cannot be opened again), [`ErrorKind::Closed`](crate::ErrorKind::Closed) when the connection
-    /// ends meanwhile.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if it is not reconnected
+    /// ([`Options::reconnect`](crate::Options) is off, or the stream cannot be reopened),
+    /// [`ErrorKind::Closed`](crate::ErrorKind::Closed) if the connection ends meanwhile.
     pub async fn reconnected(&self) -> Result<()> {
         let mut link = self.inner.shared.link.subscribe();
         let over = |link: &Link| !matches!(link, Link::Lost { sought: true, .. });

@@ -1,4 +1,14 @@
-// First, so that its methods come first on the page of `Arm`.
+//! The async handle [`Arm`] and its driver task.
+//!
+//! An arm's line is owned by one task (`driver`), which runs the protocol engine of `magician-host`
+//! on it. Handles never touch the line: a call checks its command (`permission`, `fence`), sends a
+//! message to the task and waits for the answer (`request`). What both sides know (the picture of
+//! the arm, the jog gate, the counters of stops) is in `shared`. Everything a caller can do is a
+//! method of [`Arm`] or of one of its parts, in a file each: motion in `run` and `perform`, jogs in
+//! `jog` (the arm's own) and `bounded_jog` (short pieces), stops in `halt`, waits in `watch`, the
+//! queue, laser, pins and homing in files of these names.
+
+// First, so that its methods come first on the documentation page of `Arm`.
 mod first_program;
 
 mod bounded_jog;
@@ -65,30 +75,33 @@ use shared::Shared;
 pub use state::{StateOptions, StateWatch, Status};
 pub use watch::Progress;
 
-/// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for
-/// programs without.
+/// A connection to an arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is
+/// the same for programs without a runtime.
 ///
 /// | to | call |
 /// |---|---|
-/// | move it, and wait until it is there | [`home`](Self::home), [`move_to`](Self::move_to), [`line_to`](Self::line_to), [`run`](Self::run) |
-/// | begin without waiting | [`start`](Self::start), [`stream`](Self::stream), [`jog`](Self::jog) |
-/// | stop it | [`stop`](Self::stop), [`stopper`](Self::stopper) |
-/// | look | [`pose`](Self::pose), [`alarms`](Self::alarms), [`outputs`](Self::outputs), [`state`](Self::state), [`events`](Self::events) |
-/// | reach its parts | [`queue`](Self::queue), [`laser`](Self::laser), [`homing`](Self::homing), [`pins`](Self::pins), [`motors`](Self::motors) |
-/// | send one command of the protocol as it is | [`get`](Self::get), [`set`](Self::set), [`enqueue`](Self::enqueue) |
+/// | move, and wait for the end | [`home`](Self::home), [`move_to`](Self::move_to), [`line_to`](Self::line_to), [`run`](Self::run) |
+/// | start without waiting | [`start`](Self::start), [`stream`](Self::stream), [`jog`](Self::jog) |
+/// | stop | [`stop`](Self::stop), [`stopper`](Self::stopper) |
+/// | read | [`pose`](Self::pose), [`alarms`](Self::alarms), [`outputs`](Self::outputs), [`state`](Self::state), [`events`](Self::events) |
+/// | access its parts | [`queue`](Self::queue), [`laser`](Self::laser), [`homing`](Self::homing), [`pins`](Self::pins), [`motors`](Self::motors) |
+/// | send a single command of the protocol | [`get`](Self::get), [`set`](Self::set), [`enqueue`](Self::enqueue) |
 ///
-/// [`build`](crate::build) makes commands of intentions, for [`run`](Self::run) and [`enqueue`](Self::enqueue).
+/// [`build`](crate::build) makes the commands for [`run`](Self::run) and
+/// [`enqueue`](Self::enqueue).
 ///
-/// Every call ends: by its answer, or with an error by its deadline. All methods take `&self`;
-/// a [`stop`](Self::stop) from another task overtakes whatever is going on.
+/// Every call returns by its deadline, with an answer or an error. All methods take `&self`; a
+/// [`stop`](Self::stop) from another task overtakes pending requests.
 ///
-/// Clones are cheap, share the connection, and may be used from any task and thread. One task owns the line; what
-/// several clones ask takes turns on it. When the *last* clone is dropped, the arm stops what this connection set going
-/// and has not seen finished, its motor outputs among it, and the laser goes out if it was switched on here.
-/// [`detach`](Self::detach) lets it go on,
-/// [`close`](Self::close) does not wait for the last clone.
+/// Clones are cheap, share the connection, and may be used from any task and thread. One task owns
+/// the line and serves the requests of all clones in turn. When the *last* clone is dropped, the
+/// arm stops every motion and motor output that this connection started and has not seen finished,
+/// and switches the laser off if it was lit over this connection. After [`detach`](Self::detach)
+/// the motion continues instead; [`close`](Self::close) ends the connection without waiting for the
+/// last clone.
 ///
-/// A line that breaks is looked for again ([`Options::reconnect`]); [`link`](Self::link) says how it stands.
+/// A line that breaks is reconnected ([`Options::reconnect`]); [`link`](Self::link) returns its
+/// state.
 ///
 /// ```
 /// use magician::commands::{Pose, PtpCommonParams};
@@ -107,35 +120,36 @@ pub use watch::Progress;
 #[derive(Clone, Debug)]
 pub struct Arm {
     inner: Arc<Inner>,
-    /// Whether calls of this handle may light the laser of a real arm.
+    /// True if calls of this handle may light the laser of a real arm.
     allows_laser: bool,
-    /// True if calls of this handle may send a jog that nothing holds.
+    /// True if calls of this handle may send a raw jog, which has no hold time.
     passes_jogs: bool,
-    /// True for the handle of a jog in pieces: its calls do not wait for the end of that jog.
+    /// True for the handle that a bounded jog uses itself: its calls do not wait for the end of
+    /// that jog.
     leads: bool,
-    /// Whether calls of this handle take an arm that is not known to be homed.
+    /// True if calls of this handle accept an arm not known to be homed.
     allows_unhomed: bool,
-    /// How long calls of this handle may take, if that is longer than [`Options::timeout`].
+    /// Minimum timeout of calls of this handle, if longer than [`Options::timeout`].
     patience: Duration,
 }
 
-/// What the clones of a handle share.
+/// State shared by the clones of a handle.
 #[derive(Debug)]
 struct Inner {
     messages: mpsc::Sender<Message>,
     shared: Arc<Shared>,
     flow: tokio::sync::Mutex<Flow>,
     options: Options,
-    /// The fence, if there is one, with what is known of the arm's way.
+    /// The fence, if any, with the planned path it is checked against.
     held: fence::Held,
-    /// The arm is a virtual one in this process.
+    /// True if the arm is a virtual one in this process.
     in_process: bool,
-    /// That arm.
+    /// The virtual arm in this process, if it is one.
     #[cfg(feature = "sim")]
     virtual_arm: Option<crate::VirtualArm>,
-    /// [`Options::timeout`] as it is now, in microseconds.
+    /// [`Options::timeout`] as currently set, in microseconds.
     timeout: AtomicU64,
-    /// For which programs the alarms were read before the first of them: [`homing::ASKED`] for one that moves nothing,
-    /// [`homing::WARNED`] for all.
+    /// Kind of programs for which the alarms were already read: [`homing::ASKED`] after a program
+    /// without motion, [`homing::WARNED`] after one with motion. 0 before the first.
     reset_asked: AtomicU8,
 }

@@ -1,3 +1,5 @@
+//! Options of a connection, with a builder method for each.
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,72 +12,98 @@ use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
 
-/// How a connection behaves.
+/// Options of a connection.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Options {
-    /// Every single call to the arm ends after this time at the latest. Waiting for a motion has
-    /// deadlines of its own, and a run its [patience](crate::RunOptions::patience). Over UDP a call has room for five
-    /// attempts, which is more where round trips are long. While this program is stopped or the computer sleeps, no time
-    /// runs.
-    pub timeout: Duration,
-    /// Most requests in flight, 1 to 8. More than 1 is for arms of which it is known that they take
-    /// requests back to back; `magician doctor` can measure it. At 1 a read still travels beside a queued command on a
-    /// serial port, until one of the two is lost.
-    pub window: usize,
-    /// Whether to make sure at the start that an arm answers.
-    pub probe: bool,
-    /// Whether a line that breaks is looked for again until the connection ends: the same port, and the same arm at
-    /// it. Its serial number (and its clock) are read once for that, soon after the start, if it was probed; an arm
-    /// that says none, or was not asked yet, cannot be told from another. A stream that was handed over with
-    /// [`Arm::over`](crate::Arm::over) cannot be opened again, [`Arm::over_with`](crate::Arm::over_with) can.
-    pub reconnect: bool,
-    /// Over UDP: how long after a datagram the network may still deliver a second copy of it. Queued commands go out so
-    /// far apart, because a second copy of one that takes the place of a lost next one would show in no index. 0.1 s at
-    /// first, and longer where round trips are; zero, for a network that doubles nothing, sends them as fast as they are answered.
-    pub echo: Duration,
-    /// Whether the laser of a real arm may be lit over this connection. Without it what [burns](crate::burns) is refused
-    /// before it is sent, and so is what lets a queue run in which commands of another program wait: those cannot be read.
-    /// [`Arm::allowing_laser`](crate::Arm::allowing_laser) allows it for single calls. A virtual arm in this process burns
-    /// nothing and is never refused.
-    pub allow_laser: bool,
-    /// True if a [`JogCmd`](crate::commands::JogCmd) is sent as it is: for doors that carry what programs for other libraries say. The
-    /// arm then does what that library's programs have it do: the jog goes on to the end of its axis, a change of axis first
-    /// moves the new one the wrong way. Without it only the end of a jog is sent so, and anything else is refused: use
-    /// [`Arm::jog`](crate::Arm::jog). Off at first.
-    pub raw_jogs: bool,
-    /// Whether the arm at the far end is a virtual one, as the program says that has it: a station. Nothing of it burns, and it
-    /// stands where it believes. Without that word an arm in another process counts as real.
-    pub virtual_arm: bool,
-    /// Whether a laser may be wired to the arm's pins EIO 2 and 4: `false` for an arm that has none, so that these pins may
-    /// drive something else. On at first.
-    pub laser_pins: bool,
-    /// The firmware's numbers, by which commands are checked: those of the known one at first. A virtual arm of the caller's
-    /// own ([`Arm::simulated`](crate::Arm::simulated)) brings its own.
-    pub model: ArmModel,
-    /// The fence of the arm: everything over this connection is checked against it before it is sent, as
-    /// [`Preflight::fence`](crate::preflight::Preflight::fence) does, from where the arm will be by then. What cannot be checked is
-    /// refused: commands of other programs in the queue, what is downloaded into the arm. It costs reads before
-    /// each motion; without a fence there are none.
+    /// Timeout of every single call to the arm, 3 s by default.
     ///
-    /// It holds for what this connection sends, not for other programs, for hands and keys on the arm, nor for the way on
-    /// which a stop brakes. This is a convenience, not a safety function.
+    /// Waiting for a motion has its own deadlines, and a run has its
+    /// [patience](crate::RunOptions::patience). Over UDP a call has room for five attempts, which
+    /// is longer if round trips are slow. The timeout does not run while this process is suspended
+    /// or the computer sleeps.
+    pub timeout: Duration,
+    /// Maximum requests in flight, 1 to 8; 1 by default.
+    ///
+    /// Use more than 1 only for arms that are known to take requests back to back;
+    /// `magician doctor` measures it. At 1 a read still travels beside a queued command on a serial
+    /// port, until one of the two is lost.
+    pub window: usize,
+    /// True (default) if connecting checks that an arm answers.
+    pub probe: bool,
+    /// True (default) if a broken line is reconnected until the connection ends: the same port, and
+    /// the same arm on it.
+    ///
+    /// To recognise the arm, the driver reads its serial number and its clock once soon after
+    /// connecting, if it was probed. An arm without a serial number, or whose serial number was not
+    /// read yet, cannot be distinguished from another. A stream passed to
+    /// [`Arm::over`](crate::Arm::over) cannot be reopened; one of
+    /// [`Arm::over_with`](crate::Arm::over_with) can.
+    pub reconnect: bool,
+    /// Time after a datagram in which a UDP network may still deliver a duplicate of it; 0.1 s by
+    /// default, and longer if round trips are slow.
+    ///
+    /// Queued commands are sent this far apart, because the duplicate of a command could replace a
+    /// lost next one and no index would show it. Zero, for a network that duplicates nothing, sends
+    /// each as soon as the one before is answered.
+    pub echo: Duration,
+    /// True if this connection may light the laser of a real arm; false by default.
+    ///
+    /// Without it, commands that [burn](crate::burns) are refused before they are sent. So is
+    /// starting a queue in which commands of another program wait, because they cannot be read
+    /// back. [`Arm::allowing_laser`](crate::Arm::allowing_laser) allows single calls. A virtual arm
+    /// in this process burns nothing and is never refused.
+    pub allow_laser: bool,
+    /// True if a [`JogCmd`](crate::commands::JogCmd) is sent unchanged; false by default.
+    ///
+    /// For front ends that relay programs written for other libraries. The arm then behaves as with
+    /// those libraries: the jog continues to the end of its axis, and a change of axis first moves
+    /// the new one the wrong way. Without it, only the end of a jog is sent and everything else is
+    /// refused: use [`Arm::jog`](crate::Arm::jog).
+    pub raw_jogs: bool,
+    /// True if the arm at the far end is virtual, as reported by the program that owns it (a
+    /// station).
+    ///
+    /// A virtual arm burns nothing, and its positions are right without homing. Any arm in another
+    /// process counts as real unless this is set.
+    pub virtual_arm: bool,
+    /// True (default) if a laser may be wired to the pins EIO 2 and 4. Set it to false if there is
+    /// none and the pins drive something else.
+    pub laser_pins: bool,
+    /// Firmware constants used to check commands; by default those of the known firmware. A virtual
+    /// arm passed to [`Arm::simulated`](crate::Arm::simulated) brings its own.
+    pub model: ArmModel,
+    /// Fence of the arm: everything sent over this connection is checked against it first.
+    ///
+    /// The check is that of [`Preflight::fence`](crate::preflight::Preflight::fence), starting
+    /// where the arm will be by then. Motion that cannot be checked is refused: commands of other
+    /// programs in the queue, and programs downloaded into the arm. A fence costs reads before each
+    /// motion; without one there are none.
+    ///
+    /// It covers only what this connection sends: not other programs, not hands and keys on the
+    /// arm, and not the braking distance of a stop. This is a convenience, not a safety function.
     pub fence: Option<Fence>,
-    /// Jogs are pieces that end by themselves ([`Arm::jog`](crate::Arm::jog)), for a line that nothing outside of this program
-    /// watches: whatever becomes of the program, the arm stands when a jog was not kept, or at the latest 50 ms later. They are not
-    /// as fast and even as a jog of the arm's own ([`JogCmd`](crate::commands::JogCmd)), which is refused then, also with
-    /// [`raw_jogs`](Self::raw_jogs); along y, r goes with joint 1. Off at first.
+    /// True if jogs are sent as short moves that end by themselves ([`Arm::jog`](crate::Arm::jog));
+    /// false by default.
+    ///
+    /// For a line that nothing outside this process watches: whatever happens to the process, the
+    /// arm is at rest at most 50 ms after the hold time of a jog ends. Such jogs are slower and
+    /// less even than the arm's own ([`JogCmd`](crate::commands::JogCmd)), which is refused then,
+    /// even with [`raw_jogs`](Self::raw_jogs). Along y, r turns with joint 1.
     pub bounded_jogs: bool,
-    /// Memory of homings beyond this connection ([`Homing::is_homed`](crate::Homing::is_homed)). Without one only homings that this connection
-    /// sees count. It costs a read of the serial number and of the arm's clock at each homing and each look.
+    /// Record of homings that outlives the connection
+    /// ([`Homing::is_homed`](crate::Homing::is_homed)).
+    ///
+    /// Without a record only homings over this connection count. It costs a read of the serial
+    /// number and of the arm's clock at each homing and each query.
     pub homings: Option<Arc<dyn HomingRecord>>,
-    /// Notice of the end of the line by the program at its other end, where that gives one: a
-    /// station. Jobs over this connection stop then, pen up and settings restored.
+    /// Notice from the program at the other end of the line (a station) that the line will end.
+    /// Jobs over this connection then stop, with the pen up and settings restored.
     pub end_notice: EndNotice,
-    /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
+    /// Faults injected on the line, for tests. Not available over a stream that the caller opens.
     #[cfg(feature = "faults")]
     pub faults: Faults,
-    /// Where what passes on the line is written to, as this program says and hears it.
+    /// Tracer that records all bytes sent and received.
     #[cfg(feature = "trace")]
     pub trace: Option<Tracer>,
 }
@@ -83,7 +111,11 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
+            // Choice: room for several retransmissions, and a person at a prompt still waits this
+            // long.
             timeout: Duration::from_secs(3),
+            // It is not known if a real controller takes several queued commands back to back (goal
+            // H2).
             window: 1,
             probe: true,
             reconnect: true,
@@ -176,7 +208,7 @@ impl Options {
         self
     }
 
-    /// Sets [`fence`](Self::fence); one that bounds nothing is none.
+    /// Sets [`fence`](Self::fence). A fence without bounds counts as no fence.
     #[must_use]
     pub fn fence(mut self, fence: impl Into<Option<Fence>>) -> Self {
         self.fence = fence.into();
@@ -220,7 +252,7 @@ impl Options {
         self
     }
 
-    /// Whether a line to a virtual arm in this process may break.
+    /// True if the line to a virtual arm in this process may break.
     pub(crate) fn unplugs(&self) -> bool {
         #[cfg(feature = "faults")]
         return self.faults.unplug > 0.0;
@@ -228,7 +260,10 @@ impl Options {
         false
     }
 
-    /// For a line that cannot have them: [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if faults are asked for.
+    /// Checks that no faults are requested, for a line that cannot inject them.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if the options ask for faults.
     pub(crate) fn without_faults(&self) -> Result<()> {
         #[cfg(feature = "faults")]
         if !self.faults.is_none() {

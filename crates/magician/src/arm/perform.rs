@@ -1,4 +1,8 @@
-//! Programs that are checked first.
+//! Checked programs: read the settings, check every command, then run.
+//!
+//! The check plans from where the arm stands, with the settings that the commands depend on.
+//! [`Arm::preflight_for`] finds out which these are, and reads only the values that the picture
+//! does not know.
 
 use std::sync::atomic::Ordering;
 
@@ -15,11 +19,12 @@ use crate::preflight::{
 };
 use crate::{Action, ErrorKind, RestDetector, Result};
 
-/// So many commands are checked before other tasks get their turn.
+/// Commands checked before other tasks get a turn. Choice: the check of a thousand takes
+/// milliseconds.
 const TURN: usize = 1024;
 
-/// Checks a whole program, its end included. Many commands take a while, and others have connections
-/// to be served. An error names the step, where there are several.
+/// Checks a whole program including its end. Yields now and then, because a long program would
+/// block the thread of other connections. An error names the step if there are several.
 async fn check_all(check: Preflight, commands: &[Set]) -> Result<CheckedProgram> {
     let mut program = CheckedProgram::begin(check);
     if let [command] = commands {
@@ -28,6 +33,7 @@ async fn check_all(check: Preflight, commands: &[Set]) -> Result<CheckedProgram>
         for some in commands.chunks(TURN) {
             program.extend(some)?;
             if some.len() == TURN {
+                // The driver of the connection may share this thread, and must not be starved.
                 tokio::task::yield_now().await;
             }
         }
@@ -37,7 +43,7 @@ async fn check_all(check: Preflight, commands: &[Set]) -> Result<CheckedProgram>
 }
 
 impl Arm {
-    /// As [`run`](Self::run), with options; `progress` is called now and then.
+    /// Runs commands as [`run`](Self::run) does, with options. `progress` is called now and then.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -87,11 +93,11 @@ impl Arm {
         refused.map_err(|error| error.remedy(Action::Home, "homes it"))
     }
 
-    /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.
+    /// Reads pose, tool and speeds, and returns a [`Preflight`] that starts there.
     ///
-    /// After a stop over this connection it waits until the arm stands. While the arm moves, or has
-    /// commands in its queue, its start is unknown; and where homing would
-    /// lead is, but for [`preflight_for`](Self::preflight_for) a program that homes.
+    /// After a stop over this connection it waits until the arm is at rest. While the arm moves, or
+    /// has commands in its queue, the start is unknown. The home point is unknown too, unless
+    /// [`preflight_for`](Self::preflight_for) is given a program that homes.
     ///
     /// # Errors
     /// As [`get`](Self::get).
@@ -107,13 +113,15 @@ impl Arm {
         self.read(needs, on_rail, &look).await
     }
 
-    /// As [`preflight`](Self::preflight), reading only what these commands depend on.
+    /// Reads as [`preflight`](Self::preflight) does, but only the settings these commands depend
+    /// on.
     ///
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
         self.come_to_rest().await?;
-        // What the queue tells of others comes before what is believed.
+        // Finished commands of other programs invalidate known settings, and the queue shows them
+        // first.
         let look = self.known().look_at_queue().await?;
         let needs = Needs::of(commands);
         let on_rail = needs.rail && self.known().setting::<DeviceWithL>().await?.with_l.is_on();
@@ -126,7 +134,7 @@ impl Arm {
         on_rail: bool,
         look: &QueueLook,
     ) -> Result<Preflight> {
-        // A fence asks the arm itself: a hand may have moved it.
+        // With a fence the pose is always read, because a hand may have moved the arm.
         let known = self.picture().standing().pose(self.clock(), look);
         let known = known.filter(|_| self.fence().is_none());
         let mut rest = RestDetector::default();
@@ -149,7 +157,7 @@ impl Arm {
         if needs.home {
             read.home = match self.known().setting().await {
                 Ok(home) => Some(home),
-                // An arm may have none to tell before one was set.
+                // An arm may have no home point to report before one was set.
                 Err(error) if error.kind() == ErrorKind::Unexpected => None,
                 Err(error) => return Err(error),
             };
@@ -168,11 +176,13 @@ impl Arm {
         Ok(self.fenced(Preflight::new(&read).model(*self.model())))
     }
 
-    /// As [`home`](Self::home), with options for what waits in the queue.
+    /// Homes as [`home`](Self::home) does, with options for the commands in the queue.
     ///
     /// # Errors
-    /// As [`Run::wait`](super::Run::wait); [`ErrorCode::NotHomed`](crate::ErrorCode::NotHomed) if the homing was broken off.
+    /// As [`Run::wait`](super::Run::wait); [`ErrorCode::NotHomed`](crate::ErrorCode::NotHomed) if
+    /// the homing was interrupted.
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
+        // Homing itself clears the reset, so a warning before it would only confuse.
         self.inner
             .reset_asked
             .store(super::homing::WARNED, Ordering::SeqCst);
@@ -183,7 +193,7 @@ impl Arm {
         let home = Set::from(HomeCmd { reserved: 0 });
         self.start_with([home], options).wait(|_| {}).await?;
         self.homing().check_ended()?;
-        // Nothing waits that this could let run.
+        // Clearing starts a held queue, but it is empty after the run; so no permission is needed.
         self.ask(Request::set(&ClearAlarmsState {})?)
             .await
             .map(drop)

@@ -1,4 +1,8 @@
-//! What the calls of a handle may do: light the laser of a real arm, start a jog that nothing holds.
+//! Permission checks below all front ends: lighting the laser of a real arm, unbounded jogs.
+//!
+//! They are made twice. Calls that take typed commands check them before anything is sent, to
+//! report the command by name and step. Every frame is checked once more on its way to the driver
+//! task, so that no call can bypass the check.
 
 use magician_host::{check_power, frame_burns, frame_releases_queue};
 use magician_protocol::{Frame, Row, Set};
@@ -8,14 +12,14 @@ use crate::gate::{frame_jogs, refuse_unheld, unheld_jog};
 use crate::message;
 use crate::{Error, Result};
 
-/// Permission of a handle: [`Arm::permission`] hands it out.
+/// Permissions of a handle, returned by [`Arm::permission`].
 #[derive(Clone, Copy, Debug)]
 pub struct Permission<'a> {
     arm: &'a Arm,
 }
 
 impl Arm {
-    /// What calls of this handle may do.
+    /// Returns the permissions of this handle.
     #[doc(hidden)]
     #[must_use]
     pub const fn permission(&self) -> Permission<'_> {
@@ -24,11 +28,14 @@ impl Arm {
 }
 
 impl Permission<'_> {
-    /// Refuses commands of which one would start a jog that nothing holds, would burn where that is not allowed, or has a duty or a
-    /// laser power out of its range; nothing is sent.
+    /// Checks commands before any of them is sent.
+    ///
+    /// Refused are jogs without a hold time, commands that burn without permission, and a duty or
+    /// laser power out of range.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`], with [`ErrorCode::LaserNotAllowed`] or [`ErrorCode::Guarded`] for what is not allowed.
+    /// [`ErrorKind::InvalidInput`], with [`ErrorCode::LaserNotAllowed`] or [`ErrorCode::Guarded`]
+    /// for a missing permission.
     pub fn check<'a>(self, commands: impl IntoIterator<Item = &'a Set>) -> Result<()> {
         let may_burn = self.arm.laser().may_burn();
         commands.into_iter().try_for_each(|command| {
@@ -42,8 +49,8 @@ impl Permission<'_> {
         })
     }
 
-    /// Refuses to let a queue run in which commands of another program wait, where the laser may not burn:
-    /// they cannot be read there.
+    /// Refuses to start a queue that holds commands of another program unless the laser may burn,
+    /// because those commands cannot be read back.
     ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`], else as [`get`](Arm::get).
@@ -56,6 +63,7 @@ impl Permission<'_> {
             .queue()
             .foreign_commands(&self.arm.known().look_at_queue().await?)
         {
+            // Counted as burning: any of them may light the laser.
             0 => Ok(()),
             count => {
                 let name = self.arm.name();
@@ -76,10 +84,11 @@ impl Permission<'_> {
         }
     }
 
-    /// The same for a frame: the net below all doors.
+    /// Checks a frame. Every request passes here, from whichever call.
     pub(super) fn check_frame(self, frame: &Frame<'_>) -> Result<()> {
         let ctrl = frame.ctrl();
         let may = Row::with_id(frame.id()).is_some_and(|row| row.may_burn);
+        // Decoding is only needed for the few commands with a power or a duty.
         if may
             && (ctrl.write() || ctrl.queued())
             && let Ok(command) = Set::decode(frame.id(), frame.params())
@@ -93,7 +102,8 @@ impl Permission<'_> {
         }
     }
 
-    /// As [`check_queue`](Self::check_queue), for a frame that lets the queue run.
+    /// Checks as [`check_queue`](Self::check_queue) does if the frame starts the queue or lifts a
+    /// hold on it.
     pub(super) async fn check_release(self, frame: &Frame<'_>) -> Result<()> {
         if frame_releases_queue(frame) {
             self.check_queue().await
@@ -110,7 +120,7 @@ impl Permission<'_> {
         ))
     }
 
-    /// Refuses a jog that nothing holds; nothing is sent.
+    /// Refuses a frame that starts a jog without a hold time.
     pub(super) fn check_jog(self, frame: &Frame<'_>) -> Result<()> {
         if frame_jogs(frame) && !self.lets_jogs_pass() {
             Err(unheld_jog())
@@ -119,7 +129,7 @@ impl Permission<'_> {
         }
     }
 
-    /// Refuses a command that starts a jog that nothing holds.
+    /// Refuses a command that starts a jog without a hold time.
     pub(super) fn check_command(self, command: &Set) -> Result<()> {
         if self.lets_jogs_pass() {
             Ok(())
@@ -129,6 +139,7 @@ impl Permission<'_> {
     }
 
     fn lets_jogs_pass(self) -> bool {
+        // With bounded jogs even a handle for raw jogs is refused: nothing would end them.
         self.arm.passes_jogs && !self.arm.inner.options.bounded_jogs
     }
 }

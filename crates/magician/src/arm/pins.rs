@@ -1,4 +1,4 @@
-//! The EIO pins: read, waited for, and driven as what they are.
+//! EIO pins: reading inputs, waiting for them, and driving outputs with a check of their function.
 
 use magician_protocol::commands::{GetIoDi, GetIoMultiplexing, IoDi, IoMultiplexing};
 use magician_protocol::{IoFunction, Set};
@@ -7,26 +7,27 @@ use super::laser::answered;
 use super::{Arm, Ran};
 use crate::{Act, Error, PinUse, Result, build};
 
-/// The EIO pins of an arm: [`Arm::pins`] hands them out.
+/// EIO pins of an arm, returned by [`Arm::pins`].
 #[derive(Clone, Copy, Debug)]
 pub struct Pins<'a> {
     arm: &'a Arm,
 }
 
 impl Pins<'_> {
-    /// Whether a digital input (EIO address 1 to 20, document 1.15.4) is high. The pin has to be set up as an input before:
-    /// [`build::multiplex`].
+    /// Reads a digital input (EIO address 1 to 20, document 1.15.4); true if it is high. The pin
+    /// must be configured as an input first: [`build::multiplex`].
     ///
     /// # Errors
-    /// As [`get`](Arm::get); [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) where the arm has no such pin.
+    /// As [`get`](Arm::get); [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if the arm has no
+    /// such pin.
     pub async fn input(self, address: u8) -> Result<bool> {
         let address = Some(address);
         let read: IoDi = self.arm.get_with(&GetIoDi { address }).await?;
         Ok(read.level.is_on())
     }
 
-    /// Waits until a digital input (EIO address 1 to 20) has this level, in the arm's queue and for ever if need be (document
-    /// 1.14.1): a [`stop`](Arm::stop) ends it.
+    /// Waits in the arm's queue until a digital input (EIO address 1 to 20) has this level
+    /// (document 1.14.1). There is no timeout: a [`stop`](Arm::stop) ends the wait.
     ///
     /// # Errors
     /// As [`move_to`](Arm::move_to).
@@ -34,16 +35,20 @@ impl Pins<'_> {
         self.arm.run(&[build::wait_for_level(address, high)]).await
     }
 
-    /// Drives a pin: [`build::output`](crate::build::output), [`build::pwm`](crate::build::pwm) or
-    /// [`build::servo`](crate::build::servo), as [`set_any`](Arm::set_any) does, but refused unless the
-    /// pin has the function for it: otherwise the arm takes the command and nothing happens.
+    /// Drives a pin by [`build::output`](crate::build::output), [`build::pwm`](crate::build::pwm)
+    /// or [`build::servo`](crate::build::servo).
+    ///
+    /// The command is sent as by [`set_any`](Arm::set_any), but refused unless the pin has the
+    /// required function. Without this check the arm accepts the command and nothing happens.
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a pin without that function; else as `set_any`.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a pin without that function; else as
+    /// `set_any`.
     pub async fn drive(self, command: &Set) -> Result<()> {
         let wanted = match command {
             Set::IoDo(output) => Some((output.address, PinUse::DigitalOutput)),
             Set::IoPwm(output) => Some((output.address, PinUse::Pwm)),
+            // Other commands need no function of a pin and pass unchecked.
             _ => None,
         };
         if let Some((address, wanted)) = wanted {
@@ -59,7 +64,7 @@ impl Pins<'_> {
         let address_of = GetIoMultiplexing {
             address: Some(address),
         };
-        // An arm that does not tell is taken at its word.
+        // Without a reading of the function the command is sent unchecked.
         let Some(pin) = answered(self.arm.get_with::<IoMultiplexing>(&address_of).await)? else {
             return Ok(());
         };
@@ -81,7 +86,7 @@ impl Pins<'_> {
 }
 
 impl Arm {
-    /// The EIO pins.
+    /// Returns the EIO pins.
     #[must_use]
     pub const fn pins(&self) -> Pins<'_> {
         Pins { arm: self }

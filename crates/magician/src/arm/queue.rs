@@ -1,3 +1,11 @@
+//! The command queue of the arm: start, clear, look, and fill.
+//!
+//! A queued command is accepted with an index; the arm counts the finished ones by the same index.
+//! Filling is serialised by the lock [`Flow`], which also caches the free places, so that the space
+//! is read only when the cache says zero. Commands that other programs left in the queue are found
+//! by counting: if more commands wait than this connection has unfinished, the queue is foreign,
+//! and is not started by accident.
+
 use magician_host::picture::QueueLook;
 use magician_protocol::commands::{
     AlarmsState, ClearAlarmsState, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
@@ -13,19 +21,22 @@ use crate::connection::Request;
 use crate::message;
 use crate::{Action, Error, ErrorCode, ErrorKind, Given, QueueIndex, Result, Setting};
 
-/// The queue of an arm: [`Arm::queue`] hands it out. [`Arm::enqueue`] and [`Arm::run`] put commands into it.
+/// Command queue of an arm, returned by [`Arm::queue`]. [`Arm::enqueue`] and [`Arm::run`] fill it.
 #[derive(Clone, Copy, Debug)]
 pub struct Queue<'a> {
     arm: &'a Arm,
 }
 
 impl Queue<'_> {
-    /// Lets the queue run (document 1.19.1). A start may end the motion under way (model section 14): none is sent while a
-    /// queue runs that was started over this connection, and none before the arm stands.
+    /// Starts the queue (document 1.19.1).
+    ///
+    /// A start may cut off the motion under way (model section 14). So none is sent while a queue
+    /// runs that this connection started, and none before the arm is at rest.
     ///
     /// # Errors
-    /// [`ErrorCode::Busy`] if the arm moves and still does after five seconds, else as [`get`](Arm::get). On
-    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) the queue may run: nothing is sent twice.
+    /// [`ErrorCode::Busy`] if the arm still moves after five seconds, else as [`get`](Arm::get).
+    /// After [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) the queue may be running: the start
+    /// is not retransmitted.
     pub async fn start(self) -> Result<()> {
         if !self.arm.stands().await? {
             if self.arm.picture().motion().started() == Some(true) {
@@ -38,34 +49,37 @@ impl Queue<'_> {
                     ErrorCode::StopUnconfirmed => {
                         Error::new(ErrorCode::Busy, message!("the arm moves"))
                     }
+                    // Any other error is about the line, not about the motion.
                     _ => error,
                 })?;
         }
         self.start_standing().await
     }
 
-    /// Lets the queue of an arm that stands run.
+    /// Starts the queue of an arm that is at rest.
     pub(super) async fn start_standing(self) -> Result<()> {
         self.arm.set(&QueuedCmdStartExec {}).await
     }
 
-    /// Lets the queue run if it is empty, and says whether it was: nothing moves by that. An arm is switched on with its queue
-    /// stopped, and programs that were written on one that was started long ago wait for their first command for ever.
+    /// Starts the queue if it is empty, and returns true if it was. Nothing moves.
+    ///
+    /// The queue of an arm is stopped at power-up. Programs written for one whose queue runs would
+    /// otherwise wait for their first command forever.
     ///
     /// # Errors
     /// As [`start`](Self::start).
     pub async fn start_if_empty(self) -> Result<bool> {
-        // What another program has left there is not set going.
+        // Commands that another program left there must not start to run.
         let empty = self.waiting().await? == 0;
         if empty {
-            // The arm may move all the same: by an immediate motion of another program.
+            // Even with an empty queue the arm may move, by an immediate motion of another program.
             self.start().await?;
         }
         Ok(empty)
     }
 
-    /// Drops what waits in the queue (document 1.19.6). The motion under way may end where it is (model section 14). A run
-    /// under way ends.
+    /// Drops the commands in the queue (document 1.19.6). The motion under way may end early (model
+    /// section 14). A run in progress ends.
     ///
     /// # Errors
     /// As [`get`](Arm::get).
@@ -73,7 +87,7 @@ impl Queue<'_> {
         self.arm.set(&QueuedCmdClear {}).await
     }
 
-    /// Free places in the arm's queue.
+    /// Reads the number of free places in the queue.
     ///
     /// # Errors
     /// As [`get`](Arm::get).
@@ -82,7 +96,7 @@ impl Queue<'_> {
         Ok(read.left_space)
     }
 
-    /// Index of the queued command that was finished last, 0 before the first.
+    /// Reads the index of the queued command that finished last, 0 before the first.
     ///
     /// # Errors
     /// As [`get`](Arm::get).
@@ -91,7 +105,7 @@ impl Queue<'_> {
         Ok(QueuedCmdIndex(read.queued_cmd_current_index))
     }
 
-    /// How many places of the arm's queue are taken.
+    /// Returns the number of commands in the queue.
     pub(super) async fn waiting(self) -> Result<u32> {
         let room = self.left_space().await?;
         let (_, capacity) = self.arm.stats().await?;
@@ -99,9 +113,9 @@ impl Queue<'_> {
     }
 }
 
-/// Filling it.
+/// Filling the queue.
 impl<'a> Queue<'a> {
-    /// Commands that other programs left in the queue are not run by accident.
+    /// Refuses to continue if commands of other programs wait in the queue.
     pub(super) fn refuse_foreign(self, look: &QueueLook) -> Result<()> {
         let waiting = self.foreign_commands(look);
         let (message, them) = match waiting {
@@ -125,7 +139,7 @@ impl<'a> Queue<'a> {
             .remedy((Setting::Keep, Given::On), format!("runs {them}")))
     }
 
-    /// How many commands wait in the queue that this connection did not put there.
+    /// Returns the number of waiting commands that this connection did not send.
     pub(super) fn foreign_commands(self, look: &QueueLook) -> u32 {
         let waiting = look.waiting();
         let picture = self.arm.picture();
@@ -138,11 +152,13 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// Puts a request into the queue, when there is room for its command.
+    /// Sends a queued request once there is room for it.
     pub(super) async fn fill(self, request: Request, command: &Set) -> Result<QueueIndex> {
         self.arm.permission().check([command])?;
         let deadline = self.arm.deadline();
         let doubts = self.doubts();
+        // If a command of another call became uncertain while this one waited for its turn, this
+        // one could run without it.
         let mut flow = self.take_turn(deadline, command.row().set_name).await?;
         if self.doubts() != doubts {
             let message = message!("it was not sent: an earlier command is uncertain");
@@ -160,7 +176,8 @@ impl<'a> Queue<'a> {
             let error = Error::new(ErrorCode::QueueFull, message!("the arm's queue is full"));
             return Err(error.with_command(command.row().set_name));
         }
-        // A caller that goes away meanwhile leaves behind what has to be counted anew.
+        // The cache stays at zero if the caller drops this future, so the next call reads the space
+        // again.
         let mut room = std::mem::take(&mut flow.room);
         let reply = self.arm.ask_until(request, deadline).await;
         let index = self.accepted(&mut room, reply)?;
@@ -168,12 +185,12 @@ impl<'a> Queue<'a> {
         Ok(index)
     }
 
-    /// Queued commands so far that became uncertain.
+    /// Returns the number of queued commands up to now whose acceptance is uncertain.
     fn doubts(self) -> u64 {
         self.arm.inner.shared.disruptions.doubts()
     }
 
-    /// An empty queue is noted: what is put into it next runs next.
+    /// Notes an empty queue in the picture: the next command put into it is the next to run.
     async fn note_room(self, room: u32) -> Result<()> {
         let (_, capacity) = self.arm.stats().await?;
         if room >= capacity {
@@ -182,7 +199,7 @@ impl<'a> Queue<'a> {
         Ok(())
     }
 
-    /// The queue is filled by one at a time.
+    /// Waits for the exclusive right to fill the queue.
     pub(super) async fn take_turn(
         self,
         deadline: Instant,
@@ -195,7 +212,7 @@ impl<'a> Queue<'a> {
         })
     }
 
-    /// Accounts for the answer to a queued command.
+    /// Updates the free places after the reply to a queued command, and returns its index.
     pub(super) fn accepted(self, room: &mut u32, reply: Result<FrameBuf>) -> Result<QueueIndex> {
         let reply = reply.inspect_err(|error| {
             *room = 0;
@@ -210,7 +227,7 @@ impl<'a> Queue<'a> {
 }
 
 impl Arm {
-    /// The queue.
+    /// Returns the command queue.
     ///
     /// ```
     /// use magician::{Arm, build};
@@ -230,7 +247,7 @@ impl Arm {
         Queue { arm: self }
     }
 
-    /// The alarms that stand. That some stand is no error.
+    /// Reads the active alarms. An active alarm is not an error.
     ///
     /// # Errors
     /// As [`get`](Self::get).
@@ -239,9 +256,9 @@ impl Arm {
         Ok(read.alarms_state)
     }
 
-    /// The error for a wait that ends with these alarms.
+    /// Builds the error for a wait that ends with these alarms.
     pub(super) async fn stopped_by(&self, alarms: AlarmSet) -> Error {
-        // Where the bias cannot be read the alarms speak for themselves.
+        // If the tool bias cannot be read, the alarms are reported without that hint.
         let tool_unknown = self
             .front_end()
             .tool_is_unknown(&alarms)
@@ -250,7 +267,7 @@ impl Arm {
         Error::alarm(alarms, tool_unknown)
     }
 
-    /// Clears the alarms, and with them the hold on the queue if no cause stands any more.
+    /// Clears the alarms. This also lifts their hold on the queue if no cause remains.
     ///
     /// # Errors
     /// As [`get`](Self::get).

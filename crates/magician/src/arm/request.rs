@@ -1,3 +1,9 @@
+//! Requests of a handle: deadline, submission to the driver task, and the wait for the answer.
+//!
+//! Each request carries its deadline to the task, which ends it with an error when the deadline
+//! passes. The handle watches the deadline too, so a call returns even if the task is starved. Time
+//! in which the process was suspended does not count against it.
+
 use std::sync::MutexGuard;
 use std::time::Duration;
 
@@ -13,28 +19,30 @@ use crate::connection::{Request, is_once};
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
-/// Longer than anybody waits, and short enough to be added to any instant.
+/// Upper bound of a timeout: longer than any caller waits, and small enough to be added to any
+/// instant without overflow.
 const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 
-/// So long after its deadline a call ends even if the task is kept from its work.
+/// Additional time after the deadline before the handle gives up on the task. Choice: the task
+/// normally reports the timeout itself, with a more precise error.
 const GRACE: Duration = Duration::from_millis(5);
-/// How long the task may take for a turn.
+/// Time for the task to be scheduled after the handle was. Choice: a few scheduler turns.
 const TURN: Duration = Duration::from_millis(3);
 
-/// Requests.
+/// Sending requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
         self.call_deadline()
             .max(Instant::now() + self.patience.min(FOREVER))
     }
 
-    /// As it is for calls that are no part of a run.
+    /// Returns the deadline of calls that are not part of a run.
     pub(super) fn call_deadline(&self) -> Instant {
         let timeout = self.timeout().max(self.inner.shared.attempts());
         Instant::now() + timeout.min(FOREVER)
     }
 
-    /// Returns a fault of the queue, to a call that began after `since` and asks first.
+    /// Returns the queue fault, if any, for a call that began after `since` stops.
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Result<()> {
         match self.inner.shared.queue_fault(since) {
             None => Ok(()),
@@ -51,6 +59,8 @@ impl Arm {
             return self.ask_behind_jog(request, deadline).await;
         }
         let stops = self.stops();
+        // Boxed, as are the fence checks below: their futures are large and rarely needed, and
+        // every call would carry them.
         if homes(&request.frame().frame()) {
             Box::pin(self.homing().expect()).await;
         }
@@ -66,7 +76,7 @@ impl Arm {
         answer
     }
 
-    /// A read: no fence is asked for it.
+    /// Sends a read, which no fence needs to check.
     pub(super) async fn ask_for(&self, request: Request) -> Result<FrameBuf> {
         let (deadline, stops) = (self.deadline(), self.stops());
         if self.waits_for_jog(&request) {
@@ -81,15 +91,15 @@ impl Arm {
         self.answer(answer, &frame, deadline).await
     }
 
-    /// How many stops were asked for over this connection so far, by whomever:
+    /// Returns the number of stops requested over this connection so far, by any handle; see
     /// [`RunOptions::unless_stopped_since`](super::RunOptions::unless_stopped_since).
     #[must_use]
     pub fn stops(&self) -> u64 {
         self.inner.shared.stops()
     }
 
-    /// Hands a request to the task; its answer comes through what this returns. A queued command
-    /// that belongs to a time before the last stop is not sent.
+    /// Submits a request to the task, and returns the receiver of its answer. A queued command from
+    /// before the last stop is not sent.
     pub(super) async fn submit(
         &self,
         request: Request,
@@ -110,17 +120,19 @@ impl Arm {
         match timeout_at(deadline, self.inner.messages.send(message)).await {
             Ok(Ok(())) => Ok(answer),
             Ok(Err(_)) => Err(Error::closed()),
+            // The inbox stayed full until the deadline, so the task is starved.
             Err(_) => Err(Error::stuck()),
         }
     }
 
-    /// The answer, or an error even if the task should be kept from its work.
+    /// Waits for the answer; returns an error after the deadline even if the task is starved.
     pub(super) async fn answer(
         &self,
         answer: oneshot::Receiver<Result<FrameBuf>>,
         request: &FrameBuf,
         deadline: Instant,
     ) -> Result<FrameBuf> {
+        // A request that must not be repeated may have been executed, so the caller has to be told.
         let silent = if is_once(&request.frame()) {
             Error::uncertain(None, None)
         } else {
@@ -129,7 +141,7 @@ impl Arm {
         self.answer_or(silent, answer, request, deadline).await
     }
 
-    /// As [`answer`](Self::answer), with the error of a task that is kept from its work.
+    /// Waits as [`answer`](Self::answer) does, with `silent` as the error of a starved task.
     pub(super) async fn answer_or<T>(
         &self,
         silent: Error,
@@ -141,11 +153,13 @@ impl Arm {
         let mut late = deadline + GRACE;
         loop {
             let heard = timeout_at(late, self.heard(&mut answer)).await;
-            // A caller that was held up wakes with all others, perhaps before the task.
+            // After a suspension all tasks wake at once, perhaps this one before the driver: give
+            // it a turn.
             let heard = match heard {
                 Err(_) => timeout(TURN, self.heard(&mut answer)).await,
                 heard => heard,
             };
+            // The driver reports the length of a suspension; the deadline moves on by it.
             let extended = deadline + GRACE + (self.inner.shared.slept() - before);
             break match heard {
                 Ok(Some(result)) => result,
@@ -163,10 +177,11 @@ impl Arm {
         })
     }
 
-    /// What the task says, or nothing once it has ended: a message that is sent while it ends may stay where it is, with
-    /// all that would tell of that.
+    /// Returns the answer of the task; `None` once the task has ended. Both are watched, because a
+    /// message sent while the task ends may stay in the inbox, together with its reply channel.
     pub(super) async fn heard<T>(&self, answer: &mut oneshot::Receiver<T>) -> Option<T> {
         tokio::select! {
+            // The answer first: an answer received before the end of the connection still counts.
             biased;
             answer = &mut *answer => answer.ok(),
             () = self.ended() => answer.try_recv().ok(),

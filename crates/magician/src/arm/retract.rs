@@ -1,4 +1,4 @@
-//! What a tool does whose work is over: it goes up, and to where it is parked.
+//! Retracting a tool after its work: up, or to its parking position.
 
 use std::fmt;
 
@@ -11,25 +11,26 @@ use crate::message;
 use crate::preflight::Preflight;
 use crate::{Error, ErrorCode, Result};
 
-/// What came of a [`lift`](Arm::lift).
+/// Result of a [`lift`](Arm::lift).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Lifted {
-    /// By how much the tool was to go up, mm.
+    /// Requested height, mm.
     pub asked: f64,
-    /// By how much it went, mm: less where the arm does not reach higher, 0 where it cannot go up at all.
+    /// Actual height, mm: less at the end of the arm's reach, 0 if it cannot move up.
     pub by: f64,
-    /// Where the arm stands then.
+    /// Pose after the lift.
     pub pose: Pose,
 }
 
 impl Arm {
-    /// Raises the tool straight up by `height` (mm), or as far as the arm reaches, and waits until it is there: what a pen
-    /// needs when a drawing ends, is paused or was stopped. It is a move like any other: it is checked from where the arm
-    /// stands, goes through the queue, and a [`stop`](Self::stop) that comes meanwhile ends it.
+    /// Raises the tool straight up by `height` (mm), or as far as the arm reaches, and waits until
+    /// it is there.
     ///
-    /// It takes less than 1.5 s for heights up to 150 mm; where the speeds in force are too low for that it is done at others,
-    /// which are given back.
+    /// For a pen when a drawing ends, pauses or was stopped. It is a normal move: it is checked
+    /// from where the arm stands, goes through the queue, and a [`stop`](Self::stop) ends it. It
+    /// takes less than 1.5 s for heights up to 150 mm. If the current speeds are too low for that,
+    /// it changes and restores them.
     ///
     /// ```
     /// use magician::{Arm, build};
@@ -45,11 +46,13 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// Nothing is moved when an alarm holds the arm ([`ErrorKind::Alarm`](crate::ErrorKind::Alarm)), when it is not known where it stands because it
-    /// moves or has commands in its queue ([`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput)), and when a stop came since the call
-    /// ([`ErrorKind::Closed`](crate::ErrorKind::Closed)); else as [`run`](Self::run).
+    /// The arm does not move if an alarm holds it ([`ErrorKind::Alarm`](crate::ErrorKind::Alarm)),
+    /// if its position is unknown because it moves or has commands in its queue
+    /// ([`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput)), or after a stop since the
+    /// call ([`ErrorKind::Closed`](crate::ErrorKind::Closed)); else as [`run`](Self::run).
     pub async fn lift(&self, height: f64) -> Result<Lifted> {
         let stops = self.stops();
+        // The target does not matter: only the kind of move decides which settings are read.
         let course = course_from_here(self, &[line_to(0.0, 0.0, 0.0, 0.0)]).await?;
         let lift = course.lift(height)?;
         retract(self, course, &lift.commands, stops).await?;
@@ -60,12 +63,14 @@ impl Arm {
         })
     }
 
-    /// Takes the tool to the place (x, y, z of its tip) where it is parked, and waits until it is there. It goes across no
-    /// lower than the higher one of both ends, if that is within reach: [`Preflight::way_to_park`]. A tool that stands on its
-    /// work is [lifted](Self::lift) first.
+    /// Moves the tool tip to its parking position (x, y, z), and waits until it is there.
+    ///
+    /// The horizontal part is no lower than the higher end, if that is within reach:
+    /// [`Preflight::way_to_park`]. A tool that touches its work is [lifted](Self::lift) first.
     ///
     /// # Errors
-    /// As [`lift`](Self::lift); [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) if the arm cannot get there.
+    /// As [`lift`](Self::lift); [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) if the
+    /// position is out of reach.
     pub async fn park(&self, place: [f64; 3]) -> Result<Pose> {
         let stops = self.stops();
         let moves = [line_to(0.0, 0.0, 0.0, 0.0), move_to(0.0, 0.0, 0.0, 0.0)];
@@ -76,13 +81,14 @@ impl Arm {
     }
 }
 
-/// Where the arm stands, for a move of its own: not under an alarm that holds it.
+/// Reads the start of a retracting move. Fails while an alarm holds the arm.
 async fn course_from_here(arm: &Arm, moves: &[Set]) -> Result<Preflight> {
     let alarms = arm.alarms().await?;
     if alarms.blocking() {
         return Err(arm.stopped_by(alarms).await);
     }
     let course = arm.preflight_for(moves).await?;
+    // A relative move from an unknown position could go anywhere.
     if course.arm().is_none() {
         return Err(Error::new(
             ErrorCode::PositionUnknown,
@@ -92,19 +98,20 @@ async fn course_from_here(arm: &Arm, moves: &[Set]) -> Result<Preflight> {
     Ok(course)
 }
 
-/// Runs commands that were checked from there, and gives the speeds back that they change.
+/// Runs commands that were checked from `course`, and restores the speeds that they change.
 async fn retract(arm: &Arm, course: Preflight, commands: &[Set], stops: u64) -> Result<()> {
     let mut saved = SettingsBackup::read(arm, commands).await?;
     let options = RunOptions::default().unless_stopped_since(stops);
     let run = arm.start_with(commands.iter().copied(), options);
     let mut run = run.along(course);
+    // No `?` here: the speeds are restored after a failed run as well.
     let ran = run.wait(|_| {}).await;
     let restored = saved.restore(arm).await;
     ran?;
     restored
 }
 
-/// In a sentence on its own.
+/// Describes the lift as a sentence.
 impl fmt::Display for Lifted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { asked, by, .. } = self;

@@ -1,4 +1,7 @@
-//! Where a virtual arm is at instants of its own clock, for what records it: that clock leaps ahead of any reader.
+//! Samples of a virtual arm at instants of the arm's clock, for recordings.
+//!
+//! In virtual time the clock leaps further than a reader could follow by polling, so the virtual
+//! arm itself takes the samples during a leap.
 
 use magician_protocol::AlarmSet;
 use magician_protocol::commands::{EndEffectorParams, Pose};
@@ -8,25 +11,25 @@ use super::Arm;
 #[cfg(feature = "sim")]
 use crate::VirtualArm;
 
-/// A virtual arm at an instant of its clock.
+/// State of a virtual arm at an instant of its clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Sample {
     /// Seconds of its clock since [`Arm::samples`].
     pub t: f64,
-    /// Where the tool is, as the arm tells it.
+    /// Pose as the arm reports it.
     pub pose: Pose,
-    /// The tool that this is counted for.
+    /// Tool bias contained in the pose.
     pub bias: EndEffectorParams,
     /// Index of the queued command that finished last.
     pub index: u64,
     /// Free places in the queue.
     pub left_space: u32,
-    /// The alarms that stand.
+    /// Active alarms.
     pub alarms: AlarmSet,
 }
 
-/// Samples of a virtual arm, in the order of its clock; see [`Arm::samples`].
+/// Samples of a virtual arm in the order of its clock; see [`Arm::samples`].
 #[derive(Debug)]
 pub struct Samples {
     coming: mpsc::UnboundedReceiver<Sample>,
@@ -37,17 +40,17 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// The next one.
+    /// Waits for the next sample; `None` at the end.
     pub async fn next(&mut self) -> Option<Sample> {
         self.coming.recv().await
     }
 
-    /// The next one, if there is one already.
+    /// Returns the next sample if there is one already.
     pub fn ready(&mut self) -> Option<Sample> {
         self.coming.try_recv().ok()
     }
 
-    /// Takes one of the present, behind all others.
+    /// Takes a sample of the present, behind all others.
     pub fn take(&self) {
         #[cfg(feature = "sim")]
         self.arm.sample(self.number);
@@ -57,13 +60,17 @@ impl Samples {
 #[cfg(feature = "sim")]
 impl Drop for Samples {
     fn drop(&mut self) {
+        // Otherwise the virtual arm would keep sampling without a receiver.
         self.arm.end_samples(self.number);
     }
 }
 
 impl Arm {
-    /// Samples of a virtual arm in this process whose clock leaps, `rate` a second of that clock while it moves, and
-    /// whenever it was touched from outside. A real arm, and a virtual one with a speed, has none: it is read as time passes.
+    /// Returns samples of a virtual arm in this process whose clock leaps.
+    ///
+    /// The arm takes `rate` samples per second of that clock while it moves, and one whenever it is
+    /// touched from outside. `None` for a real arm and for a virtual one with a speed, which can be
+    /// polled.
     #[must_use]
     pub fn samples(&self, rate: f64) -> Option<Samples> {
         #[cfg(feature = "sim")]

@@ -1,3 +1,5 @@
+//! Backup of the settings that a program changes.
+
 use std::mem::{discriminant, take};
 
 use magician_protocol::Set;
@@ -10,8 +12,7 @@ use super::Arm;
 use crate::Result;
 use crate::preflight::{Preflight, Readings};
 
-/// Settings of an arm that a program changes for its own time, as they were before: what the arm gets back however the
-/// program ends.
+/// Settings of an arm from before a program, to be restored however the program ends.
 ///
 /// ```
 /// use magician::commands::PtpCommonParams;
@@ -24,7 +25,7 @@ use crate::preflight::{Preflight, Readings};
 /// let mut saved = SettingsBackup::read(&arm, &program).await?;
 /// let ran = arm.run(&program).await;
 /// if ran.is_err() {
-///     // What is left of it would come later, with the speeds of before.
+///     // After an error its remaining commands would run later, at the earlier speeds.
 ///     arm.stop().await?;
 /// }
 /// saved.restore(&arm).await?;
@@ -36,8 +37,8 @@ use crate::preflight::{Preflight, Readings};
 pub struct SettingsBackup(Vec<Set>);
 
 impl SettingsBackup {
-    /// Reads what these commands change, as it is now: speeds, and heights of jumps. The tool stays, and so does what is no
-    /// setting of a motion.
+    /// Reads the current values of the settings that these commands change: speeds, and jump
+    /// heights. Tool settings, and all that does not affect motion, are left out.
     ///
     /// # Errors
     /// As [`Arm::get`].
@@ -55,18 +56,21 @@ impl SettingsBackup {
         Ok(saved)
     }
 
-    /// Owes this setting as well.
+    /// Adds a setting to the backup.
     pub fn save(&mut self, setting: impl Into<Set>) {
         self.0.push(setting.into());
     }
 
-    /// Owes what another owes as well.
+    /// Adds all settings of another backup.
     pub fn append(&mut self, other: Self) {
         self.0.extend(other.0);
     }
 
-    /// What was kept outside the process, as [`settings`](Self::settings) gave it; none of it where something is there that no
-    /// program owes an arm, or a number that no arm takes.
+    /// Creates a backup from settings stored outside of the process, as returned by
+    /// [`settings`](Self::settings).
+    ///
+    /// Returns `None` if any of them is not a setting that a program may owe an arm, or has a value
+    /// that no arm accepts.
     #[must_use]
     pub fn from_saved(settings: Vec<Set>) -> Option<Self> {
         let mut check = Preflight::new(&Readings::default());
@@ -74,22 +78,22 @@ impl SettingsBackup {
         settings.iter().all(&mut sound).then_some(Self(settings))
     }
 
-    /// The settings, in the order in which they are given back.
+    /// Returns the settings in the order of restoration.
     #[must_use]
     pub fn settings(&self) -> &[Set] {
         &self.0
     }
 
-    /// Whether nothing is saved.
+    /// True if nothing is saved.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Gives the arm back what is saved. Nothing is saved any more then, however it ends.
+    /// Restores the settings. The backup is empty afterwards, even after an error.
     ///
     /// # Errors
-    /// As [`Arm::set`], at the first setting that the arm does not take.
+    /// As [`Arm::set`], at the first setting that the arm refuses.
     pub async fn restore(&mut self, arm: &Arm) -> Result<()> {
         for setting in take(&mut self.0) {
             arm.set_any(&setting).await?;
@@ -98,7 +102,8 @@ impl SettingsBackup {
     }
 }
 
-/// Whether it is one of the settings that verbs and programs change for their own time: none of them moves anything.
+/// True for settings that programs change temporarily. None of them moves the arm, so restoring a
+/// file of them is safe.
 const fn is_saved(setting: &Set) -> bool {
     matches!(
         setting,
@@ -117,17 +122,18 @@ const fn is_saved(setting: &Set) -> bool {
     )
 }
 
-/// The setting that a command changes, as it is now.
+/// Reads the current value of the setting that a command changes; `None` for any other command.
 async fn before(arm: &Arm, change: &Set) -> Result<Option<Set>> {
     Ok(Some(match change {
         Set::PtpJointParams(_) => arm.get::<PtpJointParams>().await?.into(),
         Set::PtpCoordinateParams(_) => arm.get::<PtpCoordinateParams>().await?.into(),
         Set::PtpCommonParams(_) => arm.get::<PtpCommonParams>().await?.into(),
-        // One height is both heights of the second set.
+        // PTPJumpParams sets both heights of PTPJump2Params to one value, so the pair is saved.
         Set::PtpJumpParams(_) | Set::PtpJump2Params(_) => arm.get::<PtpJump2Params>().await?.into(),
         Set::PtpLParams(_) => arm.get::<PtpLParams>().await?.into(),
         Set::CpParams(_) => arm.get::<CpParams>().await?.into(),
         Set::ArcParams(_) => arm.get::<ArcParams>().await?.into(),
+        // No setting of motion: nothing to restore.
         _ => return Ok(None),
     }))
 }

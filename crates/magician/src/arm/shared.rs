@@ -1,4 +1,8 @@
-//! What the handles of a connection and its task both know.
+//! State shared by the handles of a connection and its driver task.
+//!
+//! Every part has its own lock or atomic, and no lock is held across an await. The picture and the
+//! gate are the state machines of `magician-host`; the task feeds them with frames, handles query
+//! them.
 
 use magician_host::ArmPicture;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -21,27 +25,28 @@ use crate::gate::{Gate, JogId};
 use crate::transport::Line;
 use crate::{Error, Result};
 
-/// So often what a call sends may be lost.
+/// Attempts of one request that fit into a call over datagrams. Choice: if a tenth of all attempts
+/// is lost, all five fail once in 100,000 calls.
 const ATTEMPTS: u32 = 5;
 
 #[derive(Debug)]
 pub(super) struct Shared {
-    /// What the connection is called in messages.
+    /// Name of the connection in messages.
     pub(super) name: String,
-    /// The line keeps the order of what it carries.
+    /// True if the line delivers frames in order.
     pub(super) ordered: bool,
-    /// What was set going goes on when the connection ends.
+    /// True if motion continues when the connection ends.
     pub(super) detached: AtomicBool,
     pub(super) disruptions: Disruptions,
-    /// What is known of the arm without asking it.
+    /// Knowledge of the arm from the frames seen.
     picture: Mutex<ArmPicture>,
     gate: Mutex<Gate>,
-    /// Jogs that were asked for.
+    /// Number of jogs requested so far.
     jogs: AtomicU64,
     pub(super) homings: Homings,
     queue_fault: Mutex<Option<LastFault>>,
     pub(super) halts: Mutex<Halts>,
-    /// The jogs in pieces, and what such a jog has changed of the arm's settings and not given back.
+    /// Bounded jogs, and the settings that such a jog has changed and not restored yet.
     pub(super) bounded: watch::Sender<BoundedJogs>,
     pub(super) owed: Mutex<SettingsBackup>,
     pub(super) link: watch::Sender<Link>,
@@ -49,9 +54,9 @@ pub(super) struct Shared {
     pub(super) watches: Mutex<Watches>,
     pub(super) events: broadcast::WeakSender<Event>,
     pub(super) begun: Instant,
-    /// How long this program was held up so far, us.
+    /// Total time for which this process was suspended, us.
     slept: AtomicU64,
-    /// How long a datagram may be under way, as measured, us; 0 on a line that keeps its order.
+    /// Measured lifetime of a datagram, us; 0 on an ordered line.
     lifetime: AtomicU64,
 }
 
@@ -60,7 +65,7 @@ pub(super) struct Shared {
 pub(super) enum QueueFault {
     /// The arm was reset; these indices had not finished.
     Reset(Option<(u64, u64)>),
-    /// The arm gave these indices to commands that this connection did not send, or sent once.
+    /// The arm gave these indices to commands that this connection did not send, or sent only once.
     Unaccounted { from: u64, to: u64 },
 }
 
@@ -68,9 +73,9 @@ pub(super) enum QueueFault {
 #[derive(Clone, Copy, Debug)]
 struct LastFault {
     queue_fault: QueueFault,
-    /// The stop as which it counts: what was begun before has to hear of it.
+    /// Number of the stop as which the fault counts: calls that began earlier must report it.
     stop: u64,
-    /// It was reported: later calls do not report it.
+    /// True once reported: later calls do not report it again.
     told: bool,
 }
 
@@ -107,48 +112,50 @@ impl Shared {
         }
     }
 
-    /// The process was stopped, or the computer slept: deadlines move on by that time.
+    /// Adds a time of suspension (stopped process, computer asleep): deadlines move on by it.
     pub(super) fn note_sleep(&self, time: Micros) {
         self.slept.fetch_add(time, Ordering::SeqCst);
     }
 
-    /// How long it was held up so far.
+    /// Returns the total time of suspension.
     pub(super) fn slept(&self) -> Duration {
         Duration::from_micros(self.slept.load(Ordering::SeqCst))
     }
 
-    /// A datagram may be under way for so long.
+    /// Notes the measured lifetime of a datagram.
     pub(super) fn note_lifetime(&self, lifetime: Micros) {
         self.lifetime.store(lifetime, Ordering::Relaxed);
     }
 
-    /// The least that a call may take over datagrams: several attempts have room in it.
+    /// Returns the minimum time of a call over datagrams: room for several attempts.
     pub(super) fn attempts(&self) -> Duration {
         ATTEMPTS * Duration::from_micros(self.lifetime.load(Ordering::Relaxed))
     }
 
-    /// Stops so far.
+    /// Returns the number of stops so far.
     pub(super) fn stops(&self) -> u64 {
         self.disruptions.stops()
     }
 
-    /// The queue was emptied, and the laser put out, on a line that was found again.
+    /// Notes that the queue was cleared and the laser switched off on a reconnected line.
     pub(super) fn cleared(&self) {
         self.disruptions.clear();
         self.picture().cleared();
     }
 
-    /// Ends what is going on; the number of the stop.
+    /// Ends the work in progress and returns the number of this stop.
     pub(super) fn stop(&self) -> u64 {
         self.disruptions.stop()
     }
 
-    /// Ends what is going on as a stop does; the next wait or run tells why.
+    /// Ends the work in progress as a stop does; the next wait or run reports the fault.
     pub(super) fn note_fault(&self, queue_fault: QueueFault) {
         match queue_fault {
             QueueFault::Reset(_) => self.remembered().forget(),
             QueueFault::Unaccounted { .. } => self.picture().forget(),
         }
+        // The lock is taken before the stop is counted, so that a call which sees the stop also
+        // finds its fault.
         let mut last = held(&self.queue_fault);
         let stop = self.stop();
         *last = Some(LastFault {
@@ -158,45 +165,46 @@ impl Shared {
         });
     }
 
-    /// The last queue change that this connection did not cause, if it has to be reported to a caller that began after
-    /// `since` stops, or was not reported yet.
+    /// Returns the last fault of the queue if the caller began after `since` stops and before the
+    /// fault, or if it was not reported yet.
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Option<QueueFault> {
         let mut last = held(&self.queue_fault);
         let last_fault = last.as_mut()?;
         let mine = since.is_some_and(|stops| stops < last_fault.stop);
+        // Reported to every call that it ended, and once to a later one, so that none is missed.
         let first = !std::mem::replace(&mut last_fault.told, true);
         (mine || first).then_some(last_fault.queue_fault)
     }
 
-    /// What is known of the arm without asking it. The guard must not outlive the statement that uses it: the methods of
-    /// [`Shared`] and [`Arm`](super::Arm) take it too.
+    /// Returns the picture of the arm. The guard must not outlive the statement that uses it:
+    /// methods of [`Shared`] and [`Arm`](super::Arm) take the same lock.
     pub(super) fn picture(&self) -> MutexGuard<'_, ArmPicture> {
         held(&self.picture)
     }
 
-    /// Readings of the arm for the record of its homings.
+    /// Returns the readings that identify the arm in the record of homings.
     pub(super) fn remembered(&self) -> MutexGuard<'_, Remembered> {
         self.homings.remembered()
     }
 
-    /// What moves without an end of its own.
+    /// Returns the gate, which tracks jogs and motors.
     pub(super) fn gate(&self) -> MutexGuard<'_, Gate> {
         held(&self.gate)
     }
 
-    /// The number of a jog that is asked for.
+    /// Returns the id of the next jog.
     pub(super) fn next_jog(&self) -> JogId {
         JogId(self.jogs.fetch_add(1, Ordering::SeqCst))
     }
 
-    /// The arm was seen at rest by two equal poses, read after this many forced stops.
+    /// Notes two equal poses, read after this many forced stops: the arm is at rest.
     pub(super) fn stood_after(&self, stops: u64) {
         self.picture().stood_after(stops);
         self.gate().stands_still();
     }
 }
 
-/// A lock whose holder has panicked is still good: no holder leaves a value half changed.
+/// Locks a mutex, also after a panic of its holder: no holder leaves a value half changed.
 pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,8 @@
-//! The arm's state for any number of onlookers, at the price of one.
+//! Shared state readings: any number of watches at the cost of one.
+//!
+//! A [`StateWatch`] asks for a rate and a set of pins. The driver task polls at the highest rate
+//! that any watch asks for, reads the union of their pins, and publishes one [`Status`] to all.
+//! [`Arm::status`] returns the same from the answers that have arrived anyway, without a frame.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,36 +17,40 @@ use super::shared::held;
 use super::{Arm, Link, Shared};
 use crate::{ArmSnapshot, Error, Level, Pin, QueueIndex, Result};
 
-/// Readings a second that can be asked for.
+/// Allowed readings a second. Choice: no line carries more than 1000, and below 0.01 a single read
+/// serves as well.
 const RATES: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 /// EIO addresses of the pins (document 1.15).
 const PINS: std::ops::RangeInclusive<u8> = 1..=20;
 
-/// The state of an arm as it was read last.
+/// State of an arm at its last reading.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Status {
-    /// Where the tool point is, and the joints.
+    /// Pose of the tool tip, and joint angles.
     pub pose: Pose,
-    /// The queued command that was finished last.
+    /// Index of the queued command that finished last.
     pub current: QueueIndex,
     /// Free places in the queue.
     pub left_space: u32,
-    /// The alarms that stand.
+    /// Active alarms.
     pub alarms: AlarmSet,
-    /// Whether the arm is homed: [`Homing::is_homed`](super::Homing::is_homed), by what was seen so far.
+    /// True if the arm is homed; see [`Homing::is_homed`](super::Homing::is_homed). `None` if not
+    /// known.
     pub homed: Option<bool>,
-    /// Levels of the watched pins, in no order.
+    /// Levels of the watched pins, in any order.
     pub pins: Arc<[Level]>,
-    /// Whether there is a line; while there is none the rest is of before.
+    /// State of the line. While it is lost, the other fields hold the last readings.
     pub link: Link,
-    /// When the pose was read. The rest was read within one period of it; while no command ends, free places and alarms within two of them
-    /// from 20 readings a second on.
+    /// Time of the pose reading.
+    ///
+    /// The other fields were read within one period of it. From 20 readings a second on, free
+    /// places and alarms are read within two periods while no command finishes.
     pub at: std::time::Instant,
 }
 
 impl Status {
-    /// The value of a pin, if it is watched: 0 or 1, counts (4095 at 3.3 V) for an analog one.
+    /// Returns the level of a watched pin: 0 or 1, or counts for an analog pin (4095 at 3.3 V).
     #[must_use]
     pub fn level(&self, pin: Pin) -> Option<u16> {
         let level = self.pins.iter().find(|level| level.pin == pin);
@@ -50,18 +58,18 @@ impl Status {
     }
 }
 
-/// What a [`StateWatch`] is to see, and how often.
+/// Rate and pins of a [`StateWatch`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct StateOptions {
-    /// Whole readings a second, 0.01 to 1000.
+    /// Complete readings a second, 0.01 to 1000.
     pub rate: f64,
-    /// Pins to read as well. Each must have been given its function (`build::multiplex`).
+    /// Pins to read as well. Each must already have its function (`build::multiplex`).
     pub pins: Vec<Pin>,
 }
 
 impl StateOptions {
-    /// So many whole readings a second.
+    /// Creates options for `rate` complete readings a second and no pins.
     #[must_use]
     pub fn at(rate: f64) -> Self {
         Self {
@@ -100,7 +108,7 @@ impl StateOptions {
 }
 
 impl Shared {
-    /// The state by what was read so far; `None` before all of it was.
+    /// Returns the state from the answers so far; `None` until every field has been read once.
     pub(super) fn status_now(&self) -> Option<Status> {
         let watched = held(&self.watches).pins();
         let ArmSnapshot {
@@ -121,7 +129,7 @@ impl Shared {
     }
 }
 
-/// The watches, for the task that reads for them.
+/// Registered watches, read by the driver task.
 #[derive(Debug, Default)]
 pub(super) struct Watches {
     wanted: Vec<(u64, Duration, Vec<Pin>)>,
@@ -129,12 +137,12 @@ pub(super) struct Watches {
 }
 
 impl Watches {
-    /// The shortest period that is wanted.
+    /// Returns the shortest period of all watches.
     pub(super) fn period(&self) -> Option<Duration> {
         self.wanted.iter().map(|(_, period, _)| *period).min()
     }
 
-    /// Every pin that is wanted, once.
+    /// Returns the pins of all watches, each once.
     pub(super) fn pins(&self) -> Vec<Pin> {
         let mut pins: Vec<Pin> = Vec::new();
         for pin in self.wanted.iter().flat_map(|(.., pins)| pins) {
@@ -146,9 +154,12 @@ impl Watches {
     }
 }
 
-/// The arm's state, kept up to date. All watches share one set of reads: at the highest rate that any of them asks for,
-/// one read at a time and evenly spread (pose, index, space, alarms, then the pins), and less often when the line is
-/// busy. Dropping the last watch ends the reads. It does not keep the connection.
+/// Watch on the arm's state.
+///
+/// All watches share one set of reads, at the highest rate that any of them asks for. The reads are
+/// sent one at a time and evenly spread (pose, index, space, alarms, then the pins), and less often
+/// when the line is busy. Dropping the last watch ends the reads. A watch does not keep the
+/// connection open.
 ///
 /// ```
 /// # #[tokio::main(flavor = "current_thread")]
@@ -167,19 +178,20 @@ pub struct StateWatch {
     status: watch::Receiver<Option<Status>>,
     link: watch::Receiver<Link>,
     period: Duration,
-    /// Not told again before.
+    /// Earliest time of the next report.
     next: Instant,
 }
 
 impl StateWatch {
-    /// The state as it was read last, by this watch or another one; `None` before the first whole reading.
+    /// Returns the last state, read for this watch or another one; `None` before the first complete
+    /// reading.
     #[must_use]
     pub fn latest(&self) -> Option<Status> {
         self.status.borrow().clone()
     }
 
-    /// Waits for the next reading, for as long as it takes, and not sooner than this watch's own rate says. A line that
-    /// is lost or found counts as one.
+    /// Waits for the next reading, without a timeout, and returns no faster than this watch's own
+    /// rate. A line that is lost or found again also counts as a reading.
     ///
     /// # Errors
     /// [`ErrorKind::Closed`](crate::ErrorKind::Closed) when the connection has ended.
@@ -187,6 +199,7 @@ impl StateWatch {
         sleep_until(self.next).await;
         loop {
             tokio::select! {
+                // The end first: the last state of a closed connection is not a new one.
                 biased;
                 ended = self.link.wait_for(|link| *link == Link::Closed) => {
                     drop(ended);
@@ -196,7 +209,8 @@ impl StateWatch {
             }
             let status = self.status.borrow_and_update().clone();
             if let Some(status) = status {
-                // Readings of a common pace are not to be missed by a hair.
+                // With exactly one period, a reading of the common pace that comes slightly early
+                // would be skipped.
                 self.next = Instant::now() + self.period.mul_f64(0.9);
                 return Ok(status);
             }
@@ -209,29 +223,30 @@ impl Drop for StateWatch {
         let mut watches = held(&self.shared.watches);
         watches.wanted.retain(|(id, ..)| *id != self.id);
         if watches.wanted.is_empty() {
-            // The next watch must not see old values.
+            // The next watch must not return values from before it was created.
             self.shared.status.send_replace(None);
         }
     }
 }
 
 impl Arm {
-    /// Returns the state by the answers that have come over this connection, of whoever asked; `None` before all of it was
-    /// read. No frame is sent.
+    /// Returns the state from the answers that have arrived over this connection, whichever call
+    /// requested them; `None` until every field has been read once. Sends no frame.
     #[must_use]
     pub fn status(&self) -> Option<Status> {
         self.inner.shared.status_now()
     }
 
-    /// Keeps an eye on the arm: pose, queue, alarms and link, so many times a second.
+    /// Watches pose, queue, alarms and link at `rate` readings a second.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside of 0.01 to 1000 a second.
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside 0.01 to 1000
+    /// a second.
     pub fn state(&self, rate: f64) -> Result<StateWatch> {
         self.state_with(StateOptions::at(rate))
     }
 
-    /// As [`state`](Self::state), with pins.
+    /// Watches the state as [`state`](Self::state) does, and pins as well.
     ///
     /// # Errors
     /// As [`state`](Self::state), and for a pin whose address is not 1 to 20.
@@ -245,7 +260,7 @@ impl Arm {
             watches.wanted.push((id, period, options.pins));
             id
         };
-        // A task with so many messages before it is awake, and looks.
+        // If the inbox is full, the task is awake anyway and notices the new watch.
         let _ = self.inner.messages.try_send(Message::Wake);
         Ok(StateWatch {
             status: shared.status.subscribe(),

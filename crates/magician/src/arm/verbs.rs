@@ -1,3 +1,5 @@
+//! Single commands of the protocol: get, set, enqueue, raw.
+
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
 
 use super::Arm;
@@ -5,18 +7,19 @@ use super::flow::{self};
 use crate::connection::Request;
 use crate::{Error, QueueIndex, Result};
 
-/// The verbs.
+/// Single commands.
 impl Arm {
-    /// Asks for a value.
+    /// Reads a value.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout), [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) when the answer cannot be read,
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line broke.
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) without an answer,
+    /// [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the answer cannot be decoded,
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if the line broke.
     pub async fn get<T: Readable<Query = NoArgs>>(&self) -> Result<T> {
         self.get_with(&NoArgs).await
     }
 
-    /// Asks for a value that depends on something, the level of a pin for one.
+    /// Reads a value that depends on a query, such as the level of a pin.
     ///
     /// # Errors
     /// As [`get`](Self::get).
@@ -27,18 +30,19 @@ impl Arm {
         value.map_err(|error| error.with_command(T::ROW.get_name))
     }
 
-    /// Sets a value or orders an action, at once. QueuedCmdForceStopExec overtakes whatever waits, and what has not gone out
-    /// when it does fails with [`ErrorKind::Closed`](crate::ErrorKind::Closed).
+    /// Sets a value or executes an immediate command. QueuedCmdForceStopExec overtakes pending
+    /// requests; those not sent yet fail with [`ErrorKind::Closed`](crate::ErrorKind::Closed).
     ///
     /// # Errors
-    /// As [`get`](Self::get); [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) when an action that must not be repeated was
-    /// not answered, [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for what burns where that is not allowed
-    /// ([`Options::allow_laser`](super::Options::allow_laser)).
+    /// As [`get`](Self::get); [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) if a command
+    /// that must not be repeated was not answered,
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that burns without
+    /// permission ([`Options::allow_laser`](super::Options::allow_laser)).
     pub async fn set<T: Writable>(&self, value: &T) -> Result<()> {
         self.order(Request::set(value)?).await.map(drop)
     }
 
-    /// What is not queued, where a queue that it lets run may run.
+    /// Sends an immediate command, after checking that it may start the queue if it does.
     async fn order(&self, request: Request) -> Result<FrameBuf> {
         self.permission()
             .check_release(&request.frame().frame())
@@ -46,7 +50,7 @@ impl Arm {
         self.ask(request).await
     }
 
-    /// As [`set`](Self::set), for a command chosen at run time.
+    /// Sends a command chosen at run time, as [`set`](Self::set) does.
     ///
     /// # Errors
     /// As [`set`](Self::set).
@@ -55,12 +59,14 @@ impl Arm {
         self.order(Request::of(order)).await.map(drop)
     }
 
-    /// Puts a command into the arm's queue and tells its index. It does not start the queue.
+    /// Puts a command into the arm's queue and returns its index. Does not start the queue.
     ///
     /// # Errors
-    /// [`ErrorKind::QueueFull`](crate::ErrorKind::QueueFull) when there is no room, or not yet: after a Clear the command under way has to finish first;
-    /// [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) when it cannot be told whether the arm took it; [`ErrorKind::Closed`](crate::ErrorKind::Closed) when that befell
-    /// another task's command while this one waited for its turn; else as [`get`](Self::get).
+    /// [`ErrorKind::QueueFull`](crate::ErrorKind::QueueFull) if there is no room, also after a
+    /// Clear until the command in progress has finished;
+    /// [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) if the arm may or may not have
+    /// accepted it; [`ErrorKind::Closed`](crate::ErrorKind::Closed) if that happened to a command
+    /// of another task while this one waited for its turn; else as [`get`](Self::get).
     pub async fn enqueue<T>(&self, value: &T) -> Result<QueueIndex>
     where
         T: Queueable + Copy + Into<Set>,
@@ -68,19 +74,22 @@ impl Arm {
         self.enqueue_set(&(*value).into()).await
     }
 
-    /// As [`enqueue`](Self::enqueue), for a command chosen at run time.
+    /// Queues a command chosen at run time, as [`enqueue`](Self::enqueue) does.
     ///
     /// # Errors
-    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that cannot be queued.
+    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput)
+    /// for a command that cannot be queued.
     pub async fn enqueue_set(&self, command: &Set) -> Result<QueueIndex> {
         self.queue().fill(flow::queued(command)?, command).await
     }
 
-    /// As [`enqueue_set`](Self::enqueue_set), for parameters in any form that arms take (errata E11): they are sent as
-    /// they are.
+    /// Queues raw parameters as [`enqueue_set`](Self::enqueue_set) does, in any form that arms
+    /// accept (errata E11). They are sent unchanged.
     ///
     /// # Errors
-    /// As [`enqueue_set`](Self::enqueue_set); [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) for what is no form of the command.
+    /// As [`enqueue_set`](Self::enqueue_set);
+    /// [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the parameters are no form of the
+    /// command.
     pub async fn enqueue_form(&self, id: u8, params: &[u8]) -> Result<QueueIndex> {
         let command = Set::decode(id, params)?;
         flow::queued(&command)?;
@@ -88,12 +97,12 @@ impl Arm {
         self.queue().fill(request, &command).await
     }
 
-    /// Sends any frame and returns the frame that answers it. With Ctrl bit 1 set it is a queued
-    /// command like any other, but for the room in the queue, which is not looked at.
+    /// Sends any frame and returns its reply. With Ctrl bit 1 set it counts as a queued command,
+    /// but the room in the queue is not checked.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when the parameters do not fit a frame, else as
-    /// [`get`](Self::get) and [`enqueue`](Self::enqueue).
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if the parameters do not fit a
+    /// frame, else as [`get`](Self::get) and [`enqueue`](Self::enqueue).
     pub async fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf> {
         let request = Request::raw(id, ctrl, params)?;
         if !ctrl.queued() {
@@ -101,6 +110,8 @@ impl Arm {
         }
         let deadline = self.deadline();
         let mut flow = self.queue().take_turn(deadline, "a raw command").await?;
+        // The effect of a raw command on the queue is unknown, so the next call reads the space
+        // again.
         flow.room = 0;
         self.ask_until(request, deadline).await
     }

@@ -1,4 +1,9 @@
-//! Waiting: by index, with an eye on alarms and on an arm that stands still.
+//! Waiting for a queue index, with detection of alarms and of a queue that is stuck.
+//!
+//! The protocol sends no notification, so a wait polls the current index. An alarm ends it. If the
+//! index has not changed for a while, a closer look distinguishes a slow command from a stopped
+//! queue, a cleared one, or the hold of an alarm: by the pace that the picture knows of the running
+//! command, and by two equal poses.
 
 use std::time::Duration;
 
@@ -9,49 +14,53 @@ use tokio::time::{Instant, sleep};
 use super::Arm;
 use crate::{Action, Error, ErrorCode, QueueIndex, Result};
 
-/// How soon the first look follows, and how far apart looks are at most.
+/// Delay of the first look, and longest interval of the following ones. Choice: a short command is
+/// reported soon, and a long wait does not load the line.
 pub(super) const FIRST_PAUSE: Duration = Duration::from_millis(2);
 const PAUSE: Duration = Duration::from_millis(50);
-/// A queue whose index stands so long, with an arm that stands still, is looked into.
+/// Time without progress after which the queue and the pose are examined. Choice.
 pub(super) const STANDING: Duration = Duration::from_millis(1500);
-/// Nothing but homing, waits and triggers takes longer than this without a movement.
+/// Time without motion after which a running command counts as stuck. Only homing, waits and
+/// triggers take longer. Choice.
 const STUCK: Duration = Duration::from_secs(15);
-/// How long a queue may be at rest that this program has not started: another one may start it. A longer wait asks
-/// anew.
+/// Time for which a queue may stand that this connection has not started: another program may start
+/// it. A caller that wants to wait longer calls again. Choice.
 const GRACE: Duration = Duration::from_secs(5);
-/// Longest homing, and longest command of another program's (model section 11: 25 s).
+/// Longest homing, and longest command of another program. Choice, with margin over the 25 s of a
+/// homing (model section 11).
 const LONG: Duration = Duration::from_secs(60);
 
-/// How far a wait or a run has come.
+/// Progress of a wait or a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Progress {
     /// Index of the command that finished last.
     pub current: QueueIndex,
-    /// Index of the last command that was put into the queue, or that is waited for.
+    /// Index of the last command in the queue, or of the one waited for.
     pub last: QueueIndex,
-    /// Commands this run has put into the queue.
+    /// Commands that this run has put into the queue.
     pub sent: u64,
-    /// Commands this run has in all, when it is known.
+    /// Number of commands of this run; `None` if unknown.
     pub total: Option<u64>,
-    /// How long the arm has not answered while a run waits for it; zero as long as it answers. It grows up to
-    /// [`RunOptions::patience`](crate::RunOptions::patience).
+    /// Time since the last answer while a run waits for a silent arm; zero while it answers. It
+    /// grows up to [`RunOptions::patience`](crate::RunOptions::patience).
     pub silent: Duration,
 }
 
-/// What a wait has seen so far.
+/// State of a wait.
 #[derive(Debug)]
 pub(super) struct Watch {
     progress: Progress,
-    /// When the index, or the pose, changed last.
+    /// Time of the last change of index or pose.
     changed: Instant,
-    /// Where the arm was seen, and the rail.
+    /// Last pose and rail position.
     pose: Option<(Pose, Option<PoseL>)>,
-    /// The index stands for so long by itself.
+    /// Expected time without progress, on top of the limits above.
     lasts: Duration,
-    /// Stops before it began.
+    /// Stops before the wait began.
     stops: u64,
-    /// A stream counts what is in the queue, and may have emptied it to go on from further back.
+    /// True for a stream, which counts its commands itself, and may clear the queue to resume from
+    /// an earlier command.
     counted: bool,
 }
 
@@ -73,7 +82,7 @@ impl Watch {
         }
     }
 
-    /// Of what a stream puts into the queue.
+    /// Marks the wait as one for the commands of a stream.
     pub(super) fn of_stream(self) -> Self {
         Self {
             counted: true,
@@ -81,7 +90,7 @@ impl Watch {
         }
     }
 
-    /// Its only command takes so long.
+    /// Sets the duration of its only command.
     pub(super) fn lasts(&mut self, time: Duration) {
         self.lasts = time;
     }
@@ -91,7 +100,7 @@ impl Watch {
         self.progress.last = last.unwrap_or(self.progress.last);
     }
 
-    /// The index of the command that finished last was read.
+    /// Notes the index of the last finished command.
     pub(super) fn saw(&mut self, current: u64) -> Progress {
         if current != self.progress.current.0 {
             self.progress.current.0 = current;
@@ -100,18 +109,18 @@ impl Watch {
         self.progress
     }
 
-    /// As it was seen last.
+    /// Returns the progress at the last look.
     pub(super) fn progress(&self) -> Progress {
         self.progress
     }
 
-    /// Everything has finished.
+    /// Returns the progress at the end of all commands.
     pub(super) fn at_its_end(&mut self) -> Progress {
         self.progress.current = self.progress.last;
         self.progress
     }
 
-    /// What is watched is not over because of a stop.
+    /// Returns an error if a stop or a queue fault came since the wait began.
     pub(super) fn not_stopped(&self, arm: &Arm) -> Result<()> {
         arm.queue_fault(Some(self.stops))?;
         if arm.stops() == self.stops {
@@ -121,14 +130,14 @@ impl Watch {
         Err(Error::new(ErrorCode::Stopped, message))
     }
 
-    /// It moves, or has to stand for now.
+    /// Restarts the time without progress: the arm moves, or is expected to stand.
     pub(super) fn changed(&mut self) {
         self.changed = Instant::now();
         self.pose = None;
     }
 }
 
-/// Looks.
+/// Polling.
 impl Watch {
     pub(super) async fn until(
         &mut self,
@@ -148,13 +157,13 @@ impl Watch {
         }
     }
 
-    /// One look at the queue, the alarms and, when the index stands, the arm.
+    /// Polls the index, the alarms and, without progress, the arm.
     pub(super) async fn look(&mut self, arm: &Arm) -> Result<Progress> {
         let read = arm.get::<QueuedCmdCurrentIndex>().await?;
         self.look_from(arm, read.queued_cmd_current_index).await
     }
 
-    /// As [`look`](Self::look), when the current index has been read already.
+    /// Continues as [`look`](Self::look) with an index that was read already.
     pub(super) async fn look_from(&mut self, arm: &Arm, current: u64) -> Result<Progress> {
         arm.queue_fault(Some(self.stops))?;
         let progress = self.saw(current);
@@ -165,7 +174,7 @@ impl Watch {
         let pace = arm.picture().own().running(current);
         let alarms = arm.alarms().await?;
         if alarms.blocking() && pace != Some(QueuedPace::Home) {
-            // The command may have finished before the alarm was raised.
+            // The command may have finished between the two reads, before the alarm was raised.
             let again = arm.queue().current_index().await?;
             if again >= progress.last {
                 self.progress.current = again;
@@ -179,13 +188,15 @@ impl Watch {
         Ok(progress)
     }
 
-    /// The index stands: does the arm?
+    /// Examines a queue without progress: is the arm at rest?
     async fn look_closer(&mut self, arm: &Arm, pace: Option<QueuedPace>) -> Result<()> {
         if !self.counted {
             self.still_queued(arm).await?;
         }
+        // The pose does not show the rail.
         let rail = match pace {
             Some(QueuedPace::Rail) => Some(arm.get::<PoseL>().await?),
+            // Everything else shows in the pose, so the read is spared.
             _ => None,
         };
         let pose = (arm.get::<Pose>().await?, rail);
@@ -201,7 +212,7 @@ impl Watch {
             let motion = picture.motion();
             (motion.started() == Some(true), motion.stopped())
         };
-        // What a stream puts into a queue that stands is started by it.
+        // A stream starts the queue itself, so no other program has to be waited for.
         let grace = if started || self.counted {
             STUCK
         } else {
@@ -210,14 +221,16 @@ impl Watch {
         let patience = match pace {
             Some(QueuedPace::Home) => LONG,
             Some(QueuedPace::Motor(time)) if stopped => time,
-            // Waits and triggers are cut short by a stop.
+            // A stop cuts waits and triggers short.
             _ if stopped => STANDING,
+            // A trigger may never come: any time is legitimate.
             Some(QueuedPace::Trigger) => return Ok(()),
             Some(QueuedPace::Motion | QueuedPace::Rail) if started => {
                 return self.confirm_hold(arm).await;
             }
             Some(QueuedPace::Motion | QueuedPace::Rail | QueuedPace::Moment) => grace,
             Some(QueuedPace::Pause(time) | QueuedPace::Motor(time)) => time.saturating_add(grace),
+            // A command of another program, or one the picture has lost: as long as any may take.
             None => LONG,
         };
         if self.changed.elapsed() < patience {
@@ -239,7 +252,8 @@ impl Watch {
         })
     }
 
-    /// An empty queue whose index has not come to what is waited for: it was dropped.
+    /// Returns an error if the queue is empty before the awaited index: it was cleared, or the arm
+    /// was reset.
     async fn still_queued(&self, arm: &Arm) -> Result<()> {
         let (_, capacity) = arm.stats().await?;
         if arm.queue().left_space().await? < capacity
@@ -255,8 +269,8 @@ impl Watch {
         Err(Error::new(ErrorCode::Dropped, message))
     }
 
-    /// Two equal poses and a motion that does not run: the hold of an alarm, unless the index moved
-    /// in this very moment.
+    /// Returns the error for the hold of an alarm (two equal poses although motion should run),
+    /// unless the index changed just now.
     async fn confirm_hold(&self, arm: &Arm) -> Result<()> {
         if arm.queue().current_index().await? == self.progress.current {
             return Err(Error::held());
@@ -269,16 +283,18 @@ impl Arm {
     /// Waits until a queued command has finished.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue, or when the hold of an alarm that
-    /// has gone by itself keeps the arm from moving; [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when nothing happens for
-    /// longer than the commands explain (a trigger explains any time): after 1.5 s in a queue that this handle has
-    /// stopped and nothing of it starts again, after 5 s in one that it found as it was, where another program may be
-    /// about to start it; else as [`get`](Self::get).
+    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue, or if the
+    /// hold of an alarm that has vanished still keeps the arm from moving; else as
+    /// [`get`](Self::get).
+    ///
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if there is no progress for longer than
+    /// the commands explain: after 1.5 s in a queue that this handle has stopped, after 5 s in one
+    /// that another program may be about to start. A trigger explains any time.
     pub async fn wait(&self, index: QueueIndex) -> Result<()> {
         self.wait_with(index, |_| {}).await
     }
 
-    /// As [`wait`](Self::wait), and tells how far it is.
+    /// Waits as [`wait`](Self::wait) does, and reports the progress.
     ///
     /// # Errors
     /// As [`wait`](Self::wait).

@@ -1,4 +1,4 @@
-//! What a first program needs: connect, home, move, stop.
+//! Methods that a first program needs: connect, home, move, stop.
 
 use magician_protocol::Set;
 use magician_protocol::commands::Pose;
@@ -6,7 +6,7 @@ use magician_protocol::commands::Pose;
 use super::Arm;
 use crate::{IntoTarget, Options, Ran, Result};
 
-/// Methods that hand over what they are given and wait.
+/// Defines blocking methods that forward their arguments and wait.
 macro_rules! same {
     ($( $name:ident ( $( $arg:ident : $type:ty ),* ) -> $returns:ty; )+) => {
         impl Arm {
@@ -28,7 +28,8 @@ impl Arm {
     /// See [`crate::Arm::connect`].
     ///
     /// # Errors
-    /// As there, and when it is called inside an async runtime.
+    /// As there, and [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) inside an async
+    /// runtime.
     pub fn connect(target: impl IntoTarget) -> Result<Self> {
         Self::connect_with(target, Options::default())
     }

@@ -1,11 +1,11 @@
-//! The parts of an arm, for programs without async: queue, laser, homing, pins, motor outputs.
+//! Blocking versions of the parts of an arm: queue, laser, homing, pins, motor outputs.
 
 use magician_protocol::{AlarmSet, Set, Stepper};
 
 use super::Arm;
 use crate::{QueueIndex, Ran, Result};
 
-/// Handles with the methods of the async ones that wait.
+/// Defines handles with blocking versions of the async methods.
 macro_rules! handles {
     ($( $(#[$meta:meta])* $handle:ident by $hand_out:ident {
         $( $name:ident ( $( $arg:ident : $type:ty ),* ) -> $returns:ty; )*

@@ -1,4 +1,5 @@
-//! The arm for programs without async: the same handle, each call waits for its answer.
+//! Blocking handle for programs without async: the methods of [`crate::Arm`], each waiting for its
+//! answer.
 //!
 //! ```
 //! use magician::{blocking, build};
@@ -11,7 +12,7 @@
 //! # }
 //! ```
 
-// First, so that its methods come first on the page of `Arm`.
+// First, so that its methods come first on the documentation page of `Arm`.
 mod first_program;
 
 mod handles;
@@ -39,12 +40,16 @@ use owner::Owner;
 pub use run::Run;
 pub use watches::{Events, Jog, StateWatch};
 
-/// An arm, for programs without async. What is true of [`crate::Arm`] is true of it: clones share the connection and
-/// work from any thread, every call ends by its deadline, and dropping the last clone stops what it set going.
+/// A connection to an arm, for programs without async.
 ///
-/// A thread serves the connection, so that a stop, the end of a jog and a line that comes back do not wait for the
-/// next call. It must not be used inside an async runtime, where waiting would block everything else: there every
-/// method returns [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) and sends nothing.
+/// It behaves like [`crate::Arm`]: clones share the connection and work from any thread, every call
+/// returns by its deadline, and dropping the last clone stops the motion that this connection
+/// started.
+///
+/// A background thread serves the connection, so that a stop, the end of a jog and a reconnect do
+/// not wait for the next call. Inside an async runtime waiting would block all other tasks: there
+/// every method returns [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) and sends
+/// nothing.
 #[derive(Clone, Debug)]
 pub struct Arm {
     owner: Arc<Owner>,
@@ -80,7 +85,8 @@ impl Arm {
         Self::connecting(crate::Arm::over(stream, options))
     }
 
-    /// See [`crate::Arm::over_with`]. The opener runs on the thread that serves the connection, inside its tokio runtime.
+    /// See [`crate::Arm::over_with`]. The opener runs on the connection's thread, inside its tokio
+    /// runtime.
     ///
     /// # Errors
     /// As there, and as [`connect`](Self::connect).
@@ -112,15 +118,17 @@ impl Arm {
         self.owner.arm.detach();
     }
 
-    /// See [`crate::Arm::close`]: for all clones.
+    /// See [`crate::Arm::close`]; it ends the connection for all clones.
     pub fn close(self) {
+        // An error means that the connection has ended already, or that waiting is not allowed
+        // here.
         let _ = self.block(|arm| async {
             arm.clone().close().await;
             Ok(())
         });
     }
 
-    /// What the connection is called in messages.
+    /// Returns the name of the connection in messages.
     #[must_use]
     pub fn name(&self) -> &str {
         self.owner.arm.name()
@@ -155,7 +163,7 @@ impl Arm {
         self.owner.arm.is_virtual()
     }
 
-    /// See [`crate::Arm::stopper`]. It may be used inside an async runtime.
+    /// See [`crate::Arm::stopper`]. Allowed inside an async runtime.
     #[must_use]
     pub fn stopper(&self) -> Stopper {
         self.owner.arm.stopper()

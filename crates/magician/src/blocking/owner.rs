@@ -1,3 +1,5 @@
+//! Background thread of a blocking connection.
+
 use std::future::Future;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -9,7 +11,7 @@ use tokio::time::timeout;
 use crate::arm::SHUTDOWN;
 use crate::{Arm, Error, ErrorCode, Result};
 
-/// Refuses to block an async runtime.
+/// Returns an error inside an async runtime, which must not be blocked.
 pub(super) fn outside_async() -> Result<()> {
     match Handle::try_current() {
         Err(_) => Ok(()),
@@ -20,11 +22,12 @@ pub(super) fn outside_async() -> Result<()> {
     }
 }
 
-/// The thread that serves a connection while its callers are elsewhere: what must not wait for the next call (a stop from
-/// another thread, the end of a jog that is not renewed, a line that comes back) happens there.
+/// Background thread that serves a connection between calls. Everything that must not wait for the
+/// next call happens there: a stop from another thread, the end of a jog that is not renewed, a
+/// reconnect.
 ///
-/// It lasts as long as anything that may wait on it, and then until the shutdown is done. Dropping the last handle waits for
-/// its end, so that a library can be unloaded after it.
+/// It lives as long as anything that may wait on it, and then until the shutdown is done. Dropping
+/// the last handle waits for its end, so that a library can be unloaded afterwards.
 #[derive(Debug)]
 pub(super) struct Server {
     handle: Handle,
@@ -33,7 +36,7 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// Starts it with a connection.
+    /// Starts the thread with a connection.
     fn connecting(
         connecting: impl Future<Output = Result<Arm>> + Send + 'static,
     ) -> Result<(Self, Arm)> {
@@ -51,12 +54,13 @@ impl Server {
                 let connected = connecting.await;
                 let ended = connected.as_ref().ok().map(Arm::ended);
                 let _ = tell.send(connected);
+                // The sender is dropped with the last handle, which ends this wait with an error.
                 let _ = over.await;
                 if let Some(ended) = ended {
                     ended.await;
                 }
             });
-            // A name that is still being looked up must not hold it.
+            // A pending name lookup must not delay the end of the thread.
             runtime.shutdown_background();
         };
         let thread = thread::Builder::new().name("magician".to_owned());
@@ -76,16 +80,17 @@ impl Server {
 }
 
 impl Drop for Server {
-    /// Where waiting is not allowed, the thread ends by itself.
+    /// Waits for the thread, except inside a runtime, where it ends by itself.
     fn drop(&mut self) {
         drop(self.until.take());
         if let (Ok(()), Some(thread)) = (outside_async(), self.thread.take()) {
+            // A panic of the thread has been reported by its hook.
             let _ = thread.join();
         }
     }
 }
 
-/// What the clones of a blocking handle share.
+/// State shared by the clones of a blocking handle.
 #[derive(Debug)]
 pub(super) struct Owner {
     pub(super) arm: Arm,
@@ -113,10 +118,13 @@ impl Owner {
 }
 
 impl Drop for Owner {
-    /// The last handle waits until the farewell is said, where waiting is allowed; else the thread says it.
+    /// The last handle waits for the shutdown, except inside a runtime, where the thread completes
+    /// it.
     fn drop(&mut self) {
         let arm = self.arm.clone();
         let _ = self.server.block(async {
+            // Once for the stop, once for its confirmation; the driver itself waits one
+            // [`SHUTDOWN`].
             let _ = timeout(2 * SHUTDOWN, arm.close()).await;
             Ok(())
         });

@@ -1,3 +1,5 @@
+//! Blocking version of a run.
+
 use super::Arm;
 use crate::preflight::Preflight;
 use crate::{CommandSource, Progress, Ran, Result};

@@ -1,3 +1,5 @@
+//! Blocking versions of state watches, events and jogs.
+
 use std::sync::Arc;
 
 use super::Arm;
@@ -5,7 +7,7 @@ use super::owner::{Owner, Server};
 use crate::build::JogDirection;
 use crate::{Error, Event, JogOptions, Result, StateOptions, Status};
 
-/// See [`crate::StateWatch`]. As an iterator it gives every reading, each waited for, until the connection ends.
+/// See [`crate::StateWatch`]. As an iterator it waits for each reading, until the connection ends.
 #[derive(Debug)]
 pub struct StateWatch {
     watch: crate::StateWatch,
@@ -36,7 +38,7 @@ impl Iterator for StateWatch {
     }
 }
 
-/// See [`crate::Events`]: an iterator over what happens, each waited for, until the connection ends.
+/// See [`crate::Events`]. As an iterator it waits for each event, until the connection ends.
 #[derive(Debug)]
 pub struct Events {
     events: crate::Events,
@@ -55,7 +57,7 @@ impl Iterator for Events {
 /// See [`crate::Jog`].
 #[derive(Debug)]
 pub struct Jog {
-    // Ends before the connection may.
+    // Declared first, so that it is dropped before the connection may be.
     jog: crate::Jog,
     owner: Arc<Owner>,
 }

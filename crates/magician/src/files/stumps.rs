@@ -1,4 +1,4 @@
-//! What killed processes have left beside the files that they were about to replace.
+//! Removal of temporary files that killed processes left beside their targets.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Files whose surroundings are known to be swept; beyond that they are swept again.
+/// Targets remembered as swept; beyond that they are swept again. Choice.
 const MOST_SWEPT: usize = 1000;
-/// Age of a file that its process has had time to lock.
+/// Age after which a process has certainly locked its file. Choice: creating and locking takes
+/// microseconds, unless the process is suspended between.
 const STUMP_AGE: Duration = Duration::from_secs(60);
 
-/// Removes what killed processes have left beside a file that they were about to replace: what is old
-/// enough to be locked by its process, and is not. Looks once for each file.
+/// Removes temporary files beside a target: those old enough to be locked by their process, and not
+/// locked. Each target is examined once per process.
 pub(super) fn sweep(target: &Path) {
     static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     {
@@ -33,6 +34,7 @@ pub(super) fn sweep(target: &Path) {
         let other = entry.file_name();
         let is_left = is_stump_of(&name.to_string_lossy(), &other.to_string_lossy())
             && entry.metadata().is_ok_and(|about| {
+                // A file from the future, after a clock change, has no age and stays.
                 let age = about.modified().ok().and_then(|time| time.elapsed().ok());
                 about.is_file() && age.is_some_and(|age| age >= STUMP_AGE)
             })
@@ -41,7 +43,7 @@ pub(super) fn sweep(target: &Path) {
                 .open(entry.path())
                 .is_ok_and(|file| file.try_lock().is_ok());
         if is_left {
-            // Another process may have been faster.
+            // Another process may have removed it first.
             let _ = fs::remove_file(entry.path());
         }
     }

@@ -1,3 +1,5 @@
+//! Tests of atomic replacement: complete files, growing files, locks and leftovers.
+
 use super::*;
 
 struct Place(tempfile::TempDir);
@@ -11,7 +13,7 @@ impl Place {
         self.0.path().join(name)
     }
 
-    /// Names and contents, sorted.
+    /// Returns names and contents, sorted.
     fn files(&self) -> Vec<(String, String)> {
         let entries = fs::read_dir(self.0.path()).expect("read");
         let mut files: Vec<_> = entries
@@ -132,7 +134,7 @@ fn new_file_grows_under_its_name_and_is_locked() {
     assert_eq!(place.files(), [pair("a.csv", "one")]);
     first.finish().expect("finished");
     drop(WholeFile::grow(&path).expect("free"));
-    // Nothing was written, so the old one is kept.
+    // Nothing was written, so the old file is kept.
     assert_eq!(place.files(), [pair("a.csv", "one")]);
     drop(WholeFile::grow(&place.at("b.csv")).expect("begun"));
     assert_eq!(place.files(), [pair("a.csv", "one")]);

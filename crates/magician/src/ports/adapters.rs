@@ -1,28 +1,28 @@
-//! USB adapters that are plugged in and have no port: their driver is missing.
+//! USB adapters that are plugged in without a port, because their driver is missing.
 
 use std::path::Path;
 
 use super::{Kind, Usb, sysfs};
 
-/// An adapter of a kind that arms have, without a port.
+/// USB serial adapter of a known kind, without a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Adapter {
-    /// What the system says about it.
+    /// Properties of the USB device.
     pub usb: Usb,
-    /// What it is called.
+    /// Name of the chip.
     pub chip: &'static str,
-    /// The Linux module that makes a port of it.
+    /// Linux kernel module that provides the port.
     pub module: &'static str,
 }
 
-/// The adapters of arms and their cables that are plugged in and have no port, because a driver is
-/// missing. Linux only; none elsewhere.
+/// Returns the adapters of arms and their cables that are plugged in without a port, because a
+/// driver is missing. Linux only; empty elsewhere.
 #[must_use]
 pub fn unbound_adapters() -> Vec<Adapter> {
     unbound_below(Path::new("/sys/bus/usb/devices"))
 }
 
-/// Those below a folder of the form of sysfs.
+/// Searches a folder with the structure of sysfs.
 fn unbound_below(folder: &Path) -> Vec<Adapter> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut found: Vec<_> = entries.map(|entry| entry.path()).collect();
@@ -31,19 +31,20 @@ fn unbound_below(folder: &Path) -> Vec<Adapter> {
     adapters.collect()
 }
 
-/// The device in a folder, if it is an adapter without a port.
+/// Returns the device in a folder, if it is an adapter without a port.
 fn adapter(device: &Path) -> Option<Adapter> {
     let usb = sysfs::device(device)?;
     let Kind { chip, module, .. } = *usb.kind()?;
     (!has_port(device)).then_some(Adapter { usb, chip, module })
 }
 
-/// Whether an interface of the device (`1-1:1.0` in `1-1`) has made a terminal.
+/// True if an interface of the device (`1-1:1.0` in `1-1`) has created a terminal.
 fn has_port(device: &Path) -> bool {
     let names = |dir: &Path| {
         let entries = std::fs::read_dir(dir).into_iter().flatten().flatten();
         entries.map(|entry| entry.path()).collect::<Vec<_>>()
     };
+    // The kernel names them `ttyUSB0` or `ttyACM0`, by driver.
     let is_terminal = |path: &Path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.starts_with("tty")
@@ -81,7 +82,7 @@ mod tests {
         assert_eq!(unbound_below(Path::new("/no/such/folder")), []);
     }
 
-    /// A page or file of the repository.
+    /// Reads a page or file of the repository.
     fn page(name: &str) -> String {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         std::fs::read_to_string(root.join(name)).unwrap()

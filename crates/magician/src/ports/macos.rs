@@ -1,19 +1,21 @@
-//! What the I/O registry says about the devices behind the ports: `ioreg` prints every USB device
-//! with all that hangs on it, the names of its ports among that. Type-checked, and tested on
-//! output in its documented form; never run on a Mac. Libraries that ask the registry itself link
-//! to Apple's frameworks, and one that reads `ioreg -a` (`plist`) brings an XML parser and a
-//! calendar: the lines below are fewer than what it would take to walk its tree.
+//! USB devices behind the ports on macOS, from the I/O registry.
+//!
+//! `ioreg` prints every USB device with its descendants, which include the names of its ports. The
+//! code is type-checked, and tested on output in the documented form; it has never run on a Mac.
+//! Libraries that query the registry directly link to Apple's frameworks, and one that reads
+//! `ioreg -a` (`plist`) brings an XML parser and a calendar. The parser below is shorter than code
+//! to walk their trees.
 
 use super::Usb;
 
-/// The ports of USB adapters.
+/// Returns the ports of USB adapters.
 #[cfg(target_os = "macos")]
 pub(super) fn adapters() -> Vec<(String, Usb)> {
     let all = ["-r", "-c", "IOUSBHostDevice", "-l", "-w", "0"];
     parse(&super::said_by("/usr/sbin/ioreg", &all))
 }
 
-/// An entry of the registry, and how far to the right it stands.
+/// Registry entry with its indentation.
 #[derive(Default)]
 struct Node {
     column: usize,
@@ -26,13 +28,14 @@ struct Node {
     interface: Option<u8>,
 }
 
-/// Reads `+-o NAME  <class ...>` lines, which stand the further to the right the deeper they are,
-/// and the `"key" = value` lines below them.
+/// Parses `+-o NAME  <class ...>` lines, whose indentation shows the depth, and the `"key" = value`
+/// lines below them.
 fn parse(text: &str) -> Vec<(String, Usb)> {
     let mut found: Vec<(String, Usb)> = Vec::new();
     let mut path: Vec<Node> = Vec::new();
     for line in text.lines() {
         if let Some(column) = line.find("+-o ") {
+            // A line further left ends the branch of every deeper node.
             path.retain(|node| node.column < column);
             path.push(Node {
                 column,
@@ -61,18 +64,19 @@ fn parse(text: &str) -> Vec<(String, Usb)> {
             "IOCalloutDevice" => {
                 let port = quoted(value);
                 let known = |port: &String| found.iter().any(|(at, _)| at == port);
-                // A device behind a hub is printed below the hub, and once more by itself.
+                // A device behind a hub is printed below the hub, and once more on its own.
                 if let (Some(port), Some(usb)) = (port.filter(|port| !known(port)), usb(&path)) {
                     found.push((port, usb));
                 }
             }
+            // The registry has dozens of other properties.
             _ => {}
         }
     }
     found
 }
 
-/// The USB device nearest above a port.
+/// Returns the closest USB device above a port.
 fn usb(path: &[Node]) -> Option<Usb> {
     let at = path.iter().rposition(|node| {
         node.vendor.is_some() && node.location.is_some() && node.interface.is_none()
@@ -102,7 +106,7 @@ fn quoted(value: &str) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// A hub with an adapter on it, which is listed below the hub and by itself.
+    /// A hub with an adapter, which is listed below the hub and on its own.
     const OUTPUT: &str = r#"+-o USB2.0 Hub@14100000  <class IOUSBHostDevice, id 0x100001201, registered, matched, active, busy 0 (3 ms), retain 25>
   | {
   |   "idProduct" = 1544

@@ -1,8 +1,9 @@
-//! The serial ports of this computer and the USB adapters behind them.
+//! Serial ports of this computer and the USB adapters behind them.
 //!
-//! What a port's adapter is comes from sysfs on Linux, from `ioreg` on macOS and from `reg query`
-//! on Windows. Linux is tried on folders in the form of sysfs, Windows under Wine with a registry in
-//! the documented form; macOS is type-checked, and its reader tested on text in the documented form.
+//! The properties of an adapter come from sysfs on Linux, from `ioreg` on macOS and from
+//! `reg query` on Windows. Linux is tested on folders with the structure of sysfs, Windows under
+//! Wine with a registry in the documented form; macOS is type-checked, and its parser tested on
+//! text in the documented form.
 
 use std::fmt;
 use std::path::Path;
@@ -22,43 +23,43 @@ mod windows;
 pub use adapters::{Adapter, unbound_adapters};
 pub(crate) use same::Remembered;
 
-/// A serial port of this computer.
+/// Serial port of this computer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Port {
-    /// What to open: `/dev/ttyUSB0`, `COM3`.
+    /// Name to open: `/dev/ttyUSB0`, `COM3`.
     pub path: String,
-    /// What is known of the USB device behind it.
+    /// USB device behind the port, if known.
     pub usb: Option<Usb>,
 }
 
-/// A USB device with a serial port.
+/// USB device with a serial port.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Usb {
     /// Vendor id.
     pub vendor: u16,
     /// Product id.
     pub product: u16,
-    /// Product text.
+    /// Product name.
     pub name: Option<String>,
-    /// Manufacturer text.
+    /// Manufacturer name.
     pub manufacturer: Option<String>,
     /// Serial number of the adapter, not of the arm.
     pub serial: Option<String>,
-    /// The socket that it is plugged into, as the system names it: `1-1.4` on Linux.
+    /// Socket that it is plugged into, as named by the system: `1-1.4` on Linux.
     pub location: Option<String>,
-    /// Which of the adapter's ports it is, for adapters that have several.
+    /// Interface number, for adapters with several ports.
     pub interface: Option<u8>,
 }
 
-/// A kind of USB serial adapter.
+/// Kind of USB serial adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Kind {
     pub(crate) vendor: u16,
     pub(crate) product: u16,
     pub(crate) chip: &'static str,
-    /// The Linux module that makes a port of it.
+    /// Linux kernel module that provides the port.
     pub(crate) module: &'static str,
-    /// Whether arms have it in them; else their cables may have it.
+    /// True if arms contain it; otherwise cables may.
     pub(crate) in_arms: bool,
 }
 
@@ -72,11 +73,12 @@ const fn kind(vendor: u16, product: u16, chip: &'static str, module: &'static st
     }
 }
 
-/// The adapters of arms and of the cables that people use with them: the one list. The rules in `packaging/70-magician.rules`
-/// and the pages are held against it by the tests.
+/// All adapters of arms and of cables used with them. Tests compare the rules in
+/// `packaging/70-magician.rules` and the documentation with this list.
 const ADAPTERS: [Kind; 5] = [
     kind(0x10C4, 0xEA60, "CP210x", "cp210x"),
     kind(0x1A86, 0x7523, "CH340", "ch341"),
+    // A CDC device, so it has a port even without a vendor driver.
     kind(0x1A86, 0x55D4, "CH9102", "cdc_acm"),
     Kind {
         in_arms: false,
@@ -88,7 +90,7 @@ const ADAPTERS: [Kind; 5] = [
     },
 ];
 
-/// The udev rules that give the adapters of arms to the logged-in user.
+/// Returns the udev rules that give the logged-in user access to the adapters of arms.
 pub(crate) fn udev_rules() -> impl Iterator<Item = String> {
     let in_arms = ADAPTERS.iter().filter(|kind| kind.in_arms);
     in_arms.map(|Kind { vendor, product, .. }| {
@@ -99,7 +101,7 @@ pub(crate) fn udev_rules() -> impl Iterator<Item = String> {
 }
 
 impl Usb {
-    /// What kind of adapter it is, if it is a known one.
+    /// Returns the kind of adapter, if known.
     fn kind(&self) -> Option<&'static Kind> {
         let is_it = |kind: &&Kind| (kind.vendor, kind.product) == (self.vendor, self.product);
         ADAPTERS.iter().find(is_it)
@@ -107,15 +109,16 @@ impl Usb {
 }
 
 impl Port {
-    /// Whether the adapter is one that Magicians have. Other devices have them too.
+    /// True if Magicians have this kind of adapter. Other devices may have it too.
     #[must_use]
     pub fn likely_arm(&self) -> bool {
         let usb = self.usb.as_ref();
         usb.and_then(Usb::kind).is_some_and(|kind| kind.in_arms)
     }
 
-    /// Whether a path leads to this port, through symbolic links too.
+    /// True if a path leads to this port, also through symbolic links.
     fn is_at(&self, path: &str) -> bool {
+        // Both are resolved: links such as `/dev/serial/by-id/..` lead to the same device.
         let canonical = |path: &str| Path::new(path).canonicalize().ok();
         self.path == path
             || cfg!(windows) && self.path.eq_ignore_ascii_case(path)
@@ -142,15 +145,16 @@ impl fmt::Display for Port {
     }
 }
 
-/// The serial ports of this computer, likely arms first.
+/// Lists the serial ports of this computer, likely arms first.
 ///
 /// The USB adapters behind them are known on Linux (from sysfs), macOS (from `ioreg`) and Windows
-/// (from `reg query`). docs/guide/PLATFORMS.md says what of this has been run: Linux, Windows under Wine.
+/// (from `reg query`). docs/PLATFORMS.md says which of these have been tested: Linux, and Windows
+/// under Wine.
 ///
-/// None in a build without the feature `lines`.
+/// The list is empty in a build without the feature `lines`.
 ///
 /// # Errors
-/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the system does not tell.
+/// [`ErrorKind::Port`](crate::ErrorKind::Port) if the system does not list them.
 pub fn ports() -> Result<Vec<Port>> {
     #[cfg(feature = "lines")]
     let paths = serial2::SerialPort::available_ports().map_err(|error| {
@@ -161,11 +165,12 @@ pub fn ports() -> Result<Vec<Port>> {
     let paths: Vec<std::path::PathBuf> = Vec::new();
     let paths = paths.iter().map(|path| path.to_string_lossy().into_owned());
     let mut ports = described(paths.filter(|path| !is_double(path)).collect());
+    // Likely arms first, then by name, so that lists are stable between calls.
     ports.sort_by_key(|port| (!port.likely_arm(), port.path.clone()));
     Ok(ports)
 }
 
-/// macOS lists every port twice; `tty.` is the one that waits for a carrier.
+/// True for the second entry of a port on macOS; opening `tty.` waits for a carrier.
 fn is_double(path: &str) -> bool {
     cfg!(target_os = "macos") && path.contains("/tty.")
 }
@@ -173,6 +178,8 @@ fn is_double(path: &str) -> bool {
 #[cfg(target_os = "linux")]
 fn described(paths: Vec<String>) -> Vec<Port> {
     let port = |path: String| Port {
+        // Per port, not per device: on-board ports have no USB device, and stay in the list without
+        // one.
         usb: sysfs::usb(Path::new("/sys/class/tty"), Path::new(&path)),
         path,
     };
@@ -187,6 +194,7 @@ fn described(paths: Vec<String>) -> Vec<Port> {
 
 #[cfg(windows)]
 fn described(paths: Vec<String>) -> Vec<Port> {
+    // Only present ports are described: each costs a `reg` process.
     let known = windows::adapters(&paths);
     with(paths, |path| {
         known.iter().find(|(at, _)| at.eq_ignore_ascii_case(path))
@@ -208,9 +216,10 @@ fn described(paths: Vec<String>) -> Vec<Port> {
     paths.into_iter().map(port).collect()
 }
 
-/// What a program of the system says; empty if it says nothing.
+/// Returns the output of a system program; empty if it fails.
 #[cfg(any(target_os = "macos", windows))]
 fn said_by(program: &str, arguments: &[&str]) -> String {
+    // A missing program only costs the description of the ports, never their list.
     match std::process::Command::new(program).args(arguments).output() {
         Ok(output) => String::from_utf8_lossy(&output.stdout).into_owned(),
         Err(error) => {
@@ -220,7 +229,7 @@ fn said_by(program: &str, arguments: &[&str]) -> String {
     }
 }
 
-/// Ports in a sentence.
+/// Describes ports as a phrase.
 pub(crate) fn list<'a>(ports: impl IntoIterator<Item = &'a Port>) -> String {
     let all: Vec<String> = ports.into_iter().map(Port::to_string).collect();
     match all.as_slice() {

@@ -1,18 +1,25 @@
+//! Recognition of a serial port after a replug: the same adapter under any name.
+//!
+//! The device name is not enough, because a system gives it to the next adapter that is plugged in.
+//! A serial number identifies an adapter if it is unique among those present and not a default of
+//! the maker; otherwise the USB socket does. If neither is conclusive, finding fails instead of
+//! guessing.
+
 use super::{Port, Usb, list};
 use crate::{Error, ErrorCode, Result};
 
-/// A port that was open, to be found again when the plug was out: the same adapter under whatever
-/// name, and never another one.
+/// Port that was open, to be found again after a replug: the same adapter under any name, never
+/// another one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Remembered {
     path: String,
     usb: Option<Usb>,
-    /// Its serial number is its own.
+    /// True if its serial number is unique.
     telling: bool,
 }
 
 impl Remembered {
-    /// The port at a path, among those that are here while it is open.
+    /// Remembers the port at a path, among those present while it is open.
     pub(crate) fn new(path: &str, present: &[Port]) -> Self {
         let usb = present.iter().find(|port| port.is_at(path));
         let usb = usb.and_then(|port| port.usb.clone());
@@ -33,13 +40,14 @@ impl Remembered {
         }
     }
 
-    /// Where it is now.
+    /// Returns the current path.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when it is not here, or nothing shows which one it is.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) if it is absent, or cannot be distinguished from
+    /// another one.
     pub(crate) fn find(&self, present: &[Port]) -> Result<String> {
         let Some(usb) = &self.usb else {
-            // Not USB: the name is all there is.
+            // Not a USB device, so the name is all that identifies it.
             return Ok(self.path.clone());
         };
         let kin = |port: &&Port| port.usb.as_ref().is_some_and(|other| is_kin(usb, other));
@@ -49,6 +57,7 @@ impl Remembered {
         let same_serial = |port: &&Port| of(port).serial == usb.serial;
         let mut same: Vec<&Port> = kin.iter().copied().filter(same_serial).collect();
         if !self.telling || same.len() > 1 {
+            // Two with this serial number, or none that counts: the socket decides.
             match usb.location {
                 Some(_) => same.retain(same_socket),
                 None => same.retain(|port| port.is_at(&self.path)),
@@ -57,6 +66,7 @@ impl Remembered {
         match (same.as_slice(), kin.is_empty()) {
             ([port], _) => Ok(port.path.clone()),
             (_, true) => Err(self.gone(present)),
+            // Adapters of the same make are here, and none can be identified as ours.
             _ => Err(self.another(&kin)),
         }
     }
@@ -81,13 +91,13 @@ impl Remembered {
     }
 }
 
-/// Whether two adapters are of one make, and the ports the same ones of them.
+/// True if two adapters are of the same make, with the same port number.
 fn is_kin(one: &Usb, other: &Usb) -> bool {
     let make = |usb: &Usb| (usb.vendor, usb.product, usb.interface);
     make(one) == make(other)
 }
 
-/// Whether a serial number is what the maker puts into all: 0001 in the CP210x for one.
+/// True if a serial number is the maker's default: 0001 in the CP210x, for example.
 fn is_of_all(serial: &str) -> bool {
     serial.trim_start_matches('0').len() <= 1
 }
@@ -132,7 +142,7 @@ mod tests {
             found(&before, "/dev/ttyUSB0", &now).as_deref(),
             Some("/dev/ttyUSB1")
         );
-        // Another one has its name and its socket.
+        // Another adapter has its name and its socket.
         assert_eq!(found(&before, "/dev/ttyUSB0", &[other]), None);
         assert_eq!(found(&before, "/dev/ttyUSB0", &[]), None);
     }
@@ -166,7 +176,7 @@ mod tests {
             found(&twins, "/dev/ttyUSB1", &twins).as_deref(),
             Some("/dev/ttyUSB1")
         );
-        // One came later: the socket decides as long as one of the two is in it.
+        // The twin came later: the socket decides while one of the two is in it.
         let alone = &twins[..1];
         assert_eq!(
             found(alone, "/dev/ttyUSB0", &twins).as_deref(),

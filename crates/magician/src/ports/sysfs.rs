@@ -1,14 +1,14 @@
-//! What sysfs says about USB devices, and about the one behind a port. Tested on folders in its form.
+//! USB devices in sysfs, and the device behind a port. Tested on folders with its structure.
 
 use std::path::Path;
 
 use super::Usb;
 
-/// `class` is `/sys/class/tty`: the port's entry there leads through its USB interface
-/// (`1-1.4:1.0`) to its USB device (`1-1.4`).
+/// Returns the USB device of a port. `class` is `/sys/class/tty`: the port's entry there leads
+/// through its USB interface (`1-1.4:1.0`) to its USB device (`1-1.4`).
 #[cfg(target_os = "linux")]
 pub(super) fn usb(class: &Path, port: &Path) -> Option<Usb> {
-    // A symbolic link's own name says nothing.
+    // The name of a symbolic link has no entry in sysfs.
     let port = port.canonicalize().unwrap_or_else(|_| port.to_owned());
     let device = class.join(port.file_name()?).join("device");
     let device = device.canonicalize().ok()?;
@@ -24,7 +24,7 @@ pub(super) fn usb(class: &Path, port: &Path) -> Option<Usb> {
     })
 }
 
-/// The USB device of a folder, if it is one's.
+/// Returns the USB device of a folder, if it belongs to one.
 pub(super) fn device(folder: &Path) -> Option<Usb> {
     let text = |file: &str| text(&folder.join(file));
     let number = |file: &str| u16::from_str_radix(&text(file)?, 16).ok();

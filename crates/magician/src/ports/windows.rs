@@ -1,21 +1,25 @@
-//! What the registry says about the devices behind the ports: below `Enum\USB` every device that
-//! ever was here has a key, and those with a serial port its name. Run under Wine, and tested on
-//! output in its documented form; never run on a real Windows. The text of `reg` can be tested anywhere, calls of the registry's
-//! library only there; `serialport`, which lists ports as well, is under the MPL.
+//! USB devices behind the ports on Windows, from the registry.
+//!
+//! Every USB device that was ever connected has a key below `Enum\USB`, which contains the name of
+//! its serial port if it has one. The code has run under Wine, and is tested on output in the
+//! documented form; it has never run on real Windows. The text output of `reg` can be tested on any
+//! system, unlike calls of the registry API; `serialport`, which also lists ports, is licensed
+//! under the MPL.
 
 use super::Usb;
 
-/// Where USB devices are.
+/// Registry key of the USB devices.
 #[cfg(windows)]
 const DEVICES: &str = r"HKLM\SYSTEM\CurrentControlSet\Enum\USB";
 
-/// The ports among `present` that belong to USB adapters.
+/// Returns those of the `present` ports that belong to USB adapters.
 #[cfg(windows)]
 pub(super) fn adapters(present: &[String]) -> Vec<(String, Usb)> {
     let mut found = parse(&super::said_by(
         "reg",
         &["query", DEVICES, "/s", "/v", "PortName"],
     ));
+    // The registry keeps the keys of every adapter that was ever connected.
     found.retain(|adapter| (present.iter()).any(|port| port.eq_ignore_ascii_case(&adapter.port)));
     let describe = |mut adapter: Adapter| {
         let about = super::said_by("reg", &["query", &adapter.key]);
@@ -25,16 +29,16 @@ pub(super) fn adapters(present: &[String]) -> Vec<(String, Usb)> {
     found.into_iter().map(describe).collect()
 }
 
-/// A device with a port.
+/// Device with a port.
 #[derive(Debug, PartialEq)]
 struct Adapter {
     port: String,
-    /// The device's key.
+    /// Registry key of the device.
     key: String,
     usb: Usb,
 }
 
-/// Reads lines with a key, `HKEY_...\USB\VID_10C4&PID_EA60\0001\Device Parameters`, and the lines
+/// Parses lines with a key, `HKEY_...\USB\VID_10C4&PID_EA60\0001\Device Parameters`, and the lines
 /// with its values below, `    PortName    REG_SZ    COM3`.
 fn parse(text: &str) -> Vec<Adapter> {
     let mut found = Vec::new();
@@ -56,14 +60,14 @@ fn parse(text: &str) -> Vec<Adapter> {
     found
 }
 
-/// Name and text of a value.
+/// Splits a value line into name and text.
 fn value(line: &str) -> Option<(&str, &str)> {
     let (name, text) = line.trim().split_once("REG_SZ")?;
     Some((name.trim(), text.trim()))
 }
 
-/// The identity of a device, from the name of its key. The last part is its serial number, or what the
-/// system made up from its socket; only the latter has a `&` in it.
+/// Parses the identity of a device from the name of its key. The last part is its serial number, or
+/// an id that the system derived from its socket; only the latter contains a `&`.
 fn usb(key: &str) -> Option<Usb> {
     let mut parts = key.rsplit('\\');
     let (instance, ids) = (parts.next()?, parts.next()?);
@@ -84,15 +88,16 @@ fn usb(key: &str) -> Option<Usb> {
     })
 }
 
-/// Adds what the values of the device's key say.
+/// Adds the properties in the values of the device's key.
 fn describe(usb: &mut Usb, text: &str) {
     for (name, text) in text.lines().filter_map(value) {
-        // `@oem12.inf,%mfg%;Silicon Labs`: the text itself stands last.
+        // `@oem12.inf,%mfg%;Silicon Labs`: the text follows the last semicolon.
         let text = text.rsplit(';').next().unwrap_or_default().to_owned();
         match name {
             "DeviceDesc" => usb.name = Some(text),
             "Mfg" => usb.manufacturer = Some(text),
             "LocationInformation" if usb.location.is_none() => usb.location = Some(text),
+            // Other values of the key are of no interest.
             _ => {}
         }
     }

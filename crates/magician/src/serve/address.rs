@@ -1,8 +1,10 @@
+//! Addresses of endpoints.
+
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 
 use super::ServeError;
 
-/// Reads `HOST[:PORT]`; an IPv6 host with a port stands in brackets.
+/// Resolves `HOST[:PORT]`; an IPv6 host with a port needs brackets.
 pub(super) fn resolve(text: &str, port: Option<u16>) -> Result<SocketAddr, ServeError> {
     let wrong = |reason| ServeError::Address {
         address: text.to_owned(),
@@ -25,6 +27,7 @@ fn split(text: &str, default: Option<u16>) -> Result<(&str, u16), &'static str> 
             let port = port.map_err(|_| "the port is not a number from 0 to 65535")?;
             (&text[..at], port)
         }
+        // An IPv6 address without brackets has no room for a port.
         _ => (text, default.ok_or(missing)?),
     };
     let host = host

@@ -1,3 +1,5 @@
+//! A served virtual arm with its endpoints, timer and handles.
+
 use std::sync::Arc;
 use std::task::{Context, Waker};
 
@@ -10,9 +12,9 @@ use super::wake::{WakeFlag, WakeSet};
 use super::{Endpoint, OnReady, ServeError, Server};
 use magician_sim::Runner;
 
-/// An arm that is being served: all its endpoints are open.
+/// Served arm whose endpoints are all open.
 pub(super) struct Arm {
-    // Dropped first: what leads to the arm is gone before the arm.
+    // Dropped first, so that no endpoint accepts clients for an arm that is gone.
     listeners: Listeners,
     hub: SharedArm,
     timer: Timer,
@@ -38,7 +40,7 @@ impl Arm {
         if let Some(writer) = server.recording {
             hub.record(writer, server.speed)?;
         }
-        // After the trace has begun: it tells who was there from the first.
+        // After the start of the trace, which records the clients from the first.
         let listeners = spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?;
         if let Some(place) = spec::place(&listeners) {
             let controller = hub.runner_mut().controller_mut();
@@ -57,7 +59,7 @@ impl Arm {
         })
     }
 
-    /// Every endpoint of every arm accepts.
+    /// Reports that every endpoint of every arm accepts.
     pub(super) fn ready(&mut self) {
         if let Some(call) = self.on_ready.take() {
             call(&self.endpoints());
@@ -68,13 +70,13 @@ impl Arm {
         spec::endpoints(&self.listeners)
     }
 
-    /// No more clients: closes the endpoints and completes what is being written.
+    /// Closes the endpoints and completes the files being written.
     pub(super) fn end(self) -> Result<(), ServeError> {
         drop(self.listeners);
         self.hub.end()
     }
 
-    /// Takes a turn if anything happened.
+    /// Polls the arm if it was woken.
     pub(super) fn answer_bell(&mut self) -> Result<(), ServeError> {
         if !self.bell.answer() {
             return Ok(());
@@ -83,7 +85,7 @@ impl Arm {
         self.poll(&mut Context::from_waker(&waker))
     }
 
-    /// Does all that can be done now and sees to being woken for the rest.
+    /// Does everything that is possible now, and registers to be woken for the rest.
     fn poll(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
         self.hub.tick();
         let done = self.orders.carry_out_one(cx, self.hub.runner_mut());
@@ -97,12 +99,13 @@ impl Arm {
             done();
         }
         if self.cable.is_behind(self.hub.runner().pulls()) {
-            // It was pulled meanwhile; the endpoints follow in the next turn.
+            // The cable was pulled meanwhile; the endpoints follow in the next round.
             cx.waker().wake_by_ref();
         }
         if let Some(wait) = self.hub.wait()
             && self.timer.poll(cx, wait).is_ready()
         {
+            // Already due: poll again after the other arms.
             cx.waker().wake_by_ref();
         }
         Ok(())

@@ -1,24 +1,26 @@
-//! Writing behind the arm's back: a disk that is slow does not hold it up.
+//! Buffered writing by a thread, so that a slow disk does not delay the arm.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
+// Large enough that the thread is woken rarely, small enough that little is lost with a killed
+// process.
 const BLOCK: usize = 64 * 1024;
-/// Blocks that may wait for the disk: 16 MB, or minutes of an arm at its own speed.
+/// Blocks that may wait for the disk: 16 MB, or minutes of an arm at normal speed. Choice.
 const BLOCKS: usize = 256;
 
-/// What becomes of a block that finds no room.
+/// Behaviour if the buffer is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Full {
-    /// The writer waits: a delay of the arm's clock is harmless.
+    /// The writer waits. At full speed a delay of the arm's clock is harmless.
     Wait,
     /// Writing fails.
     Fail,
 }
 
-/// Hands what is written to a thread of its own, which writes it. Flushing hands over; [`finish`](Self::finish) waits
-/// until all is written.
+/// Writer that passes its data to a thread. Flushing passes the current block on;
+/// [`finish`](Self::finish) waits until everything is written.
 pub(super) struct WriteBehind {
     block: Vec<u8>,
     full: Full,
@@ -38,7 +40,7 @@ impl WriteBehind {
         })
     }
 
-    /// Waits until all that was written is in the file.
+    /// Waits until all data is in the file.
     pub(super) fn finish(mut self) -> io::Result<()> {
         self.flush()?;
         self.end()
@@ -51,6 +53,7 @@ impl WriteBehind {
         let Some(blocks) = &self.blocks else {
             return Err(io::ErrorKind::BrokenPipe.into());
         };
+        // A new block, because the thread still writes from the old one.
         let block = std::mem::replace(&mut self.block, Vec::with_capacity(BLOCK));
         let sent = match self.full {
             Full::Wait => blocks.send(block).map_err(|_| ()),
@@ -59,14 +62,14 @@ impl WriteBehind {
                 sent => sent.map_err(|_| ()),
             },
         };
-        // The thread ends early only when it could not write, and then it knows why.
+        // The thread only ends early after a failed write, whose error it returns.
         sent.or_else(|()| {
             self.end()?;
             Err(io::ErrorKind::BrokenPipe.into())
         })
     }
 
-    /// Lets go of a thread that hangs in a write.
+    /// Abandons a thread that is stuck in a write.
     fn give_up(&mut self) -> io::Error {
         (self.blocks, self.thread) = (None, None);
         let megabytes = BLOCK * BLOCKS / 1_000_000;
@@ -108,7 +111,7 @@ impl Write for WriteBehind {
 
 impl Drop for WriteBehind {
     fn drop(&mut self) {
-        // An owner that needs the error has called `finish`.
+        // An owner interested in the error has called `finish`.
         let _ = self.hand_over();
         let _ = self.end();
     }
@@ -120,7 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// Writes when it is told to, and then says what.
+    /// Writer that blocks until released, then reports the bytes.
     struct Slow {
         told: Receiver<()>,
         written: Sender<Vec<u8>>,

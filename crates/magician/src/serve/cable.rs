@@ -1,7 +1,9 @@
+//! Cable of a served virtual arm: endpoints disappear and return with it.
+
 use super::spec::{self, Listeners};
 use super::{Notice, ServeError, Service};
 
-/// The cable of a virtual arm as its endpoints know it.
+/// State of the cable that the endpoints have followed.
 pub(super) struct Cable {
     plugged: bool,
     pulls: u64,
@@ -17,12 +19,13 @@ impl Default for Cable {
 }
 
 impl Cable {
-    /// Whether the cable was pulled since the endpoints followed it.
+    /// True if the cable was pulled since the endpoints last followed it.
     pub(super) fn is_behind(&self, pulls: u64) -> bool {
         pulls != self.pulls
     }
 
-    /// Has the endpoints vanish and come back as the cable is pulled and put back: it was pulled so often, and is in or not.
+    /// Makes the endpoints disappear and return with the cable. `pulls` is the number of pulls so
+    /// far.
     pub(super) fn follow(
         &mut self,
         pulls: u64,
@@ -30,6 +33,7 @@ impl Cable {
         listeners: &mut Listeners,
         service: &mut dyn Service,
     ) -> Result<(), ServeError> {
+        // A pull counts even if the cable is in again: clients of the old connection are gone.
         if self.is_behind(pulls) {
             (self.pulls, self.plugged) = (pulls, false);
             for listener in listeners.iter_mut() {

@@ -1,3 +1,5 @@
+//! Answers to hosts that search for Wi-Fi modules of arms.
+
 use std::fmt::{self, Write};
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -9,31 +11,31 @@ use tokio::net::UdpSocket;
 use super::udp::{DATAGRAM, bound, refused};
 use super::{Endpoint, Listener, READS_PER_POLL, Service};
 
-/// Where a Wi-Fi module listens for hosts that look for one (model section 15).
+/// Port on which a Wi-Fi module answers searching hosts (model section 15).
 pub(super) const PORT: u16 = 48_899;
-/// What they broadcast, and repeat every two seconds to see that it is still there.
+/// Request that hosts broadcast, and repeat every two seconds to check that the module is still
+/// there.
 const QUESTION: &[u8] = b"Who is Dobot?";
-/// What the module calls itself, and its version (model section 15).
+/// Name and version of the module (model section 15).
 const MODULE: &str = "USR-C322,2.17.14";
 
-/// Where the arm's Wi-Fi module answers hosts that look for it.
+/// Address at which the arm's Wi-Fi module answers searching hosts.
 ///
-/// The answer, `ip,MAC,USR-C322,2.17.14`, names no port: hosts go on to port 8899 of that address.
+/// The answer, `ip,MAC,USR-C322,2.17.14`, has no port: hosts connect to port 8899 of that address.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Discovery {
-    /// On port 48899 beside each UDP socket on port 8899. If that port is taken, perhaps by
-    /// another arm, there is a [`Notice::Undiscoverable`](super::Notice::Undiscoverable) and no
-    /// discovery.
+    /// Port 48899 beside each UDP socket on port 8899. If that port is in use, perhaps by another
+    /// arm, there is no discovery, and a [`Notice::Undiscoverable`](super::Notice::Undiscoverable).
     #[default]
     Auto,
-    /// Nowhere.
+    /// No discovery.
     Off,
-    /// At `HOST[:PORT]` (48899 unless given; 0: any free port), whatever the UDP port is.
+    /// `HOST[:PORT]` (48899 by default; 0: any free port), whatever the UDP port is.
     At(String),
 }
 
-/// A UDP socket that says where the arm is.
+/// UDP socket that answers with the arm's address.
 pub(super) struct Answerer {
     socket: UdpSocket,
     address: SocketAddr,
@@ -56,18 +58,18 @@ impl Answerer {
 
     fn answer(&mut self, cx: &mut Context<'_>, asker: SocketAddr) {
         let Ok(ip) = self.reached_by(asker) else {
-            // It has no way back: nothing would arrive.
+            // There is no route back, so an answer would not arrive.
             return;
         };
         self.answer.clear();
         if write!(self.answer, "{ip},{},{MODULE}", self.mac).is_ok() {
-            // What is lost is asked for again in two seconds.
+            // A lost answer is requested again in two seconds.
             let _ = (self.socket).poll_send_to(cx, self.answer.as_bytes(), asker);
         }
     }
 
-    /// Our address as the asker sees it. Behind a socket for all of our addresses it is the one
-    /// from which the system would send to the asker: a broadcast does not name any.
+    /// Returns our address as the client sees it. For a socket bound to all addresses it is the one
+    /// from which the system would send to the client, because a broadcast names none.
     fn reached_by(&self, asker: SocketAddr) -> io::Result<IpAddr> {
         if !self.address.ip().is_unspecified() {
             return Ok(self.address.ip());
@@ -88,7 +90,7 @@ impl Listener for Answerer {
     }
 
     fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
-        // The module has its power from the arm's connector.
+        // The module is powered by the arm's connector.
         let plugged = service.plugged();
         for _ in 0..READS_PER_POLL {
             let mut buffer = ReadBuf::new(&mut self.question);
@@ -102,6 +104,7 @@ impl Listener for Answerer {
                 Poll::Ready(Err(error)) => return Err(error),
             }
         }
+        // More datagrams may wait; the other endpoints get a turn first.
         cx.waker().wake_by_ref();
         Ok(())
     }
@@ -109,13 +112,13 @@ impl Listener for Answerer {
     fn unplug(&mut self, _: &mut dyn Service) {}
 }
 
-/// Whether a datagram is the question, with or without an end of line or of string.
+/// True if a datagram is the request, with or without a line end or terminating zero.
 fn asks(datagram: &[u8]) -> bool {
     let rest = datagram.strip_prefix(QUESTION);
     rest.is_some_and(|rest| rest.iter().all(|byte| matches!(byte, 0 | b'\r' | b'\n')))
 }
 
-/// The module's hardware address: drawn from the arm's id, and marked as locally administered.
+/// Hardware address of the module: derived from the arm's id, and marked as locally administered.
 struct Mac([u8; 6]);
 
 impl Mac {

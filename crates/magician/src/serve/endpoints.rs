@@ -1,3 +1,5 @@
+//! Endpoints in front of any service.
+
 use std::fmt;
 #[cfg(unix)]
 use std::path::PathBuf;
@@ -6,21 +8,21 @@ use std::task::Context;
 use super::spec::{self, EndpointSpec, Listeners};
 use super::{Discovery, Endpoint, ServeError, Service};
 
-/// Endpoints that lead to a [`Service`] of your own: a bridge, a proxy. They are what
-/// [`Server`](super::Server) has for a virtual arm, and need the same of tokio.
+/// Endpoints for a custom [`Service`]: a bridge, a proxy. They are the same as those of a
+/// [`Server`](super::Server) for a virtual arm, with the same requirements on tokio.
 #[derive(Default)]
 pub struct Endpoints {
     pub(super) specs: Vec<EndpointSpec>,
 }
 
 impl Endpoints {
-    /// No endpoint.
+    /// Creates an empty list.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A pseudo-terminal behind a symlink at `path`, as [`Server::pty`](super::Server::pty).
+    /// Adds a pseudo-terminal behind a symlink at `path`, as [`Server::pty`](super::Server::pty).
     #[cfg(unix)]
     #[must_use]
     pub fn pty(mut self, path: impl Into<PathBuf>) -> Self {
@@ -28,25 +30,26 @@ impl Endpoints {
         self
     }
 
-    /// A UDP socket at `HOST[:PORT]`, as [`Server::udp`](super::Server::udp), without discovery.
+    /// Adds a UDP socket at `HOST[:PORT]`, as [`Server::udp`](super::Server::udp), without
+    /// discovery.
     #[must_use]
     pub fn udp(mut self, address: impl Into<String>) -> Self {
         self.specs.push(EndpointSpec::Udp(address.into()));
         self
     }
 
-    /// A TCP listener at `HOST:PORT`, as [`Server::tcp`](super::Server::tcp).
+    /// Adds a TCP listener at `HOST:PORT`, as [`Server::tcp`](super::Server::tcp).
     #[must_use]
     pub fn tcp(mut self, address: impl Into<String>) -> Self {
         self.specs.push(EndpointSpec::Tcp(address.into()));
         self
     }
 
-    /// Opens all of them, in their order, or none.
+    /// Opens all endpoints in order, or none.
     ///
     /// # Errors
-    /// [`ServeError`] when one cannot be opened; what is certain to fail does so before anything is
-    /// touched.
+    /// [`ServeError`] if one cannot be opened. Predictable errors are found before anything is
+    /// changed.
     pub fn open(&self, service: &mut dyn Service) -> Result<BoundEndpoints, ServeError> {
         let listeners = self.listen(&Discovery::Off, service)?;
         Ok(BoundEndpoints { listeners })
@@ -68,7 +71,7 @@ impl fmt::Debug for Endpoints {
     }
 }
 
-/// Endpoints that accept. What they made (symlinks, sockets) is gone when this is dropped.
+/// Open endpoints. Their symlinks and sockets are removed on drop.
 pub struct BoundEndpoints {
     listeners: Listeners,
 }
@@ -80,18 +83,19 @@ impl fmt::Debug for BoundEndpoints {
 }
 
 impl BoundEndpoints {
-    /// What they are called outside, in their order.
+    /// Returns the public names of the endpoints, in order.
     #[must_use]
     pub fn endpoints(&self) -> Vec<Endpoint> {
         spec::endpoints(&self.listeners)
     }
 
-    /// Reads what is there, writes what is due, and registers to be woken for more. Turns are
-    /// bounded here: the runtime's own bound ([`tokio::task::coop`]) would look like a full
-    /// socket, so poll within [`tokio::task::unconstrained`].
+    /// Reads available bytes, writes pending ones, and registers to be woken for more.
+    ///
+    /// The work per call is bounded here; the runtime's own budget ([`tokio::task::coop`]) would
+    /// look like a full socket, so poll within [`tokio::task::unconstrained`].
     ///
     /// # Errors
-    /// [`ServeError`] when an endpoint breaks down.
+    /// [`ServeError`] if an endpoint fails.
     pub fn poll(
         &mut self,
         cx: &mut Context<'_>,

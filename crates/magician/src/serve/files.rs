@@ -1,4 +1,4 @@
-//! Files that people write for a virtual arm, the one that keeps its flash.
+//! Text files for a virtual arm, and the file of its flash memory.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -7,57 +7,60 @@ use std::path::{Path, PathBuf};
 use magician_sim::document::{self, DocumentError};
 use magician_sim::{Flash, FlashError};
 
-/// Why a file cannot be taken as text. The message goes on after the file's name.
+/// Error of a text file. The message continues after the file name.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextFileError {
-    /// The system did not let it be read.
+    /// The file could not be read.
     #[error("cannot be read: {0}")]
     File(#[from] io::Error),
-    /// It is no text.
+    /// The content is not text.
     #[error(transparent)]
     Document(#[from] DocumentError),
 }
 
-/// Why the file of a flash cannot be read or written.
+/// Error of a flash file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FlashFileError {
-    /// The file is there and holds no flash; it was left as it is.
+    /// The file exists but holds no flash; it was left unchanged.
     #[error("{} is damaged: {reason}", path.display())]
     Damaged {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Reason.
         reason: FlashError,
     },
-    /// The system did not let it be read or written.
+    /// The file could not be read or written.
     #[error("{}: cannot {action}: {source}", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What was tried.
+        /// Operation that failed.
         action: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }
 
-/// Reads a file of text: a scenario, a profile, a flash. One that does not end is not read to its end.
+/// Reads a text file: a scenario, a profile, a flash. Reading stops at the size limit, so an
+/// endless file does no harm.
 ///
 /// # Errors
-/// [`TextFileError`], whose message goes on after the file's name.
+/// [`TextFileError`], whose message continues after the file name.
 pub fn read_text(path: &Path) -> Result<String, TextFileError> {
     let mut bytes = Vec::new();
+    // A byte more than allowed shows that a file is too large.
     let most = document::MOST_BYTES as u64 + 1;
     File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(document::text(bytes)?)
 }
 
-/// Reads the file of a flash; `None` when there is none.
+/// Reads a flash file; `None` if it does not exist.
 ///
 /// # Errors
-/// [`FlashFileError::Damaged`] for a file that holds no flash, [`FlashFileError::File`] when it cannot be read.
+/// [`FlashFileError::Damaged`] if the file holds no flash, [`FlashFileError::File`] if it cannot be
+/// read.
 pub fn load_flash(path: &Path) -> Result<Option<Flash>, FlashFileError> {
     let damaged = |reason| FlashFileError::Damaged {
         path: path.to_owned(),
@@ -74,11 +77,12 @@ pub fn load_flash(path: &Path) -> Result<Option<Flash>, FlashFileError> {
     Flash::from_toml(&text).map(Some).map_err(damaged)
 }
 
-/// Writes the file of a flash, in the place of what is there. Until it is complete on the disk what was there stays: a reader
-/// finds the old one or the new one, never a part of either. It holds the Wi-Fi password, so only its owner may read it.
+/// Replaces a flash file. The old file stays until the new one is completely on the disk, so a
+/// reader finds either of them, never a part. It contains the Wi-Fi password, so only its owner may
+/// read it.
 ///
 /// # Errors
-/// [`FlashFileError::File`]; then what was there is there still.
+/// [`FlashFileError::File`]; the old file is then unchanged.
 pub fn save_flash(flash: &Flash, path: &Path) -> Result<(), FlashFileError> {
     crate::files::rewrite_private(path, &flash.to_toml())
         .map_err(|source| failed(path, "write", source))

@@ -1,3 +1,5 @@
+//! Handle to a served virtual arm, for other tasks and threads.
+
 use std::fmt;
 use std::future::Future;
 use std::pin::Pin;
@@ -7,16 +9,15 @@ use tokio::sync::{mpsc, oneshot};
 
 use magician_sim::Runner;
 
-/// Something to do on an arm's runner. What it returns is to be called when the endpoints have
-/// followed.
+/// Operation on an arm's runner. The returned function is called once the endpoints have followed.
 type Order = Box<dyn FnOnce(&mut Runner) -> Done + Send>;
 type Done = Box<dyn FnOnce() + Send>;
 
-/// A hand on an arm that is being served: a display, a scenario or a test looks at it and changes
-/// it from another task or thread, while its clients are served. [`Server::handle`] gives it.
+/// Handle to an arm that is being served: a display, a scenario or a test observes and changes it
+/// from another task or thread, while its clients are served. Returned by [`Server::handle`].
 ///
-/// Orders are carried out one by one, in the order in which they were given, whether their
-/// [`PendingResult`] is waited for or not; orders given before the server is ready wait for that.
+/// Operations run one by one, in order of submission, whether their [`PendingResult`] is awaited or
+/// not. Those submitted before the server is ready wait for it.
 ///
 /// [`Server::handle`]: super::Server::handle
 #[derive(Clone)]
@@ -31,8 +32,8 @@ impl fmt::Debug for Handle {
 }
 
 impl Handle {
-    /// Has something done on the arm's runner, which has been brought up to the present. It should
-    /// be quick: the arm waits for it.
+    /// Runs a function on the arm's runner, which is brought to the present first. It should be
+    /// quick, because the arm waits for it.
     ///
     /// ```no_run
     /// # use magician::serve::{Ended, Handle};
@@ -49,48 +50,50 @@ impl Handle {
         let (sender, receiver) = oneshot::channel();
         let order = move |runner: &mut Runner| {
             let value = call(runner);
-            // Waiting for it is optional.
+            // Receiving the result is optional.
             let done: Done = Box::new(move || drop(sender.send(value)));
             done
         };
-        // If the server has ended, so has the answer.
+        // If the server has ended, the result resolves to [`Ended`].
         let _ = self.orders.send(Box::new(order));
         PendingResult(receiver)
     }
 
-    /// Pulls the cable at the arm's end ([`Runner::unplug`]). When this is answered, pseudo-terminals
-    /// have vanished as a USB adapter does: the path is gone, and clients have been hung up on. TCP
-    /// connections are closed and new ones too, datagrams are not answered.
+    /// Pulls the cable at the arm's end ([`Runner::unplug`]).
+    ///
+    /// When this resolves, pseudo-terminals have disappeared like a USB adapter: the path is gone,
+    /// and clients got a hang-up. TCP connections are closed, new ones too, and datagrams are not
+    /// answered.
     pub fn unplug(&self) -> PendingResult<()> {
         self.with(Runner::unplug)
     }
 
-    /// Puts the cable back. When this is answered, every endpoint accepts again: a pseudo-terminal
-    /// is a new one, at the same path.
+    /// Plugs the cable in again. When this resolves, every endpoint accepts again: a
+    /// pseudo-terminal is a new one at the same path.
     pub fn plug(&self) -> PendingResult<()> {
         self.with(Runner::plug)
     }
 }
 
-/// The server ended before it came to an order, or broke down over it.
+/// Error of an operation whose server ended before or during it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the arm is no longer served")]
 pub struct Ended;
 
-/// What an order came to; a future. The endpoints have followed the runner by then: what was
-/// unplugged is gone, what was plugged in is there.
+/// Result of an operation, as a future. When it resolves, the endpoints have followed the runner:
+/// unplugged ones are gone, plugged ones accept.
 #[derive(Debug)]
 #[must_use = "it is carried out later; only the reply tells when"]
 pub struct PendingResult<T>(oneshot::Receiver<T>);
 
 impl<T> PendingResult<T> {
-    /// Waits where nothing can be awaited.
+    /// Waits for the result in synchronous code.
     ///
     /// # Errors
-    /// [`Ended`] when the arm is no longer served.
+    /// [`Ended`] if the arm is no longer served.
     ///
     /// # Panics
-    /// Within an asynchronous task, where it would block the runtime.
+    /// Panics within an asynchronous task, where it would block the runtime.
     pub fn wait(self) -> Result<T, Ended> {
         self.0.blocking_recv().map_err(|_| Ended)
     }
@@ -105,7 +108,7 @@ impl<T> Future for PendingResult<T> {
     }
 }
 
-/// The server's end of all handles of an arm.
+/// Receiving end of all handles of an arm.
 pub(super) struct Orders {
     sender: mpsc::UnboundedSender<Order>,
     receiver: mpsc::UnboundedReceiver<Order>,
@@ -123,8 +126,8 @@ impl Orders {
         }
     }
 
-    /// Carries out the next order, if there is one; what it returns is to be called when the
-    /// endpoints have followed. Wakes the task for the one after it.
+    /// Runs the next operation, if any; the returned function is to be called once the endpoints
+    /// have followed. Wakes the task for the one after it.
     pub(super) fn carry_out_one(
         &mut self,
         cx: &mut Context<'_>,
@@ -133,6 +136,7 @@ impl Orders {
         let Poll::Ready(Some(order)) = self.receiver.poll_recv(cx) else {
             return None;
         };
+        // Only one operation per round: the endpoints follow each before the next runs.
         cx.waker().wake_by_ref();
         Some(order(runner))
     }

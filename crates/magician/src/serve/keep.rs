@@ -1,4 +1,4 @@
-//! Keeps the arm's flash in a file.
+//! Persistence of the arm's flash in a file.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -7,21 +7,21 @@ use magician_sim::{Controller, HostInstant};
 
 use super::files::{FlashFileError, save_flash};
 
-/// A host that sets ten things at once has them written once.
+/// Delay of a write after a change. Choice: ten settings in a row then cause a single write.
 const DELAY: Duration = Duration::from_millis(500);
 
-/// The file, and what of the flash is in it.
+/// Flash file, and the state of the flash it contains.
 pub(super) struct Keeper {
     path: PathBuf,
     written: u64,
-    /// When what has changed is written.
+    /// Time of the next write.
     due: Option<HostInstant>,
-    /// The file could not be written the last time.
+    /// True if the last write failed.
     failed: bool,
 }
 
 impl Keeper {
-    /// The file holds what the arm was switched on with, or is to hold it.
+    /// Creates a keeper; the file holds the flash at power-up, or will hold it.
     pub(super) fn new(path: PathBuf, controller: &Controller) -> Self {
         Self {
             path,
@@ -31,7 +31,8 @@ impl Keeper {
         }
     }
 
-    /// Writes what has changed, a while after it has; if that fails, with the next change or at the end.
+    /// Writes changes some time after the first. A failed write is repeated with the next change or
+    /// at the end.
     pub(super) fn keep(
         &mut self,
         now: HostInstant,
@@ -47,12 +48,12 @@ impl Keeper {
         self.write(controller)
     }
 
-    /// When there is something to write.
+    /// Returns the time of the next write.
     pub(super) fn due(&self) -> Option<HostInstant> {
         self.due
     }
 
-    /// The end: writes what the file lacks.
+    /// Writes outstanding changes at the end.
     pub(super) fn finish(&mut self, controller: &Controller) -> Result<(), FlashFileError> {
         if self.failed || controller.flash_writes() != self.written {
             return self.write(controller);

@@ -1,17 +1,17 @@
-//! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
+//! Servers: a virtual arm for other programs, over pseudo-terminals, UDP and TCP.
 //!
-//! [`Endpoints`] are the same endpoints in front of anything else: a virtual arm that this process uses too ([`ServedArm`]),
-//! an arm that programs share ([`ProxyServer`]).
+//! A [`Server`] serves its own virtual arm. [`Endpoints`] are the same endpoints in front of other
+//! services: a virtual arm that this process uses too ([`ServedArm`]), or an arm shared by several
+//! programs ([`ProxyServer`]).
 //!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
-//! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime
-//! answers fastest. Signals are the caller's: [`Server::serve_until`] ends when the future given to
-//! it does.
+//! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime has
+//! the lowest latency. Signals are left to the caller: [`Server::serve_until`] ends when the future
+//! passed to it does.
 //!
-//! Every client is a link of its own with its own decoder: each client of a pseudo-terminal in
-//! turn, each UDP peer, each TCP connection. Nothing a client does, or leaves undone, blocks the
-//! arm or grows: unread replies are dropped, whole frames at a time, as a serial port
-//! drops them.
+//! Every client is a link with its own decoder: each successive client of a pseudo-terminal, each
+//! UDP peer, each TCP connection. No client can block the arm or make it use more memory: unread
+//! replies are dropped in whole frames, as a serial port drops them.
 
 use std::fmt;
 use std::future::Future;
@@ -62,10 +62,10 @@ use files::FlashFileError;
 use handle::Orders;
 use spec::{EndpointSpec, Number};
 
-/// Reads on one endpoint before the others get their turn.
+/// Reads on one endpoint before the others get a turn. Choice.
 const READS_PER_POLL: u32 = 16;
 
-/// Serves one virtual arm. What is not set is real time, no pacing, no endpoint.
+/// Server for one virtual arm. Defaults: real time, no pacing, no endpoint.
 ///
 /// ```no_run
 /// # async fn serve() -> Result<(), magician::serve::ServeError> {
@@ -99,32 +99,33 @@ pub struct Server {
 type OnReady = Box<dyn FnOnce(&[Endpoint]) + Send>;
 type OnNotice = Box<dyn FnMut(Notice) + Send>;
 
-/// An endpoint that accepts.
+/// Open endpoint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Endpoint {
     /// A pseudo-terminal.
     #[cfg(unix)]
     Pty {
-        /// The symlink to it.
+        /// Path of the symlink.
         path: PathBuf,
-        /// The terminal itself (`/dev/pts/3`).
+        /// Path of the terminal (`/dev/pts/3`).
         device: PathBuf,
     },
-    /// A UDP socket, with the port it got.
+    /// UDP socket, with its actual port.
     Udp(SocketAddr),
-    /// A TCP listener, with the port it got.
+    /// TCP listener, with its actual port.
     Tcp(SocketAddr),
-    /// A UDP socket that answers hosts which look for an arm, with the port it got.
+    /// UDP socket that answers searching hosts, with its actual port.
     Discovery(SocketAddr),
 }
 
 impl Endpoint {
-    /// Whether other computers may reach it, none of which needs a password.
+    /// True if other computers may be able to reach it, without a password.
     #[must_use]
     pub fn is_exposed(&self) -> bool {
         match self {
             Self::Udp(address) | Self::Tcp(address) => !address.ip().to_canonical().is_loopback(),
+            // A pseudo-terminal belongs to its user; a discovery socket carries no commands.
             _ => false,
         }
     }
@@ -142,90 +143,93 @@ impl fmt::Display for Endpoint {
     }
 }
 
-/// Something worth a line in a log.
+/// Event worth logging.
 #[derive(Debug)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Notice {
-    /// The controller reports.
+    /// Event of the controller.
     Arm(Event),
     /// A client sent its first bytes (UDP), connected (TCP), or opened the port (pseudo-terminal,
     /// on Linux).
     Connected(String),
-    /// A client left, was forgotten for a newer one (UDP) or, on a pseudo-terminal, was the last.
+    /// A client left, was replaced by a newer one (UDP), or was the last on a pseudo-terminal.
     Left(String),
-    /// A connection was refused because as many as the server keeps are open, and all are in use.
+    /// A connection was refused because the maximum is open, and all are in use.
     Refused(String),
-    /// A connection that had been idle, or had sent no whole frame, was closed, because as many as the server keeps were open
-    /// and a new one came.
+    /// A connection that was idle, or had not sent a whole frame, was closed for a new one because
+    /// the maximum was open.
     MadeRoom(String),
-    /// The cable was pulled ([`Runner::unplug`](magician_sim::Runner::unplug)) and the endpoints are gone.
+    /// The cable was pulled ([`Runner::unplug`](magician_sim::Runner::unplug)), and the endpoints
+    /// are gone.
     Unplugged,
-    /// The cable is back, and so are the endpoints: a pseudo-terminal is another device now.
+    /// The cable is plugged in, and the endpoints are back. A pseudo-terminal is another device
+    /// now.
     Plugged(Vec<Endpoint>),
-    /// Hosts that look for an arm will not find this one: discovery was not requested explicitly
-    /// ([`Discovery::Auto`]), and its port cannot be had. Comes before all is ready.
+    /// Discovery is not available: it was not requested explicitly ([`Discovery::Auto`]), and its
+    /// port is in use. Sent before the server is ready.
     Undiscoverable {
-        /// Where it would have been.
+        /// Intended address.
         address: SocketAddr,
-        /// What the system said.
+        /// Error of the system.
         error: io::Error,
     },
-    /// The file of the flash cannot be written and is as it was; it is tried again with the next change and at the end.
+    /// The flash file could not be written and is unchanged; the write is repeated with the next
+    /// change and at the end.
     FlashNotKept(FlashFileError),
-    /// The trace cannot be written and ends here; the arm is served on.
+    /// The trace could not be written and ends; the arm is still served.
     TraceEnded(io::Error),
-    /// The recording cannot be written and ends here; the arm is served on, and
-    /// [`ServeError::Record`] comes at the end.
+    /// The recording could not be written and ends; the arm is still served, and
+    /// [`ServeError::Record`] is returned at the end.
     RecordingEnded(io::Error),
 }
 
-/// Why the arm is not, or no longer, served.
+/// Error of a server.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ServeError {
-    /// The path for a pseudo-terminal is taken by something that is not a symlink.
+    /// The path for a pseudo-terminal is taken by something other than a symlink.
     #[cfg(unix)]
     #[error("{} exists and is not a symlink: give another path or remove it", path.display())]
     Occupied {
-        /// The path.
+        /// Path in use.
         path: PathBuf,
     },
-    /// The path for a pseudo-terminal is another server's, which still lives.
+    /// The path for a pseudo-terminal belongs to another server that is running.
     #[cfg(unix)]
     #[error("{} is served already, by {}: end that one first, or give another path", path.display(), server(*process))]
     Served {
-        /// The path.
+        /// Path in use.
         path: PathBuf,
-        /// The process that serves it, if that is known.
+        /// Process that serves it, if known.
         process: Option<u32>,
     },
-    /// An address makes no sense.
+    /// An address is invalid.
     #[error("{address}: {reason}")]
     Address {
-        /// As it was given.
+        /// Address as given.
         address: String,
-        /// What is wrong with it.
+        /// Reason.
         reason: &'static str,
     },
     /// The system refused an endpoint.
     #[error("{endpoint}: cannot {action}: {source}")]
     Endpoint {
-        /// Which endpoint, as it was given.
+        /// Endpoint as given.
         endpoint: String,
-        /// What was tried.
+        /// Operation that failed.
         action: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The trace could not be begun.
+    /// The trace could not be started.
     #[cfg(feature = "trace")]
     #[error("cannot write the trace: {0}")]
     Trace(#[source] io::Error),
-    /// The recording could not be begun, or its file is not whole.
+    /// The recording could not be started, or its file is incomplete.
     #[cfg(feature = "record")]
     #[error("the recording is incomplete: {0}")]
     Record(#[source] io::Error),
-    /// The system has no timer for us.
+    /// The system could not create a timer.
     #[error("cannot make a timer: {0}")]
     Timer(#[source] io::Error),
 }
@@ -239,11 +243,13 @@ fn server(process: Option<u32>) -> String {
 }
 
 impl ServeError {
-    /// Whose problem it is: [`ErrorKind::InvalidInput`] for an address that makes no sense, else [`ErrorKind::Port`].
+    /// Returns the kind of the error: [`ErrorKind::InvalidInput`] for an invalid address, else
+    /// [`ErrorKind::Port`].
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Address { .. } => ErrorKind::InvalidInput,
+            // All others come from the system, not from the input.
             _ => ErrorKind::Port,
         }
     }
@@ -258,7 +264,7 @@ impl ServeError {
 }
 
 impl Server {
-    /// A server for this arm.
+    /// Creates a server for this arm.
     #[must_use]
     pub fn new(controller: Controller) -> Self {
         Self {
@@ -268,6 +274,7 @@ impl Server {
             specs: Vec::new(),
             discovery: Discovery::default(),
             number: None,
+            // Empty closures instead of `Option`, so that callers need no case for them.
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
             orders: Orders::new(),
@@ -279,27 +286,29 @@ impl Server {
         }
     }
 
-    /// How fast the arm's clock runs.
+    /// Sets the speed of the arm's clock.
     #[must_use]
     pub fn speed(mut self, speed: Speed) -> Self {
         self.speed = speed;
         self
     }
 
-    /// Baud rate and turnaround, for every client's line on its own.
+    /// Sets baud rate and turnaround time, simulated for each client's line separately.
     #[must_use]
     pub fn line(mut self, line: LineTiming) -> Self {
         self.line = line;
         self
     }
 
-    /// A pseudo-terminal behind a symlink at `path`, which takes the place of a symlink that is
-    /// there, but for that of a server which still lives (known on Linux). It is raw from the beginning, survives clients that come, go or are killed, and
-    /// belongs to the user who runs the server (mode 0620, group `tty`, as the system makes
-    /// pseudo-terminals); for others, change the mode of what the symlink points to.
+    /// Adds a pseudo-terminal behind a symlink at `path`.
     ///
-    /// When the last client leaves, replies it did not read are dropped, what it wrote is still
-    /// obeyed, and an exclusive flag it left is cleared. Linux tells when a client leaves; on other
+    /// It replaces an existing symlink, unless that belongs to a running server (detected on
+    /// Linux). The terminal is raw from the start, survives clients that come, go or are killed,
+    /// and belongs to the user who runs the server (mode 0620, group `tty`, as created by the
+    /// system); for others, change the mode of the symlink's target.
+    ///
+    /// When the last client leaves, its unread replies are dropped, the bytes it wrote still take
+    /// effect, and an exclusive flag is cleared. Linux reports when a client leaves. On other
     /// systems the flag is cleared once a second, and unread replies wait for the next client,
     /// which should discard its input on opening, as with any serial port.
     #[cfg(unix)]
@@ -309,51 +318,54 @@ impl Server {
         self
     }
 
-    /// A UDP socket at `HOST[:PORT]` (8899 unless given, errata E45; 0: any free port). Each
-    /// sender's datagrams are a stream of bytes; each reply is a datagram to the address its
-    /// request came from. The 32 latest senders are remembered. On port 8899 it comes with
-    /// [`Discovery`].
+    /// Adds a UDP socket at `HOST[:PORT]` (8899 by default, errata E45; 0: any free port).
+    ///
+    /// The datagrams of a sender form a byte stream, and each reply is a datagram to the address of
+    /// its request. The 32 most recent senders are remembered. Port 8899 includes [`Discovery`].
     #[must_use]
     pub fn udp(mut self, address: impl Into<String>) -> Self {
         self.specs.push(EndpointSpec::Udp(address.into()));
         self
     }
 
-    /// All of these, after those that were asked for before.
+    /// Adds endpoints after those added before.
     #[must_use]
     pub fn endpoints(mut self, endpoints: Endpoints) -> Self {
+        // Behind those given before: the order is that of `on_ready`, and the first names the arm.
         self.specs.extend(endpoints.specs);
         self
     }
 
-    /// Where hosts that look for an arm are answered.
+    /// Sets the address at which searching hosts are answered.
     #[must_use]
     pub fn discovery(mut self, discovery: Discovery) -> Self {
         self.discovery = discovery;
         self
     }
 
-    /// A TCP listener at `HOST:PORT` (0: any free port) for up to 16 connections at a time that have
-    /// sent a whole frame, 12 of them from other machines; one more takes the place of one that has
-    /// been silent for 10 s, or is refused. Connections that have not sent a frame give way to new
-    /// ones at once.
+    /// Adds a TCP listener at `HOST:PORT` (0: any free port).
+    ///
+    /// It keeps up to 16 connections that have sent a whole frame, 12 of them from other machines.
+    /// One more replaces a connection that has been silent for 10 s, or is refused. Connections
+    /// that have not sent a frame give way to new ones immediately.
     #[must_use]
     pub fn tcp(mut self, address: impl Into<String>) -> Self {
         self.specs.push(EndpointSpec::Tcp(address.into()));
         self
     }
 
-    /// This is arm `number` of several, counted from 1, whose endpoints are told apart by it:
-    /// `.number` is added to the paths of pseudo-terminals, and ports count up from the ones given
-    /// (0 stays any free port). [`serve_all`] serves them together.
+    /// Makes this arm number `number` of several, counted from 1, which distinguishes its endpoints.
+    ///
+    /// `.number` is appended to the paths of pseudo-terminals, and ports count up from the given
+    /// ones (0 remains any free port). [`serve_all`] serves the arms together.
     #[must_use]
     pub fn number(mut self, number: u32) -> Self {
         self.number = Some(number);
         self
     }
 
-    /// Keeps what the arm keeps without power in a file: it is written half a second after a change, and at the end.
-    /// Reading it is the caller's, before the arm is switched on ([`load_flash`](files::load_flash),
+    /// Keeps the arm's non-volatile memory in a file, written half a second after a change and at
+    /// the end. The caller reads it before power-up ([`load_flash`](files::load_flash),
     /// [`Controller::with_flash`]).
     #[must_use]
     pub fn flash(mut self, path: impl Into<PathBuf>) -> Self {
@@ -361,7 +373,7 @@ impl Server {
         self
     }
 
-    /// Writes all that passes to a trace file ([`trace`](magician_record::trace)).
+    /// Writes all traffic to a trace file ([`trace`](magician_record::trace)).
     #[cfg(feature = "trace")]
     #[must_use]
     pub fn trace(mut self, writer: impl io::Write + Send + 'static) -> Self {
@@ -369,9 +381,10 @@ impl Server {
         self
     }
 
-    /// Records what the arm does ([`record`](magician_record::mcap)); the epoch is now. A thread of its own
-    /// writes to `writer`, so that a slow disk does not hold the arm up: it may fall 16 MB behind.
-    /// After that the recording ends, but at [`Speed::Max`] the arm's clock waits instead.
+    /// Records the arm's motion ([`record`](magician_record::mcap)); the epoch is now.
+    ///
+    /// A thread writes to `writer`, so that a slow disk does not delay the arm, and may lag by 16
+    /// MB. Then the recording ends; at [`Speed::Max`] the arm's clock waits instead.
     #[cfg(feature = "record")]
     #[must_use]
     pub fn record(mut self, writer: impl io::Write + Send + 'static) -> Self {
@@ -379,55 +392,60 @@ impl Server {
         self
     }
 
-    /// Called once, when every endpoint accepts.
+    /// Sets a function that is called once, when every endpoint accepts.
     #[must_use]
     pub fn on_ready(mut self, call: impl FnOnce(&[Endpoint]) + Send + 'static) -> Self {
         self.on_ready = Box::new(call);
         self
     }
 
-    /// Called for everything worth a line in a log. It should be quick: the arm waits for it.
+    /// Sets a function that is called for every event worth logging. It should be quick, because
+    /// the arm waits for it.
     #[must_use]
     pub fn on_notice(mut self, call: impl FnMut(Notice) + Send + 'static) -> Self {
         self.on_notice = Box::new(call);
         self
     }
 
-    /// A hand on the arm, to look at it and change it while it is served.
+    /// Returns a handle to observe and change the arm while it is served.
     #[must_use]
     pub fn handle(&self) -> Handle {
         self.orders.handle()
     }
 
-    /// Opens every endpoint and serves until `end` is ready. What it made (symlinks, sockets) is
-    /// gone when this returns or the future is dropped.
+    /// Opens all endpoints and serves until `end` is ready. Symlinks and sockets are removed when
+    /// this returns or the future is dropped.
     ///
     /// # Errors
-    /// [`ServeError`] when an endpoint cannot be opened (then none stays open) or breaks down, and
-    /// at the end when the recording is not whole.
+    /// [`ServeError`] if an endpoint cannot be opened (none then stays open) or fails, and at the
+    /// end if the recording is incomplete.
     pub async fn serve_until(self, end: impl Future<Output = ()>) -> Result<(), ServeError> {
+        // A single arm is served like several, so there is one path for opening, polling and
+        // ending.
         serve_all([self], end).await
     }
 
-    /// Whether there is no hope of opening its endpoints.
+    /// Checks for predictable errors of its endpoints.
     fn check(&self) -> Result<(), ServeError> {
         let mut specs = self.specs.iter();
+        // Before anything is opened, so that a typo in the last address leaves no symlink behind.
         specs.try_for_each(|spec| spec.check(self.number))?;
         spec::check(&self.discovery, self.number)
     }
 }
 
-/// An open endpoint.
+/// Open endpoint.
 trait Listener {
-    /// What it is called outside.
+    /// Returns its public name.
     fn endpoint(&self) -> Endpoint;
-    /// Reads what is there, writes what is due, and registers to be woken for more. While the arm
-    /// is unplugged, what is read goes nowhere.
+    /// Reads available bytes, writes pending ones, and registers to be woken for more. While the
+    /// arm is unplugged, received bytes are discarded.
     fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()>;
-    /// The arm's cable was pulled, perhaps once more: no client is a client any longer.
+    /// Disconnects all clients, because the cable was pulled, perhaps once more.
     fn unplug(&mut self, service: &mut dyn Service);
-    /// The cable is back.
+    /// Accepts clients again, because the cable is plugged in.
     fn plug(&mut self, _: &mut dyn Service) -> Result<(), ServeError> {
+        // Sockets stay open while unplugged; only a pseudo-terminal has to be made anew.
         Ok(())
     }
 }

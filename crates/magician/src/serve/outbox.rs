@@ -1,10 +1,12 @@
+//! Output buffer of a slow client.
+
 use std::io;
 use std::task::Poll;
 
 use magician_protocol::FrameBuf;
 
-/// What is under way to a client that reads slowly: at most one frame. A frame that finds no
-/// space is dropped whole, so that what does arrive is never half a frame.
+/// Output to a client that reads slowly: at most one frame. A frame without space is dropped
+/// completely, so that a client never receives part of one.
 #[derive(Default)]
 pub(super) struct Outbox {
     frame: Option<FrameBuf>,
@@ -12,8 +14,8 @@ pub(super) struct Outbox {
 }
 
 impl Outbox {
-    /// Sends a frame, or drops it. `write` takes bytes without blocking; when it is pending it has
-    /// registered to be woken.
+    /// Sends a frame, or drops it. `write` must not block; if it is pending, it has registered the
+    /// task to be woken.
     pub(super) fn send(
         &mut self,
         frame: FrameBuf,
@@ -23,6 +25,8 @@ impl Outbox {
         if self.frame.is_none() {
             (self.frame, self.sent) = (Some(frame), 0);
             self.flush(write)?;
+            // A frame without a single byte written may be dropped; one partly written has to be
+            // completed.
             if self.sent == 0 {
                 self.frame = None;
             }
@@ -30,7 +34,7 @@ impl Outbox {
         Ok(())
     }
 
-    /// Sends what is left of a frame as far as there is space.
+    /// Sends the rest of a frame, as far as there is space.
     pub(super) fn flush(
         &mut self,
         mut write: impl FnMut(&[u8]) -> Poll<io::Result<usize>>,
@@ -51,7 +55,7 @@ impl Outbox {
         Ok(())
     }
 
-    /// The client is gone.
+    /// Drops the frame of a client that is gone.
     #[cfg(unix)]
     pub(super) fn clear(&mut self) {
         self.frame = None;

@@ -1,10 +1,12 @@
+//! Registration of descriptors with the runtime.
+
 use std::io;
 use std::os::fd::OwnedFd;
 
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
-/// Has the runtime watch a descriptor.
+/// Registers a descriptor with the runtime.
 #[expect(
     deprecated,
     reason = "deprecated for types that lie about the descriptor they hold, which `OwnedFd` cannot; \

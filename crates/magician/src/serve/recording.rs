@@ -1,4 +1,4 @@
-//! The recording of an arm that is served, if there is one.
+//! Recording of a served arm, if requested.
 
 #[cfg(feature = "record")]
 pub(super) use on::Recording;
@@ -19,7 +19,7 @@ mod on {
 
     type Shared = Arc<Mutex<Recorder<WriteBehind>>>;
 
-    /// The recorder, which the runner shows the arm to.
+    /// Recorder that observes the arm's runner.
     #[derive(Default)]
     pub(in super::super) struct Recording {
         recorder: Option<Shared>,
@@ -27,7 +27,8 @@ mod on {
     }
 
     impl Recording {
-        /// Begins; the epoch is now. At full speed the arm's clock waits for the disk; otherwise it does not.
+        /// Starts a recording; the epoch is now. At full speed the arm's clock waits for a slow
+        /// disk; otherwise it does not.
         pub(in super::super) fn begin(
             out: Box<dyn Write + Send>,
             runner: &mut Runner,
@@ -37,6 +38,7 @@ mod on {
                 Speed::Max => Full::Wait,
                 Speed::Times(_) => Full::Fail,
             };
+            // The file counts from the start of the arm's clock, so the epoch is now minus that.
             let since_1970 = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
             let millis = u64::try_from(since_1970.as_millis()).unwrap_or_default();
             let clock = runner.controller().now();
@@ -57,14 +59,14 @@ mod on {
             Some(recorder.lock().unwrap_or_else(PoisonError::into_inner))
         }
 
-        /// A link has this name.
+        /// Names a link.
         pub(in super::super) fn name(&self, link: LinkId, name: &str) {
             if let Some(mut recorder) = self.recorder() {
                 recorder.name(link, name);
             }
         }
 
-        /// Why it ends before its time; told once.
+        /// Returns the reason for an early end, once.
         pub(in super::super) fn ended(&mut self) -> Option<io::Error> {
             if self.told {
                 return None;
@@ -89,6 +91,7 @@ mod on {
             };
             let recorder = recorder
                 .into_inner()
+                // A panic while recording leaves a file that may still be completed.
                 .unwrap_or_else(PoisonError::into_inner);
             let finished = recorder.finish().and_then(|behind| behind.finish());
             finished.map_err(ServeError::Record)
@@ -96,7 +99,7 @@ mod on {
     }
 }
 
-/// Without the feature there is none.
+/// Empty substitute without the feature.
 #[cfg(not(feature = "record"))]
 mod off {
     use std::io;

@@ -1,3 +1,5 @@
+//! Endpoints in front of a virtual arm of this process.
+
 use std::fmt;
 use std::future::{Future, poll_fn};
 use std::pin::{Pin, pin};
@@ -14,10 +16,12 @@ use super::spec::{self, Listeners};
 use super::{Discovery, Endpoint, Endpoints, Notice, ServeError, Service};
 use crate::VirtualArm;
 
-/// A [`VirtualArm`] of this process at endpoints for other programs: they talk to the arm that this process looks at, and
-/// connects to as well. A [`Server`](super::Server) has an arm of its own instead, with files, a line and a speed.
+/// Server for a [`VirtualArm`] of this process: other programs talk to the arm that this process
+/// observes and connects to as well. A [`Server`](super::Server) has its own arm instead, with
+/// files, line timing and speed.
 ///
-/// Its clock is the arm's. It needs a tokio runtime with I/O and time enabled, and is one future.
+/// It follows the arm's clock. It needs a tokio runtime with I/O and time enabled, and is one
+/// future.
 ///
 /// ```no_run
 /// # async fn serve() -> Result<(), magician::serve::ServeError> {
@@ -32,7 +36,7 @@ use crate::VirtualArm;
 /// # }
 /// ```
 pub struct ServedArm {
-    // Dropped first: what leads to the arm is gone before its lines.
+    // Dropped first, so that no endpoint accepts clients for lines that are gone.
     listeners: Listeners,
     clients: Clients,
     cable: Cable,
@@ -46,11 +50,11 @@ impl fmt::Debug for ServedArm {
 }
 
 impl ServedArm {
-    /// Opens the endpoints in front of this arm. On UDP port 8899 it answers hosts that look for an arm, too, where that port
-    /// can be had ([`Discovery::Auto`]).
+    /// Opens the endpoints in front of this arm. UDP port 8899 includes discovery if its port is
+    /// free ([`Discovery::Auto`]).
     ///
     /// # Errors
-    /// [`ServeError`] when an endpoint cannot be opened; then none stays open.
+    /// [`ServeError`] if an endpoint cannot be opened; none then stays open.
     pub fn open(arm: VirtualArm, endpoints: &Endpoints) -> Result<Self, ServeError> {
         let mut clients = Clients {
             arm,
@@ -68,20 +72,20 @@ impl ServedArm {
         })
     }
 
-    /// What programs connect to, in the order in which it was asked for.
+    /// Returns the endpoints in the order of the request.
     #[must_use]
     pub fn endpoints(&self) -> Vec<Endpoint> {
         spec::endpoints(&self.listeners)
     }
 
-    /// Serves until `end` is ready, and gives what that comes to. What it made (symlinks, sockets) is gone when this
-    /// returns or the future is dropped; the arm goes on.
+    /// Serves until `end` is ready, and returns its output. Symlinks and sockets are removed when
+    /// this returns or the future is dropped; the arm continues.
     ///
     /// # Errors
-    /// [`ServeError`] when an endpoint breaks down.
+    /// [`ServeError`] if an endpoint fails.
     pub async fn serve_until<T>(mut self, end: impl Future<Output = T>) -> Result<T, ServeError> {
         let mut end = pin!(end);
-        // The runtime's own bound would look like a full socket.
+        // The runtime's own budget would look like a full socket.
         unconstrained(poll_fn(|cx| {
             if let Poll::Ready(ended) = end.as_mut().poll(cx) {
                 return Poll::Ready(Ok(ended));
@@ -94,7 +98,7 @@ impl ServedArm {
         .await
     }
 
-    /// Does all that can be done now and sees to being woken for the rest.
+    /// Does everything that is possible now, and registers to be woken for the rest.
     fn turn(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
         let (pulls, plugged) = {
             let mut cell = self.clients.arm.lock();
@@ -109,18 +113,20 @@ impl ServedArm {
         let mut cell = self.clients.arm.lock();
         cell.watch(cx.waker());
         if self.cable.is_behind(cell.runner.pulls()) {
+            // Pulled meanwhile; the endpoints follow in the next round.
             cx.waker().wake_by_ref();
         }
         let Some(at) = cell.runner.poll_change() else {
             return Ok(());
         };
         let now = cell.now();
-        // As in the line to it of this process: an instant that has come is waited for a moment, and a clock that stands wakes
-        // this when it goes on.
+        // As on the in-process line (`transport/sim.rs`): even a past instant is waited for
+        // shortly, and a clock that stands wakes this task when it continues.
         match cell.comes(at.max(now.after_micros(1))) {
             Some(comes) => {
                 self.alarm.as_mut().reset(comes);
                 if self.alarm.as_mut().poll(cx).is_ready() {
+                    // Due while the timer was set: poll again after the other tasks.
                     cx.waker().wake_by_ref();
                 }
             }
@@ -131,7 +137,7 @@ impl ServedArm {
     }
 }
 
-/// The lines of the clients.
+/// Lines of the clients.
 struct Clients {
     arm: VirtualArm,
     links: Vec<LinkId>,
@@ -163,7 +169,7 @@ impl Service for Clients {
         cell.runner.poll_transmit(now, link)
     }
 
-    /// Nobody keeps a log of it.
+    /// Ignores notices: there is no log.
     fn notice(&mut self, _: Notice) {}
 
     fn plugged(&self) -> bool {

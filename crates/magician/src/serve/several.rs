@@ -1,3 +1,5 @@
+//! Several served arms in one future.
+
 use std::ffi::OsString;
 use std::future::{Future, poll_fn};
 use std::path::{Path, PathBuf};
@@ -10,26 +12,28 @@ use super::arm::Arm;
 use super::wake::WakeSet;
 use super::{ServeError, Server};
 
-/// Serves several arms in one future, each with its own endpoints; see [`Server::number`] and
-/// [`Identity::numbered`](magician_sim::Identity::numbered) for arms that differ by their number alone. Every
-/// [`on_ready`](Server::on_ready) is called, in order, when every endpoint of every arm accepts.
+/// Serves several arms in one future, each with its own endpoints; see [`Server::number`], and
+/// [`Identity::numbered`](magician_sim::Identity::numbered) for arms that differ only by number.
+///
+/// Once every endpoint of every arm accepts, each [`on_ready`](Server::on_ready) is called, in
+/// order.
 ///
 /// # Errors
-/// As [`Server::serve_until`]: if one arm's endpoint cannot be opened, none stays open and nothing
-/// is ready; if one breaks down, all end. A recording that is not whole is an error at the end.
+/// As [`Server::serve_until`]. If an endpoint of one arm cannot be opened, none stays open and no
+/// arm is ready; if one fails, all end. An incomplete recording is an error at the end.
 pub async fn serve_all(
     servers: impl IntoIterator<Item = Server>,
     end: impl Future<Output = ()>,
 ) -> Result<(), ServeError> {
     let servers: Vec<Server> = servers.into_iter().collect();
-    // What is certain to fail does so before anything is touched.
+    // Predictable errors are found before anything is changed.
     servers.iter().try_for_each(Server::check)?;
     let house = WakeSet::new();
     let open = |server| Arm::open(server, house.clone());
     let mut arms = (servers.into_iter().map(open)).collect::<Result<Vec<Arm>, _>>()?;
     arms.iter_mut().for_each(Arm::ready);
     let mut end = pin!(end);
-    // Turns are bounded here. The runtime's own bound would look like a full socket.
+    // The work per round is bounded here. The runtime's own budget would look like a full socket.
     let served = unconstrained(poll_fn(|cx| {
         if end.as_mut().poll(cx).is_ready() {
             return Poll::Ready(Ok(()));
@@ -41,11 +45,11 @@ pub async fn serve_all(
         }
     }))
     .await;
-    // Each in its turn, whatever becomes of the others; the first error is the one to tell.
+    // Each ends regardless of the others; the first error is returned.
     arms.into_iter().map(Arm::end).fold(served, Result::and)
 }
 
-/// The path of one arm of several: `arm.3` for `arm` and 3.
+/// Returns the path of one arm of several: `arm.3` for `arm` and 3.
 #[must_use]
 pub fn numbered(path: &Path, number: u32) -> PathBuf {
     let mut path = OsString::from(path);

@@ -1,3 +1,5 @@
+//! Virtual arm on the wall clock, as a service behind endpoints, with log, trace and files.
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -10,7 +12,7 @@ use super::service::device_id;
 use super::{Notice, OnNotice, ServeError, Service};
 use magician_sim::{HostInstant, LinkId, Runner};
 
-/// What all endpoints share: the arm on the wall clock, the log and the trace.
+/// Virtual arm shared by all endpoints: wall clock, log and trace.
 pub(super) struct SharedArm {
     runner: Runner,
     start: Instant,
@@ -45,6 +47,7 @@ impl SharedArm {
         out: Box<dyn std::io::Write + Send>,
         speed: magician_sim::Speed,
     ) -> Result<(), ServeError> {
+        // Before the first client, so that the recording has every motion.
         self.recording = Recording::begin(out, &mut self.runner, speed)?;
         Ok(())
     }
@@ -69,7 +72,7 @@ impl SharedArm {
         self.runner.handle_timeout(now);
     }
 
-    /// Passes on what the controller has to tell.
+    /// Passes on the events of the controller.
     pub(super) fn report(&mut self) {
         while let Some(event) = self.runner.controller_mut().poll_event() {
             self.notice(Notice::Arm(event));
@@ -84,20 +87,20 @@ impl SharedArm {
         }
     }
 
-    /// A flash that cannot be written is no reason to stop serving.
+    /// Reports a flash that could not be written, which is no reason to stop serving.
     fn kept(&mut self, kept: Result<(), FlashFileError>) {
         if let Err(error) = kept {
             self.notice(Notice::FlashNotKept(error));
         }
     }
 
-    /// Completes what is being written.
+    /// Completes the files being written.
     pub(super) fn end(mut self) -> Result<(), ServeError> {
         self.tick();
         self.recording.end(&mut self.runner)
     }
 
-    /// How long nothing is due.
+    /// Returns the time until something is due.
     pub(super) fn wait(&self) -> Option<Duration> {
         let keeper = self.keeper.as_ref();
         let due = [
@@ -112,15 +115,17 @@ impl SharedArm {
         HostInstant::ZERO + self.start.elapsed()
     }
 
-    /// The link of a client that is known by this name.
+    /// Returns a new link for a client of this name.
     fn next_link(&mut self, name: &str) -> LinkId {
         let link = LinkId(self.links);
+        // A link is never reused while its number is in a trace; after 2^32 clients that no longer
+        // matters.
         self.links = self.links.wrapping_add(1);
         self.recording.name(link, name);
         link
     }
 
-    /// A trace that cannot be written ends; the arm does not.
+    /// Handles a write to the trace. A trace that fails is ended; the arm continues.
     fn taped(&mut self, written: std::io::Result<()>) {
         if let Err(error) = written {
             self.tape = tape::Tape::OFF;
@@ -144,6 +149,8 @@ impl Service for SharedArm {
     }
 
     fn renew(&mut self, link: LinkId, name: &str) -> LinkId {
+        // Renewed, not reopened: the trace keeps one interface for all successive clients of a
+        // terminal.
         self.runner.close(link);
         let next = self.next_link(name);
         let written = self.tape.renew(link, next);
@@ -187,6 +194,7 @@ impl Service for SharedArm {
 
 impl Drop for SharedArm {
     fn drop(&mut self) {
+        // On drop and not only at the end: a cancelled server must keep the flash as well.
         if let Some(mut keeper) = self.keeper.take() {
             let kept = keeper.finish(self.runner.controller());
             self.kept(kept);
@@ -205,13 +213,13 @@ mod tape {
     use magician_record::trace::{TraceLink, TraceWriter};
     use magician_sim::{HostInstant, LinkId};
 
-    /// The trace, if there is one.
+    /// Trace, if requested.
     pub(super) struct Tape(Option<Running>);
 
     struct Running {
         writer: TraceWriter<Box<dyn Write + Send>>,
         places: BTreeMap<LinkId, TraceLink>,
-        /// Microseconds since 1970 when the wall clock of the runner showed 0.
+        /// Microseconds since 1970 at time 0 of the runner's host clock.
         epoch: u64,
     }
 
@@ -219,6 +227,8 @@ mod tape {
         pub(super) const OFF: Self = Self(None);
 
         pub(super) fn new(out: Box<dyn Write + Send>) -> io::Result<Self> {
+            // A clock before 1970 gives epoch 0: the trace then has wrong dates, but is still
+            // written.
             let epoch = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
             Ok(Self(Some(Running {
                 writer: TraceWriter::new(out)?,
@@ -248,6 +258,7 @@ mod tape {
             let Some(place) = tape.places.get(&link) else {
                 return Ok(());
             };
+            // Host time of the runner, so that the trace agrees with the pacing of the line.
             let time = tape.epoch.saturating_add(now.as_micros());
             tape.writer.record(*place, time, direction, bytes)
         }
@@ -260,7 +271,7 @@ mod tape {
             place.map_or(Ok(()), |place| tape.writer.close(place))
         }
 
-        /// The place of one client becomes that of the next.
+        /// Passes the interface of one client on to its successor.
         pub(super) fn renew(&mut self, link: LinkId, next: LinkId) -> io::Result<()> {
             let Some(tape) = &mut self.0 else {
                 return Ok(());
@@ -274,7 +285,7 @@ mod tape {
     }
 }
 
-/// Without the feature there is nothing to write to.
+/// Empty substitute without the feature.
 #[cfg(not(feature = "trace"))]
 mod tape {
     use std::io;

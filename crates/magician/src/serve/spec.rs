@@ -1,3 +1,5 @@
+//! Requested endpoints, and opening them.
+
 use std::net::SocketAddr;
 #[cfg(unix)]
 use std::path::PathBuf;
@@ -15,7 +17,7 @@ use super::tcp::Tcp;
 use super::udp::Udp;
 use super::{Endpoint, Listener, Notice, ServeError, Service};
 
-/// An endpoint that was asked for.
+/// Requested endpoint.
 pub(super) enum EndpointSpec {
     #[cfg(unix)]
     Pty(PathBuf),
@@ -25,11 +27,11 @@ pub(super) enum EndpointSpec {
 
 pub(super) type Listeners = Vec<Box<dyn Listener + Send>>;
 
-/// Which arm of several, counted from 1; `None` if it is the only one.
+/// Number of this arm among several, counted from 1; `None` for a single arm.
 pub(super) type Number = Option<u32>;
 
 impl EndpointSpec {
-    /// Whether there is no hope of opening it.
+    /// Checks for predictable errors of opening it.
     pub(super) fn check(&self, number: Number) -> Result<(), ServeError> {
         match self {
             #[cfg(unix)]
@@ -40,7 +42,7 @@ impl EndpointSpec {
     }
 }
 
-/// Whether there is no hope of opening what was asked for by name.
+/// Checks for predictable errors of explicitly requested discovery.
 pub(super) fn check(discovery: &Discovery, number: Number) -> Result<(), ServeError> {
     match discovery {
         Discovery::At(text) => Place::find(text, Some(discovery::PORT), number).map(drop),
@@ -48,7 +50,7 @@ pub(super) fn check(discovery: &Discovery, number: Number) -> Result<(), ServeEr
     }
 }
 
-/// Opens all endpoints of an arm, in the order in which they were asked for, or none.
+/// Opens all endpoints of an arm in the order of the request, or none.
 pub(super) fn open_all(
     specs: &[EndpointSpec],
     discovery: &Discovery,
@@ -91,7 +93,7 @@ pub(super) fn open_all(
     Ok(ports)
 }
 
-/// What they are called outside, in their order.
+/// Returns the public names of the endpoints, in order.
 pub(super) fn endpoints(listeners: &Listeners) -> Vec<Endpoint> {
     listeners
         .iter()
@@ -99,14 +101,16 @@ pub(super) fn endpoints(listeners: &Listeners) -> Vec<Endpoint> {
         .collect()
 }
 
-/// Where an arm is that has these: the first of them, by a name that is the same at each start. `None` without any.
+/// Returns a stable location of the arm with these endpoints: the first of them, by a name that is
+/// the same at each start. `None` without endpoints.
 pub(super) fn place(listeners: &Listeners) -> Option<String> {
     let first = listeners.first()?.endpoint();
     Some(match &first {
-        // The link itself leads to another device each time.
+        // The symlink itself leads to another device each time.
         #[cfg(unix)]
         Endpoint::Pty { path, .. } => {
             let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            // The parent is resolved and not the link: its target changes at each start.
             let parent = path.parent().and_then(|parent| parent.canonicalize().ok());
             match (parent, path.file_name()) {
                 (Some(parent), Some(name)) => parent.join(name).display().to_string(),
@@ -117,7 +121,7 @@ pub(super) fn place(listeners: &Listeners) -> Option<String> {
     })
 }
 
-/// Has each of them do what it can.
+/// Polls all endpoints.
 pub(super) fn poll_all(
     listeners: &mut Listeners,
     cx: &mut Context<'_>,
@@ -130,7 +134,7 @@ pub(super) fn poll_all(
     Ok(())
 }
 
-/// Discovery that was not requested explicitly: served where it can be.
+/// Opens discovery that was not requested explicitly, if its port is free.
 fn beside(mut address: SocketAddr, service: &mut dyn Service) -> Option<Box<dyn Listener + Send>> {
     address.set_port(discovery::PORT);
     match Answerer::bind(address, service) {
@@ -147,15 +151,15 @@ fn of_arm(path: &std::path::Path, number: Number) -> PathBuf {
     number.map_or_else(|| path.to_owned(), |number| numbered(path, number))
 }
 
-/// Where an arm's socket is to be.
+/// Address of an arm's socket.
 struct Place {
     address: SocketAddr,
-    /// What it is called in an error: as it was given, if that is all there is to it.
+    /// Name in errors: the address as given, unless it was changed.
     name: String,
 }
 
 impl Place {
-    /// Ports count up from the first arm's, but for 0, which is any.
+    /// Resolves an address. Ports count up from that of the first arm, except 0, which means any.
     fn find(text: &str, port: Option<u16>, number: Number) -> Result<Self, ServeError> {
         let mut address = resolve(text, port)?;
         let further = number.unwrap_or(1).saturating_sub(1);
@@ -163,6 +167,7 @@ impl Place {
             let name = text.to_owned();
             return Ok(Self { address, name });
         }
+        // In 32 bits, so that an overflow of the port is an error and does not wrap.
         let port = u32::from(address.port()).saturating_add(further);
         address.set_port(u16::try_from(port).map_err(|_| ServeError::Address {
             address: text.to_owned(),

@@ -1,3 +1,9 @@
+//! TCP endpoint.
+//!
+//! A listener must not be blocked by idle or silent hosts. A connection has a claim to a place once
+//! it has sent a whole frame; before that it gives way to any new one. If all places are claimed, a
+//! connection that has been silent for a while gives way (`magician_host::admission`).
+
 use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
@@ -15,13 +21,14 @@ use super::outbox::Outbox;
 use super::service::{Peer, Service};
 use super::{Endpoint, Listener, Notice, READS_PER_POLL};
 
-/// Connections that are in use at a time: that have sent a whole frame.
+/// Most connections in use, which have sent a whole frame. Choice.
 const CONNECTIONS: usize = 16;
-/// A connection in use that has been silent for this long gives way to another: a host that was switched off, or holds
-/// connections that it does not need, keeps no other one out.
+/// Silence after which a connection in use gives way to another: a host that was switched off, or
+/// holds connections it does not need, must not exclude others. Choice.
 const IDLE: Duration = Duration::from_secs(10);
-/// Beside those in use are as many that have not sent a frame yet. Four are for this machine, so that hosts elsewhere do not
-/// keep its own out.
+/// Limits of the admission table. As many connections again may be open without having sent a
+/// frame. Four places are reserved for this machine, so that hosts elsewhere do not exclude its own
+/// programs.
 const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: CONNECTIONS,
     strangers: CONNECTIONS,
@@ -29,12 +36,12 @@ const LIMITS: AdmissionLimits = AdmissionLimits {
     kept_for_loopback: 4,
     idle: Some(IDLE),
 };
-/// A connection that is silent for so long is asked whether its host is still there, and then so often; the system ends one
-/// that does not answer.
+/// TCP keep-alive: silence before the first probe, and interval of the probes. The system ends a
+/// connection that does not answer. Choice.
 const KEEP_ALIVE: [Duration; 2] = [Duration::from_secs(30), Duration::from_secs(10)];
 const BUFFER: usize = 4096;
 
-/// A TCP listener and its connections: each the bytes of a serial line.
+/// TCP listener with its connections; each carries the bytes of a serial line.
 pub(super) struct Tcp {
     listener: TcpListener,
     address: SocketAddr,
@@ -42,13 +49,13 @@ pub(super) struct Tcp {
     places: Places,
 }
 
-/// Which connection gives way to which.
+/// Admission of connections.
 struct Places {
     table: AdmissionTable<u64>,
     begun: Instant,
-    /// Connections so far.
+    /// Number of connections so far.
     came: u64,
-    /// Connections that have given way to one in use.
+    /// Connections that have to be closed for one in use.
     gone: Vec<u64>,
 }
 
@@ -57,16 +64,16 @@ struct Connection {
     stream: TcpStream,
     peer: Peer,
     outbox: Outbox,
-    /// Looks for its first frame. `None` once that came.
+    /// Decoder for the first frame; `None` after it.
     first: Option<Box<Deframer>>,
 }
 
-/// What became of a connection in its turn.
+/// Outcome of polling a connection.
 enum Turn {
     GoesOn,
     /// The client has closed it, or the line broke.
     Left,
-    /// It sent its first frame while all places were in use.
+    /// The client sent its first frame while all places were in use.
     Refused,
 }
 
@@ -91,8 +98,8 @@ impl Tcp {
         for _ in 0..READS_PER_POLL {
             match self.listener.poll_accept(cx) {
                 Poll::Pending => return,
-                // The connection was gone before it was taken, or the system is short of
-                // descriptors; neither is a reason to leave the others alone.
+                // The connection was gone before it was accepted, or the system is short of
+                // descriptors. Neither should affect the other connections.
                 Poll::Ready(Err(_)) => return,
                 Poll::Ready(Ok(_)) if !service.plugged() => {}
                 Poll::Ready(Ok((stream, from))) => {
@@ -101,7 +108,7 @@ impl Tcp {
                         service.notice(Notice::Refused(name));
                         continue;
                     };
-                    // Frames are small and each is waited for.
+                    // Frames are small, and each is awaited.
                     let _ = stream.set_nodelay(true);
                     keep_alive(&stream);
                     service.notice(Notice::Connected(name.clone()));
@@ -115,11 +122,12 @@ impl Tcp {
                 }
             }
         }
+        // More connections may wait; open connections are served first.
         cx.waker().wake_by_ref();
     }
 
-    /// A place for one more. A connection that has not sent a frame gives way at once, the oldest first. `None` if all places
-    /// are in use.
+    /// Finds a place for one more connection; the oldest without a frame gives way immediately.
+    /// `None` if all places are in use.
     fn place(&mut self, from: SocketAddr, service: &mut dyn Service) -> Option<u64> {
         let (now, origin) = (self.places.now(), Origin::of(from.ip()));
         if !self.places.table.has_room(now, origin) {
@@ -132,7 +140,7 @@ impl Tcp {
         Some(key)
     }
 
-    /// Connections that have given way are closed.
+    /// Closes connections that have to give way.
     fn make_room(&mut self, gone: impl IntoIterator<Item = u64>, service: &mut dyn Service) {
         for key in gone {
             if let Some(at) = self.connections.iter().position(|one| one.key == key) {
@@ -148,7 +156,8 @@ impl Places {
     }
 }
 
-/// A client that is gone without a word is noticed. A system that cannot do that serves all the same.
+/// Enables keep-alive, so that a client which disappears is noticed. Errors are ignored: without it
+/// the server still works.
 fn keep_alive(stream: &TcpStream) {
     let [time, interval] = KEEP_ALIVE;
     let settings = TcpKeepalive::new().with_time(time).with_interval(interval);
@@ -178,6 +187,7 @@ impl Listener for Tcp {
             self.places.table.close(key);
             match turn {
                 Turn::Refused => peer.refuse(service),
+                // A closed connection and a broken one are the same to the log.
                 _ => peer.leave(service),
             }
         }
@@ -207,7 +217,7 @@ impl Connection {
             let mut bytes = [0; BUFFER];
             let room = service.room(self.peer.link()).min(BUFFER);
             if room == 0 {
-                // The arm's clock wakes us when the line has moved on.
+                // The arm's clock wakes the task when there is room.
                 return Ok(Turn::GoesOn);
             }
             let mut buffer = ReadBuf::new(&mut bytes[..room]);
@@ -224,17 +234,20 @@ impl Connection {
             }
             self.send(cx, service)?;
         }
+        // More bytes may wait; the other connections get a turn first.
         cx.waker().wake_by_ref();
         Ok(Turn::GoesOn)
     }
 
-    /// Counts what the client says: its first whole frame is its claim to a place. False if none is left for it.
+    /// Notes received bytes: the first whole frame is the client's claim to a place. False if there
+    /// is no place.
     fn is_in_use(&mut self, mut bytes: &[u8], places: &mut Places) -> bool {
         let now = places.now();
         let Some(first) = &mut self.first else {
             places.table.heard(now, self.key);
             return true;
         };
+        // Only up to the first frame: the service decodes everything again itself.
         let mut events = std::iter::from_fn(|| {
             first
                 .next(&mut bytes)
@@ -273,7 +286,7 @@ mod tests {
     use super::*;
     use magician_sim::LinkId;
 
-    /// Hears and says nothing; remembers what it is told.
+    /// Service without replies; it records notices.
     #[derive(Default)]
     struct Nobody {
         links: u32,
@@ -306,7 +319,7 @@ mod tests {
         }
     }
 
-    /// A new client, and the endpoint's turns until it has been taken or refused.
+    /// Connects a client, and polls the endpoint until it was accepted or refused.
     async fn comes(tcp: &mut Tcp, service: &mut Nobody) -> TcpStream {
         let stream = TcpStream::connect(tcp.address).await.unwrap();
         let name = stream.local_addr().unwrap().to_string();
@@ -317,7 +330,7 @@ mod tests {
         stream
     }
 
-    /// A client sends a whole frame, and the endpoint's turns until it was heard or refused.
+    /// Sends a whole frame, and polls the endpoint until it was received or refused.
     async fn asks(client: &mut TcpStream, tcp: &mut Tcp, service: &mut Nobody) {
         let frame = FrameBuf::get(&NoArgs, Pose::ROW).unwrap();
         let (heard, told) = (service.heard, service.told.len());
@@ -351,11 +364,11 @@ mod tests {
         let mut clients = Vec::new();
         for _ in 0..CONNECTIONS {
             let mut client = comes(&mut tcp, &mut service).await;
-            // The beginning of a frame is none.
+            // Part of a frame does not count.
             client.write_all(&[0xAA, 0xAA, 2]).await.unwrap();
             clients.push(client);
         }
-        // It completes its frame, and is in use.
+        // This client completes its frame, so its connection is in use.
         clients[1].write_all(&[10, 0, 246]).await.unwrap();
         turns(&mut tcp, &mut service, |service| {
             service.heard == 3 * CONNECTIONS + 3
@@ -394,7 +407,7 @@ mod tests {
             service.told
         );
         advance(IDLE).await;
-        // All but the second have said something since.
+        // All but the second have sent something since.
         for (nth, client) in clients.iter_mut().enumerate() {
             if nth != 1 {
                 asks(client, &mut tcp, &mut service).await;

@@ -1,6 +1,6 @@
-//! Waking up on time. A reply of 38 bytes takes 3.3 ms on the line, so a millisecond is too coarse
-//! to pace by: Linux has timers that are exact to some microseconds, elsewhere the runtime's
-//! milliseconds have to do.
+//! Precise timer. A reply of 38 bytes takes 3.3 ms on the line, so milliseconds are too coarse for
+//! pacing. Linux has timers precise to a few microseconds; other systems use the runtime's
+//! milliseconds.
 
 use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
@@ -40,7 +40,7 @@ mod linux {
             })
         }
 
-        /// Ready when `wait` is over or may be; otherwise wakes the task then, or earlier.
+        /// Ready if `wait` has passed or may have; otherwise wakes the task then, or earlier.
         pub(in super::super) fn poll(&mut self, cx: &mut Context<'_>, wait: Duration) -> Poll<()> {
             if wait.is_zero() {
                 return Poll::Ready(());
@@ -51,11 +51,13 @@ mod linux {
                 };
                 let mut count = [0; 8];
                 match guard.try_io(|fd| Ok(rustix::io::read(fd, &mut count)?)) {
+                    // The readiness was stale; `try_io` has cleared it.
                     Err(_) => {}
                     Ok(_) => self.armed = None,
                 }
             }
-            // Deadlines mostly move away: a timer that rings early is cheaper than to set it anew.
+            // Deadlines mostly move away, and an early wake-up costs less than setting the timer
+            // again.
             let at = Instant::now() + wait;
             if self.armed.is_none_or(|armed| at < armed) {
                 let timer = Itimerspec {
@@ -73,6 +75,7 @@ mod linux {
 
     fn timespec(wait: Duration) -> Timespec {
         Timespec {
+            // Seconds beyond the type's range are as good as forever.
             tv_sec: i64::try_from(wait.as_secs()).unwrap_or(i64::MAX),
             tv_nsec: i64::from(wait.subsec_nanos()),
         }
@@ -99,13 +102,13 @@ mod portable {
             })
         }
 
-        /// Ready when `wait` is over or may be; otherwise wakes the task then, or earlier.
+        /// Ready if `wait` has passed or may have; otherwise wakes the task then, or earlier.
         pub(in super::super) fn poll(&mut self, cx: &mut Context<'_>, wait: Duration) -> Poll<()> {
             if wait.is_zero() {
                 return Poll::Ready(());
             }
             let now = Instant::now();
-            // A day is far enough away to look again, and near enough for any clock's range.
+            // A day is long enough for another look, and short enough for any clock.
             let at = now + wait.min(Duration::from_secs(86_400));
             if self.armed.is_none_or(|armed| at < armed || armed <= now) {
                 self.sleep.as_mut().reset(at.into());

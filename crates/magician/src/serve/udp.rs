@@ -1,3 +1,5 @@
+//! UDP endpoint, like that of the arm's Wi-Fi module.
+
 use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
@@ -9,16 +11,16 @@ use tokio::net::UdpSocket;
 use super::service::{Peer, Service};
 use super::{Endpoint, Listener, Notice, READS_PER_POLL};
 
-/// Senders that are remembered.
+/// Most senders remembered. Choice: bounds the memory that strangers can use.
 const PEERS: usize = 32;
-/// Largest datagram there is.
+/// Largest possible datagram, bytes.
 pub(super) const DATAGRAM: usize = 65_536;
 
-/// A UDP socket, as the Wi-Fi module has one (errata E45).
+/// UDP socket, as the Wi-Fi module has (errata E45).
 pub(super) struct Udp {
     socket: UdpSocket,
     address: SocketAddr,
-    /// The one heard last stands last.
+    /// Peers; the most recent one is last.
     peers: VecDeque<(SocketAddr, Peer)>,
     buffer: Box<[u8]>,
 }
@@ -34,7 +36,7 @@ impl Udp {
         })
     }
 
-    /// Moves the sender to the end of the peers, or adds it there in the place of the first.
+    /// Moves the sender to the end of the peers; a new one replaces the oldest.
     fn hear(&mut self, from: SocketAddr, service: &mut dyn Service) {
         let known = self.peers.iter().position(|(address, _)| *address == from);
         let peer = match known.and_then(|at| self.peers.remove(at)) {
@@ -56,7 +58,7 @@ impl Udp {
     fn send(&self, cx: &mut Context<'_>, service: &mut dyn Service) {
         for (address, peer) in &self.peers {
             while let Some(reply) = service.reply(peer.link()) {
-                // A datagram that finds no space or no reader is lost, as datagrams are.
+                // A datagram without space or reader is lost, as datagrams are.
                 let _ = self.socket.poll_send_to(cx, reply.bytes(), *address);
             }
         }
@@ -90,6 +92,7 @@ impl Listener for Udp {
             }
             self.send(cx, service);
         }
+        // More datagrams may wait; the other endpoints get a turn first.
         cx.waker().wake_by_ref();
         Ok(())
     }
@@ -101,7 +104,7 @@ impl Listener for Udp {
     }
 }
 
-/// A socket at this address, with the port it got.
+/// Binds a socket; returns it with its actual address.
 pub(super) fn bound(address: SocketAddr) -> io::Result<(UdpSocket, SocketAddr)> {
     let socket = std::net::UdpSocket::bind(address)?;
     socket.set_nonblocking(true)?;
@@ -109,7 +112,7 @@ pub(super) fn bound(address: SocketAddr) -> io::Result<(UdpSocket, SocketAddr)> 
     Ok((UdpSocket::from_std(socket)?, address))
 }
 
-/// Whether an earlier datagram met a closed port; that is its reader's affair.
+/// True if an earlier datagram reached a closed port, which only concerns its reader.
 pub(super) fn refused(error: &io::Error) -> bool {
     matches!(
         error.kind(),

@@ -1,11 +1,11 @@
-//! Several arms in one future. Woken, it lets those take a turn for which something happened: with
-//! hundreds of them, asking each would cost more than serving the one.
+//! Wakers of several arms in one future. When woken, it polls only the arms for which something
+//! happened: with hundreds of arms, polling each would cost more than serving the one.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Wake, Waker};
 
-/// The future that holds all of them.
+/// Waker of the future that holds all arms.
 #[derive(Clone)]
 pub(super) struct WakeSet(Arc<Mutex<Waker>>);
 
@@ -14,7 +14,7 @@ impl WakeSet {
         Self(Arc::new(Mutex::new(Waker::noop().clone())))
     }
 
-    /// The future is being polled: this is how it is to be woken from now on.
+    /// Sets the waker of the future, at each poll.
     pub(super) fn listen(&self, waker: &Waker) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.clone_from(waker);
@@ -22,26 +22,27 @@ impl WakeSet {
 
     fn wake(&self) {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Cloned, so that the lock is not held while foreign code runs.
         let waker = known.clone();
         drop(known);
         waker.wake();
     }
 }
 
-/// One of them, as the runtime sees it: a waker that remembers that it was called.
+/// Waker of one arm, which remembers that it was called.
 pub(super) struct WakeFlag {
     rung: AtomicBool,
     house: WakeSet,
 }
 
 impl WakeFlag {
-    /// A bell that has been rung: the first turn is due.
+    /// Creates a flag that is already set: the first poll is due.
     pub(super) fn new(house: WakeSet) -> Arc<Self> {
         let rung = AtomicBool::new(true);
         Arc::new(Self { rung, house })
     }
 
-    /// Whether it has been rung since it was last asked.
+    /// True if it was set since the last call.
     pub(super) fn answer(&self) -> bool {
         self.rung.swap(false, Ordering::AcqRel)
     }
@@ -53,6 +54,7 @@ impl Wake for WakeFlag {
     }
 
     fn wake_by_ref(self: &Arc<Self>) {
+        // Only the first call since the last poll wakes the future; the others change nothing.
         if !self.rung.swap(true, Ordering::AcqRel) {
             self.house.wake();
         }

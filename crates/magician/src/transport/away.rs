@@ -1,8 +1,9 @@
 //! Bytes that arrived while the line was not read.
 //!
-//! A reactor tells when there is something to read, and it may be late with that: a process that was stopped or held in a
-//! debugger has its wait interrupted, so its timers ring first, with the answer in its own buffer. So a line at which
-//! was not read for a while is read without asking the reactor, until it is empty.
+//! A reactor reports when bytes can be read, and it may be late: if a process was suspended
+//! (stopped, or held in a debugger), its wait is interrupted and its timers fire first, while the
+//! answer waits in the kernel. A request would then time out although it was answered. So a line
+//! that was not read for a while is read directly, without asking the reactor, until it is empty.
 
 use std::io;
 use std::task::Poll;
@@ -10,25 +11,26 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-/// A line that was not looked at for so long is asked itself.
+/// Time without reads after which the line is read directly. Choice: longer than a busy scheduler's
+/// delay.
 const AWAY: Duration = Duration::from_millis(20);
 
-/// The last read of a line.
+/// State of the last read.
 #[derive(Debug, Default)]
 pub(crate) struct Away {
     looked: Option<Instant>,
-    /// The line was not read for a while, and not seen empty since.
+    /// True if the line was not read for a while, and not seen empty since.
     asks: bool,
 }
 
 impl Away {
-    /// The next read asks the system, as after a long time without reads.
+    /// Makes the next read direct, as after a long time without reads.
     pub(crate) fn ask(&mut self) {
         self.asks = true;
     }
 
-    /// What a look at the line finds: what the reactor `told`, or else what `ask` reads from the system without waiting,
-    /// `None` when there is nothing.
+    /// Returns the result of a read: that of the reactor (`told`), or else the bytes that `ask`
+    /// reads directly without waiting; `None` from `ask` means no bytes.
     pub(crate) fn look(
         &mut self,
         told: Poll<io::Result<usize>>,
@@ -36,6 +38,7 @@ impl Away {
     ) -> Poll<io::Result<usize>> {
         let now = Instant::now();
         let before = self.looked.replace(now);
+        // The first read counts as one after a long time: bytes may have arrived before.
         self.asks |= before.is_none_or(|before| now.saturating_duration_since(before) > AWAY);
         if told.is_ready() || !self.asks {
             return told;
@@ -46,7 +49,7 @@ impl Away {
     }
 }
 
-/// Reads what is there without waiting. An end or an error is left to the reactor to tell.
+/// Reads available bytes without waiting. End and errors are left to the reactor.
 #[cfg(unix)]
 pub(super) fn read_now(fd: impl std::os::fd::AsFd, bytes: &mut [u8]) -> Option<usize> {
     let count = rustix::io::read(fd, bytes);

@@ -1,3 +1,5 @@
+//! Transport with injected faults, for tests and `--faults`.
+
 use std::future::Future;
 use std::io;
 use std::pin::Pin;
@@ -12,22 +14,22 @@ use crate::connection::Micros;
 use crate::faults::{Faults, Injector, Passed, Side};
 use crate::{Error, ErrorCode, Result};
 
-/// What a fault does to the controller itself.
+/// Fault that happens to the controller itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InjectedFault {
-    /// It restarts.
+    /// The controller restarts.
     Reset,
-    /// Its cable was out and is in again.
+    /// The cable was unplugged and is plugged in again.
     Replugged,
 }
 
-/// Applies an [`InjectedFault`].
+/// Applies an [`InjectedFault`] to a virtual arm.
 pub(crate) type Restart = Box<dyn Fn(InjectedFault) + Send>;
 
-/// Sets the chances of the two directions apart.
+/// Makes the random faults of the two directions differ.
 const OTHER_WAY: u64 = 0x0DD5_1DE5;
 
-/// The faults of a way: they go on when the line is opened again.
+/// Faults of a route; their sequence continues when the line is reopened.
 #[derive(Clone)]
 pub(super) struct FaultLayer {
     state: Arc<Mutex<State>>,
@@ -38,7 +40,7 @@ pub(super) struct FaultLayer {
 struct State {
     to_arm: Injector,
     to_host: Injector,
-    /// The plug is out until then.
+    /// Time until which the cable is unplugged.
     out_until: Option<Micros>,
 }
 
@@ -56,7 +58,7 @@ impl FaultLayer {
         }
     }
 
-    /// Whether the plug is in.
+    /// Returns an error while the cable is unplugged.
     pub(super) fn reachable(&self, name: &str) -> Result<()> {
         let now = self.now();
         if self.lock().out_until.is_some_and(|until| now < until) {
@@ -67,7 +69,7 @@ impl FaultLayer {
         Ok(())
     }
 
-    /// The same line with faults.
+    /// Wraps a line in the faults.
     pub(super) fn around(
         &self,
         inner: Box<dyn Transport>,
@@ -86,7 +88,7 @@ impl FaultLayer {
         {
             restart(InjectedFault::Replugged);
         }
-        // What was under way on the line before this one is gone.
+        // Bytes in flight on the previous line are lost.
         state.to_arm.plug_in();
         state.to_host.plug_in();
         drop(state);
@@ -110,21 +112,21 @@ impl FaultLayer {
     }
 }
 
-/// A line that is spoilt in both directions.
+/// Line with faults in both directions.
 pub(super) struct Faulty {
     inner: Box<dyn Transport>,
     spoiler: FaultLayer,
     restart: Option<Restart>,
-    /// On its way to the arm, spoilt.
+    /// Bytes on their way to the arm, after the faults.
     out: Vec<u8>,
-    /// From the arm, spoilt.
+    /// Bytes from the arm, after the faults.
     come: Vec<u8>,
     gone: bool,
     timer: Pin<Box<Sleep>>,
 }
 
 impl Faulty {
-    /// Writes what the time has come for. Each chunk is one write, and so one datagram.
+    /// Writes the chunks that are due. Each chunk is one write, and so one datagram.
     fn forward(&mut self, cx: &mut Context<'_>) -> io::Result<()> {
         while !self.gone {
             if !self.out.is_empty() {
@@ -146,7 +148,7 @@ impl Faulty {
         Ok(())
     }
 
-    /// Bytes, or none and what befell instead.
+    /// Returns the bytes, or applies the fault instead and returns none.
     fn take(&mut self, passed: Passed) -> Vec<u8> {
         match passed {
             Passed::Bytes(bytes) => return bytes,
@@ -164,13 +166,15 @@ impl Faulty {
                 let mut state = self.spoiler.lock();
                 state.out_until = Some(until);
             }
+            // Unreachable in a published build too: the crates depend on each other by exact
+            // version.
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }
         Vec::new()
     }
 
-    /// Fills `come` with what the time has come for.
+    /// Fills `come` with the next chunk that is due.
     fn fetch(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         loop {
             self.forward(cx)?;
@@ -200,18 +204,18 @@ impl Faulty {
         }
     }
 
-    /// Until the next chunk is due.
+    /// Sleeps until the next chunk is due.
     fn sleep(&mut self, cx: &mut Context<'_>) -> Poll<()> {
         let next = {
             let state = self.spoiler.lock();
             let next = [state.to_arm.poll_timeout(), state.to_host.poll_timeout()];
             next.into_iter().flatten().min()
         };
-        // What waits for the line to take it wakes by the line.
+        // With bytes left to write the line itself will wake the task.
         let Some(at) = next.filter(|_| self.out.is_empty()) else {
             return Poll::Pending;
         };
-        // Timers may fire a little early; an instant that has come is waited for a moment.
+        // Timers may fire slightly early, so even a past instant is waited for shortly.
         let at = at.max(self.spoiler.now().saturating_add(1));
         let at = self.spoiler.begun + Duration::from_micros(at);
         self.timer.as_mut().reset(at);
@@ -238,8 +242,8 @@ impl Transport for Faulty {
         self.inner.ask();
     }
 
-    /// Takes everything at once. The timer is left to [`poll_read`](Transport::poll_read), because
-    /// a last write may come when the runtime has gone.
+    /// Accepts everything at once. The timer is left to [`poll_read`](Transport::poll_read),
+    /// because a last write may come after the end of the runtime.
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         if self.gone {
             return Poll::Ready(Err(io::ErrorKind::BrokenPipe.into()));
@@ -254,7 +258,7 @@ impl Transport for Faulty {
         self.inner.lead(leads)
     }
 
-    /// What is held up on the line is so by the wall's clock, and the arm waits for it.
+    /// Bytes delayed by a fault are delayed in wall-clock time, and the arm waits for them.
     fn leap(&mut self, most: Duration, to: LeapTo) -> Option<Leap> {
         let held_up = {
             let state = self.spoiler.lock();

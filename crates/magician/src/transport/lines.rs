@@ -1,4 +1,4 @@
-//! Lines to real arms.
+//! Lines to real arms: serial, UDP, TCP.
 
 use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,17 +11,17 @@ use crate::connection::Settings;
 use crate::ports::{self, Port, Remembered};
 use crate::{Error, Result, Target};
 
-/// How long a host's name and a host's answer to a connection may take.
+/// Longest time for a name lookup, and for accepting a connection. Choice.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Opens lines to one arm; it keeps the adapter at which that was found.
+/// Opens lines to one arm, and remembers the adapter at which it was found.
 #[derive(Debug, Default)]
 pub(super) struct Lines {
     adapter: Mutex<Option<Remembered>>,
 }
 
 impl Lines {
-    /// Opens a line; how to treat it, and what was tried.
+    /// Opens a line; returns its settings, and the attempt in words for error messages.
     pub(super) async fn open(
         &self,
         target: &Target,
@@ -35,10 +35,11 @@ impl Lines {
                 let stream = tcp::connect(host, *port).await?;
                 Ok((Box::new(stream), Settings::ORDERED, "TCP"))
             }
+            // Serial ports by any name; other targets are handled by the route.
             _ => {
                 let settings = Settings {
                     baud: Some(BAUD_RATE),
-                    // The vendor's DobotLink and its Arduino library send to real arms so (errata E06).
+                    // The vendor's DobotLink and Arduino library do this on real arms (errata E06).
                     reads_beside: true,
                     ..Settings::ORDERED
                 };
@@ -51,12 +52,14 @@ impl Lines {
         }
     }
 
-    /// A serial port, and what it takes to find its adapter again.
+    /// Opens a serial port, and remembers its adapter for a reconnect.
     async fn serial(&self, target: &Target) -> Result<serial::Serial> {
         let adapter = self.remembered().clone();
         let present = match (&adapter, target) {
-            // The name is enough, so a system that does not tell is no hindrance.
+            // The given name is enough, so a system that cannot list ports does not prevent
+            // opening.
             (None, Target::Serial(_)) => ports::ports().unwrap_or_default(),
+            // To find an adapter or a serial number the list is essential, so its error counts.
             _ => ports::ports()?,
         };
         let (path, port) = match (target, &adapter) {
@@ -77,7 +80,7 @@ impl Lines {
     }
 }
 
-/// The name of a host that cannot be reached.
+/// Returns the error for a host that cannot be reached.
 pub(super) fn unreachable_host(host: &str, port: u16, error: io::Error) -> Error {
     let message = format!("{host} port {port} cannot be reached: {error}");
     Error::port(message, error)
@@ -88,7 +91,7 @@ fn open_at(path: String) -> Result<(String, serial::Serial)> {
     Ok((path, port))
 }
 
-/// Where an arm may be, the adapter that had it last before the others.
+/// Returns the ports of likely arms, the last adapter used first.
 fn in_turn(present: &[Port], adapter: &Option<Remembered>) -> Vec<Port> {
     let last = adapter.as_ref().and_then(|one| one.find(present).ok());
     let mut likely: Vec<Port> = (present.iter())

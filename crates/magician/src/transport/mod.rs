@@ -1,8 +1,8 @@
-//! Ways to an arm: each moves bytes and knows nothing of what they mean.
+//! Transports: each moves bytes to an arm and back, and knows nothing of their meaning.
 //!
-//! None of them ends a wait for an answer: that is the connection's, by its deadlines. They tell
-//! when the other end is gone, as far as the system knows: a pulled plug and a closed TCP
-//! connection are noticed, a datagram without a receiver is not.
+//! A transport does not time out: deadlines are the connection's task. It reports that the other
+//! end is gone, as far as the system knows: an unplugged adapter and a closed TCP connection are
+//! noticed, a datagram without a receiver is not.
 
 #[cfg(all(unix, feature = "lines"))]
 mod away;
@@ -42,71 +42,74 @@ pub(crate) use stream::Stream;
 #[cfg(feature = "trace")]
 pub use traced::{Tap, Tracer};
 
-/// How far the clock of an arm goes on at a time where it goes on by the wall: a leap that is longer is over what has an end.
+/// Step of an arm's clock where it follows the wall clock. Choice: a longer leap could skip the end
+/// of an event.
 pub(crate) const STEP: Duration = Duration::from_millis(10);
 
-/// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
+/// Line to the arm. Both methods are polled from one task; a pending one must wake it.
 pub(crate) trait Transport: Send {
-    /// Bytes that have come; 0: the other end is gone. After a long time without reads the system is asked and not only the
-    /// reactor (`away.rs`): read until it is pending before you act on a timeout.
+    /// Reads arrived bytes; 0 if the other end is gone. After a long time without reads the system
+    /// is asked directly and not only the reactor (`away.rs`): read until pending before acting on
+    /// a timeout.
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>>;
 
-    /// The next read asks the system and not only the reactor, however recent the last one was.
+    /// Makes the next read ask the system directly, however recent the last one was.
     fn ask(&mut self) {}
 
-    /// Takes bytes from the front of one frame.
+    /// Writes bytes from the front of one frame.
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>>;
 
-    /// Has the arm's clock pass from now on only as [`leap`](Self::leap) says, or has it its own way again; whether it obeys.
-    /// Only an arm in virtual time does.
+    /// Takes or returns control of the arm's clock: while taken, time passes only by
+    /// [`leap`](Self::leap). Returns true if taken; only an arm in virtual time supports it.
     fn lead(&mut self, _leads: bool) -> bool {
         false
     }
 
-    /// Lets so much of the arm's time pass at once, less if something comes or what it is to end at comes before. `None`: nothing
-    /// passes, because the arm rests already or bytes are under way in wall time.
+    /// Lets up to `most` of the arm's time pass at once, less if bytes arrive or the event `to`
+    /// comes first. Returns `None` if nothing passes, because the arm is at rest or bytes are
+    /// delayed in wall-clock time.
     fn leap(&mut self, _most: Duration, _to: LeapTo) -> Option<Leap> {
         None
     }
 }
 
-/// What a leap of an arm's time ends at, if not before.
+/// Event that ends a leap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LeapTo {
     /// The arm comes to rest.
     Rest,
-    /// The same, or the end of a queued command.
+    /// The arm comes to rest, or a queued command ends.
     End,
-    /// Nothing: the time passes for an arm at rest, too.
+    /// None: the time passes for an arm at rest, too.
     Instant,
 }
 
-/// Time of an arm in virtual time that has passed.
+/// Time that has passed for an arm in virtual time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leap {
     pub(crate) time: Duration,
-    /// It ends with what was of interest, or the arm has nothing to do any more.
+    /// True if the leap ended with its event, or the arm has nothing left to do.
     pub(crate) news: bool,
 }
 
-/// An open line and how to treat it.
+/// Open line with its settings.
 pub(crate) struct Line {
     pub(crate) transport: Box<dyn Transport>,
     pub(crate) settings: Settings,
-    /// What to call it in messages.
+    /// Name in messages.
     pub(crate) name: String,
-    /// What was tried, for the message that nothing answers.
+    /// Attempt in words, for the message that nothing answers.
     pub(crate) tried: &'static str,
-    /// It leads to a virtual arm in this process: nothing burns there.
+    /// True if it leads to a virtual arm in this process, where nothing burns.
     pub(crate) in_process: bool,
-    /// That arm.
+    /// The virtual arm in this process, if it is one.
     #[cfg(feature = "sim")]
     pub(crate) arm: Option<crate::VirtualArm>,
-    /// Others may speak to the arm as well while this line is open.
+    /// True if others may talk to the arm while this line is open.
     pub(crate) is_shared: bool,
 }
 
-/// Opens a serial port at another speed than the arm's.
+/// Opens a serial port at another baud rate than the arm's.
 #[cfg(feature = "lines")]
 pub(crate) fn serial_at(path: &str, baud: u32) -> crate::Result<Box<dyn Transport>> {
     Ok(Box::new(serial::open_at(path, baud)?))

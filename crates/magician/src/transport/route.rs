@@ -1,3 +1,5 @@
+//! Route to an arm: how to open its line, for the first time or again.
+
 use std::fmt;
 #[cfg(feature = "sim")]
 use std::io;
@@ -31,17 +33,17 @@ use crate::connection::Settings;
 use crate::faults::Faults;
 use crate::{Options, Result, Target};
 
-/// The way to an arm, to be gone again when its line was lost.
+/// Route to an arm, which can be opened again after its line was lost.
 ///
-/// Going it again leads to the same adapter under whatever name it has now, never to another one
-/// without a word; to the same virtual arm, for one in this process.
+/// Reopening leads to the same adapter under any name, and to the same virtual arm in this process;
+/// never silently to another one.
 pub(crate) struct Route {
     target: Target,
     #[cfg(feature = "lines")]
     lines: Lines,
     #[cfg(feature = "sim")]
     arm: Mutex<Option<VirtualArm>>,
-    /// The virtual arm is the caller's, too.
+    /// True if the caller has the virtual arm, too.
     shows_arm: bool,
     #[cfg(feature = "faults")]
     spoiler: Option<FaultLayer>,
@@ -65,7 +67,7 @@ impl Route {
         }
     }
 
-    /// The way to a virtual arm that already exists.
+    /// Creates a route to an existing virtual arm.
     #[cfg(feature = "sim")]
     pub(crate) fn to_virtual(arm: VirtualArm) -> Self {
         let mut way = Self::to(&Target::Sim(crate::SimSpeed::Max));
@@ -74,7 +76,7 @@ impl Route {
         way
     }
 
-    /// With the faults and the trace that the options ask for.
+    /// Adds the faults and the trace of the options.
     #[cfg_attr(
         not(any(feature = "faults", feature = "trace")),
         allow(unused_variables)
@@ -91,11 +93,11 @@ impl Route {
         Ok(way)
     }
 
-    /// Spoils what passes in both directions, from [`Faults::seed`]. Opening the line again goes on
-    /// with the same chances.
+    /// Injects faults in both directions, seeded by [`Faults::seed`]. Reopening continues the same
+    /// sequence.
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for rates that are none.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for invalid rates.
     #[cfg(feature = "faults")]
     pub(crate) fn with_faults(mut self, faults: Faults) -> Result<Self> {
         faults.check()?;
@@ -103,17 +105,17 @@ impl Route {
         Ok(self)
     }
 
-    /// Writes what passes to a trace file, as this program sends and receives it: requests before
-    /// and replies after the faults.
+    /// Records the bytes in a trace, as this program sends and receives them: requests before and
+    /// replies after the faults.
     #[cfg(feature = "trace")]
     pub(crate) fn with_trace(mut self, tracer: Tracer) -> Self {
         self.tracer = Some(tracer);
         self
     }
 
-    /// Opens a line, for the first time or again. The line before must have been dropped, since it
-    /// holds the port. A port that has just come back may not be allowed for a moment, until the
-    /// system has set its rights; a reopening caller tries for a while.
+    /// Opens the line. A previous line must have been dropped, since it holds the port. A port that
+    /// has just reappeared may be forbidden for a moment, until the system has set its permissions;
+    /// a reconnect retries.
     pub(crate) async fn open(&self) -> Result<Line> {
         let name = self.target.to_string();
         #[cfg(feature = "faults")]
@@ -129,6 +131,7 @@ impl Route {
         }
         #[cfg(feature = "trace")]
         if let Some(tracer) = &self.tracer {
+            // Outside the faults, so that the trace shows what this program sent and received.
             transport = Box::new(Traced::new(transport, tracer.clone(), &name));
         }
         Ok(Line {
@@ -143,20 +146,21 @@ impl Route {
         })
     }
 
-    /// The error of this way with the station of this machine that has its target, if one has.
+    /// Adds the station of this machine that has the target to an error, if any.
     pub(crate) fn named(&self, error: crate::Error) -> crate::Error {
         #[cfg(feature = "stations")]
         let error = crate::stations::named(error, &self.target);
         error
     }
 
-    /// Whether others may speak to the arm besides: all lines but an open serial port and an arm of this program alone.
-    /// Behind a
-    /// pseudo-terminal is a program, which may have others.
+    /// True if others may talk to the arm as well: on all lines except an open serial port and a
+    /// private virtual arm. Behind a pseudo-terminal is a program, which may have other clients.
     fn is_shared(&self) -> bool {
         match &self.target {
             Target::Sim(_) => self.shows_arm,
             Target::Serial(path) => is_pseudo_terminal(path),
+            // USB ids and serial numbers name a real port, which the lock of `serial.rs` makes
+            // exclusive.
             Target::Usb { .. } | Target::Arm(_) => false,
             Target::Udp { .. } | Target::Tcp { .. } | Target::Ble(_) => true,
         }
@@ -168,6 +172,7 @@ impl Route {
             Target::Sim(speed) => {
                 let powered_up = || VirtualArm::powered_up(*speed);
                 let arm = lock(&self.arm).get_or_insert_with(powered_up).clone();
+                // A block, so that the lock is released before the message is built.
                 let gone = { arm.lock() }.is_gone();
                 if gone {
                     let message = "the cable of the virtual arm is not plugged in";
@@ -212,7 +217,7 @@ impl Route {
         }
     }
 
-    /// How to restart the controller at the end of this way; only a virtual one can be.
+    /// Returns a function that restarts the controller; only a virtual arm has one.
     #[cfg(feature = "faults")]
     fn restart(&self) -> Option<Restart> {
         #[cfg(feature = "sim")]
@@ -224,12 +229,13 @@ impl Route {
 }
 
 fn is_pseudo_terminal(path: &str) -> bool {
-    // Without lines no path is opened, and a module for a page asks for no files.
+    // Without lines no path is opened, and a WebAssembly module for a page must not access files.
     if !cfg!(feature = "lines") {
         return false;
     }
     let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     let real = real.to_string_lossy();
+    // Linux, macOS and Windows, in this order.
     let pipes = ["/dev/pts/", "/dev/ttys", r"\\.\pipe\"];
     pipes.iter().any(|pipe| real.starts_with(pipe))
 }
@@ -242,7 +248,7 @@ impl fmt::Debug for Route {
     }
 }
 
-/// Does it to a virtual arm.
+/// Applies a fault to a virtual arm.
 #[cfg(all(feature = "sim", feature = "faults"))]
 fn deal(arm: &VirtualArm, blow: InjectedFault) {
     match blow {

@@ -1,4 +1,4 @@
-//! Finding a serial port by what is behind it.
+//! Search for a serial port by the device behind it.
 
 use std::future::poll_fn;
 use std::time::Duration;
@@ -12,12 +12,12 @@ use super::serial::{self, Serial};
 use crate::ports::{Port, list};
 use crate::{Action, Error, ErrorCode, Result, Target};
 
-/// How long an arm may take for its serial number; real ones take 12 ms (model section 15).
+/// Longest time for an arm to return its serial number; real ones take 12 ms (model section 15).
 const PATIENCE: Duration = Duration::from_millis(300);
-/// How often it is asked.
+/// Attempts per port.
 const TIMES: usize = 2;
 
-/// The path of the one adapter that `usb:VENDOR:PRODUCT[:SERIAL]` names.
+/// Returns the path of the one adapter that `usb:VENDOR:PRODUCT[:SERIAL]` names.
 pub(super) fn adapter(target: &Target, present: &[Port]) -> Result<String> {
     let Target::Usb {
         vendor,
@@ -49,15 +49,15 @@ pub(super) fn adapter(target: &Target, present: &[Port]) -> Result<String> {
     Err(Error::new(ErrorCode::SeveralArms, message))
 }
 
-/// Opens the port with the arm of this serial number. The others are asked for theirs and closed
-/// again; what is in use is left alone.
+/// Opens the port with the arm of this serial number. Other ports are queried and closed again;
+/// ports in use are left alone.
 pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Serial)> {
     let mut seen = Vec::new();
     let mut station = None;
     for Port { path, .. } in candidates {
         let mut port = match serial::open(path) {
             Ok(port) => port,
-            // The sentence names the port, and the program that holds it.
+            // The message names the port, and the program that holds it.
             Err(error) => {
                 seen.push(error.to_string());
                 station = station.or_else(|| station_at(path));
@@ -73,7 +73,7 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
     Err(not_found(wanted, &seen, station))
 }
 
-/// Address at which another program serves the port of this path.
+/// Returns the address at which another program serves this port.
 fn station_at(path: &str) -> Option<String> {
     #[cfg(feature = "stations")]
     return crate::stations::url_of(path);
@@ -83,7 +83,8 @@ fn station_at(path: &str) -> Option<String> {
     None
 }
 
-/// The error of a search that has seen this, and a port of this station that it could not ask.
+/// Returns the error of a search, with the results per port, and the station of a port that could
+/// not be queried.
 fn not_found(wanted: &str, seen: &[String], station: Option<String>) -> Error {
     let message = match seen {
         [] => format!(
@@ -103,20 +104,20 @@ fn not_found(wanted: &str, seen: &[String], station: Option<String>) -> Error {
     }
 }
 
-/// Asks whatever is at the end of a line for its serial number, with little patience.
+/// Queries the serial number of the device at the end of a line, with a short timeout.
 async fn serial_number(line: &mut dyn Transport) -> Option<String> {
     let request = FrameBuf::get(&NoArgs, DeviceSn::ROW).ok()?;
     let mut deframer = Deframer::new();
     for _ in 0..TIMES {
         if let Ok(answer) = timeout(PATIENCE, exchange(line, &request, &mut deframer)).await {
-            // A line that broke will not answer the next time.
+            // `None` from a broken line is final: another attempt cannot succeed.
             return answer;
         }
     }
     None
 }
 
-/// `None`: the line broke.
+/// Sends a request and returns the serial number; `None` if the line broke.
 async fn exchange(
     line: &mut dyn Transport,
     request: &FrameBuf,
@@ -128,6 +129,7 @@ async fn exchange(
         rest = rest.get(count..).filter(|_| count > 0)?;
     }
     loop {
+        // Larger than the answer; longer bursts are read in pieces.
         let mut bytes = [0; 256];
         let count = poll_fn(|cx| line.poll_read(cx, &mut bytes)).await.ok()?;
         let mut input = bytes.get(..count).filter(|bytes| !bytes.is_empty())?;
@@ -165,7 +167,7 @@ mod tests {
         }
     }
 
-    /// A virtual arm on a pseudo-terminal; ready with the first look at the server.
+    /// Serves a virtual arm on a pseudo-terminal; ready at the first poll of the server.
     fn served(path: &Path, serial: &str) -> Server {
         let mut profile = Profile::default();
         profile.identity.serial = serial.into();
@@ -189,8 +191,8 @@ mod tests {
             is_ready.await.unwrap();
             let (path, port) = arm("dt-two", &candidates).await.unwrap();
             assert_eq!(path, candidates[1].path);
-            // The one that has been found is in use, the one that is not here is named, and the
-            // other one has been given back.
+            // The port found first is in use, the missing one is named, and the other one was
+            // closed again.
             let error = arm("DT-THREE", &candidates).await.err().unwrap();
             assert_eq!(error.kind(), crate::ErrorKind::Port);
             let message = error.to_string();
@@ -217,7 +219,7 @@ mod tests {
         assert!(message.contains("no adapter of an arm"), "{message}");
     }
 
-    /// A pseudo-terminal without a listener.
+    /// Creates a pseudo-terminal without a listener.
     fn rustix_pty() -> (std::os::fd::OwnedFd, String) {
         use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 

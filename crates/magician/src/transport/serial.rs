@@ -1,3 +1,5 @@
+//! Serial ports: exclusive use, raw mode, and error messages that say what to do.
+
 use std::io;
 use std::path::Path;
 
@@ -10,23 +12,24 @@ use super::away::{Away, read_now};
 use super::stream::Stream;
 use crate::{Act, Error, ErrorCode, Result, ports};
 
-/// A serial port in exclusive use.
+/// Serial port in exclusive use.
 pub(crate) struct Serial {
     port: Stream<SerialPort>,
-    /// Holds the lock that tells other programs so. serial2 does not lock, serialport and pyserial
-    /// (when asked to) do, and this is the lock that both know. It is the same port: what has come can be read here as well.
+    /// Holds the advisory lock (flock) of the port. serial2 does not lock; serialport, and pyserial
+    /// on request, use the same lock. It is a second descriptor of the port, so arrived bytes can
+    /// be read from it as well.
     #[cfg(unix)]
     lock: std::os::fd::OwnedFd,
     #[cfg(unix)]
     away: Away,
 }
 
-/// Opens a port at 115200 8N1, raw, and throws away what came before.
+/// Opens a port at 115200 8N1, raw, and discards old input.
 pub(super) fn open(path: &str) -> Result<Serial> {
     open_at(path, BAUD_RATE)
 }
 
-/// As [`open`], at another speed.
+/// Opens as [`open`] does, at another baud rate.
 pub(super) fn open_at(path: &str, baud: u32) -> Result<Serial> {
     #[cfg(unix)]
     let lock = lock(path)?;
@@ -40,12 +43,13 @@ pub(super) fn open_at(path: &str, baud: u32) -> Result<Serial> {
         Ok(settings)
     })
     .map_err(|error| explain(path, error))?;
-    // A pseudo-terminal has no modem lines; an adapter without them works as well.
+    // A pseudo-terminal has no modem lines, and adapters work without them, so errors are ignored.
     for line in [port.set_dtr(true), port.set_rts(true)] {
         if let Err(error) = line {
             tracing::debug!(path, %error, "modem line not set");
         }
     }
+    // Replies to an earlier program must not be taken for ours.
     port.discard_input_buffer()
         .map_err(|error| explain(path, error))?;
     Ok(Serial {
@@ -83,7 +87,7 @@ impl Transport for Serial {
     }
 }
 
-/// Takes the port's lock before anything about the port is changed.
+/// Takes the port's lock before any of its settings are changed.
 #[cfg(unix)]
 fn lock(path: &str) -> Result<std::os::fd::OwnedFd> {
     use rustix::fs::{FlockOperation, Mode, OFlags, flock};
@@ -94,16 +98,16 @@ fn lock(path: &str) -> Result<std::os::fd::OwnedFd> {
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
         Ok(()) => Ok(file),
         Err(rustix::io::Errno::WOULDBLOCK) => {
-            // Closed first: this attempt does not hold the port.
+            // Closed first, or the list of holders would include this attempt.
             drop(file);
             Err(held(path))
         }
-        // What cannot be locked can still be used.
+        // A port that cannot be locked can still be used.
         Err(_) => Ok(file),
     }
 }
 
-/// Why a port could not be opened, and what to do about it.
+/// Returns the error for a port that could not be opened, with a remedy.
 fn explain(path: &str, error: io::Error) -> Error {
     let is_port = |message: String| Error::new(ErrorCode::NoPort, message);
     match error.kind() {
@@ -118,6 +122,7 @@ fn explain(path: &str, error: io::Error) -> Error {
         io::ErrorKind::PermissionDenied if cfg!(windows) => held(path).with_source(error),
         io::ErrorKind::PermissionDenied => forbidden(path).with_source(error),
         io::ErrorKind::ResourceBusy => held(path).with_source(error),
+        // Opened but without line settings: a regular file, a directory or another device.
         _ if std::fs::metadata(path).is_ok() && !is_terminal(&error) => {
             let known = ports::ports().unwrap_or_default();
             let message = format!("{path} is not a serial port ({})", ports::list(&known));
@@ -130,8 +135,8 @@ fn explain(path: &str, error: io::Error) -> Error {
     }
 }
 
-/// Whether the system takes what failed for a terminal: neither a folder nor a file or device
-/// that has no line settings.
+/// True if the error is one of a terminal, not of a directory, file or device without line
+/// settings.
 fn is_terminal(error: &io::Error) -> bool {
     #[cfg(unix)]
     {
@@ -147,7 +152,7 @@ fn is_terminal(error: &io::Error) -> bool {
     }
 }
 
-/// The port is another program's.
+/// Returns the error for a port in use by another program.
 fn held(path: &str) -> Error {
     let holders = holders(Path::new(path));
     let by = match holders.as_slice() {
@@ -158,7 +163,7 @@ fn held(path: &str) -> Error {
     Error::new(ErrorCode::PortBusy, message)
 }
 
-/// The port is there, but not for this user.
+/// Returns the error for a port that this user may not open.
 fn forbidden(path: &str) -> Error {
     if let Err(error) = std::fs::metadata(path) {
         let message = format!("no permission to access {path}: {error}");
@@ -168,7 +173,7 @@ fn forbidden(path: &str) -> Error {
     let message = format!("no permission to use {path}");
     let forbidden = |why: &str| Error::new(ErrorCode::PortForbidden, format!("{message}{why}"));
     let error = match &owner {
-        // A user should not join that group just for a port.
+        // A user should not join the group `root` just for a port.
         Some(group) if group == "root" => forbidden("; only root may"),
         Some(group) => {
             let join = Act::System(format!("sudo usermod -aG {group} $USER").into());
@@ -183,7 +188,7 @@ fn forbidden(path: &str) -> Error {
     )
 }
 
-/// Installs the rule that gives the arm's adapters to the logged-in user.
+/// Returns the command that installs the udev rule for the arm's adapters.
 fn udev() -> String {
     let rules = ports::udev_rules().map(|rule| format!("'{rule}'"));
     let rules = rules.collect::<Vec<_>>().join(" ");
@@ -192,11 +197,12 @@ fn udev() -> String {
     )
 }
 
-/// Name of the group that owns a file.
+/// Returns the name of the group that owns a file.
 #[cfg(unix)]
 fn owner_group(path: &Path) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
 
+    // From the file itself: the name of the group differs by distribution (dialout, uucp).
     let gid = std::fs::metadata(path).ok()?.gid();
     let groups = std::fs::read_to_string("/etc/group").ok()?;
     let line = groups.lines().find(|line| {
@@ -211,9 +217,9 @@ fn owner_group(_: &Path) -> Option<String> {
     None
 }
 
-/// Which processes use a port, as far as this user may know: the processes that hold its lock, or else those that have it
-/// open. The
-/// process at the other end of a pseudo-terminal has it open too, and is the arm: ending that one would not free it.
+/// Returns the processes that use a port, as far as this user may know: the holders of its lock, or
+/// else the processes that have it open. The process at the other end of a pseudo-terminal has it
+/// open too; it is the arm, and ending it would not free the port.
 #[cfg(target_os = "linux")]
 fn holders(path: &Path) -> Vec<String> {
     let Ok(wanted) = path.canonicalize() else {
@@ -240,6 +246,7 @@ fn holders(path: &Path) -> Vec<String> {
         if is_one && pid == std::process::id() {
             found.push("this program itself".to_owned());
         } else if is_one {
+            // A process that has ended meanwhile is still listed, without its name.
             let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
             found.push(format!("{} (process {pid})", name.trim()));
         }
@@ -247,7 +254,7 @@ fn holders(path: &Path) -> Vec<String> {
     found
 }
 
-/// The processes that hold the lock of a file (flock).
+/// Returns the processes that hold the lock (flock) of a file.
 #[cfg(target_os = "linux")]
 fn locked_by(path: &Path) -> Vec<u32> {
     use std::os::unix::fs::MetadataExt;
@@ -269,7 +276,7 @@ fn locked_by(path: &Path) -> Vec<u32> {
     locks.lines().filter_map(holder).collect()
 }
 
-/// Whether the process of these descriptors has the other end of a pseudo-terminal (`/dev/pts/3`).
+/// True if the process of these descriptors has the other end of a pseudo-terminal (`/dev/pts/3`).
 #[cfg(target_os = "linux")]
 fn serves(descriptors: &Path, terminal: &Path) -> bool {
     let Some(number) = (terminal.strip_prefix("/dev/pts").ok()).and_then(Path::to_str) else {

@@ -1,3 +1,5 @@
+//! Line to a virtual arm in this process.
+
 use std::future::Future;
 use std::io;
 use std::pin::Pin;
@@ -10,11 +12,11 @@ use tokio::time::{Instant, Sleep, sleep_until};
 use super::{Leap, LeapTo, Transport};
 use crate::VirtualArm;
 
-/// The line to a virtual arm in this process.
+/// Line to a virtual arm in this process.
 pub(crate) struct Sim {
     arm: VirtualArm,
     link: LinkId,
-    /// How often the cable had been pulled when this line was opened.
+    /// Number of cable pulls when this line was opened.
     pulls: u64,
     alarm: Pin<Box<Sleep>>,
 }
@@ -35,7 +37,7 @@ impl Sim {
 }
 
 impl Drop for Sim {
-    /// What the arm still had to say to this connection is not for the next one.
+    /// Drops the pending replies to this connection: they are not for the next one.
     fn drop(&mut self) {
         self.arm.lock().close(self.link);
     }
@@ -47,6 +49,7 @@ impl Transport for Sim {
         loop {
             let now = cell.now();
             cell.runner.handle_timeout(now);
+            // Even if the cable is in again: the connection of before is gone.
             if cell.breaks() && cell.runner.pulls() != self.pulls {
                 return Poll::Ready(Err(io::Error::other("the cable was pulled")));
             }
@@ -58,9 +61,10 @@ impl Transport for Sim {
             let Some(at) = cell.runner.poll_change() else {
                 return Poll::Pending;
             };
-            // Timers may fire a little early; an instant that has come is waited for a moment.
+            // Timers may fire slightly early, so even a past instant is waited for shortly.
             let Some(comes) = cell.comes(at.max(now.after_micros(1))) else {
-                // Advancing the clock wakes this; what is due already goes on after the others' turn.
+                // Advancing the clock wakes this task; an event already due continues after the
+                // others' turn.
                 if at <= now {
                     cx.waker().wake_by_ref();
                 }

@@ -1,3 +1,5 @@
+//! Transport over any byte stream.
+
 use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
@@ -6,7 +8,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use super::Transport;
 
-/// Anything that reads and writes bytes in order: TCP, a pipe, a bridge of the caller's own.
+/// Transport over a byte stream that keeps the order of bytes: TCP, a pipe, a custom bridge.
 pub(crate) struct Stream<T>(pub(crate) T);
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Transport for Stream<T> {

@@ -1,3 +1,5 @@
+//! TCP connections.
+
 use std::io;
 use std::task::{Context, Poll};
 
@@ -9,7 +11,7 @@ use super::lines::{PATIENCE, unreachable_host};
 use super::{Stream, Transport};
 use crate::Result;
 
-/// A TCP connection.
+/// TCP connection to an arm or a bridge.
 pub(super) struct Tcp {
     stream: Stream<TcpStream>,
     #[cfg(unix)]
@@ -34,11 +36,13 @@ impl Transport for Tcp {
     }
 }
 
-/// Connects to a TCP port; small frames are not held back.
+/// Connects to a TCP port.
 pub(super) async fn connect(host: &str, port: u16) -> Result<Tcp> {
     let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
+    // The system's own timeout is minutes.
     let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
+    // Nagle's algorithm would hold small frames back until the previous one is acknowledged.
     stream
         .set_nodelay(true)
         .map_err(|error| unreachable_host(host, port, error))?;

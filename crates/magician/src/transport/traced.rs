@@ -1,3 +1,5 @@
+//! Traces of a line: the bytes of both directions, in a pcapng file and for live observers.
+
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
@@ -8,24 +10,24 @@ use magician_record::trace::{TraceLink, TraceWriter};
 
 use super::{Leap, LeapTo, Line, Transport};
 
-/// A trace file under way: everything that passes on a line, as a pcapng file of link type USER0
-/// that Wireshark opens. Clones write to the same file.
+/// Trace file being written: all bytes on a line, as a pcapng file of link type USER0 for
+/// Wireshark. Clones write to the same file.
 #[derive(Clone, Default)]
 pub struct Tracer {
     file: Option<Arc<Mutex<File>>>,
     tap: Option<Arc<dyn Tap>>,
 }
 
-/// Gets what passes on a line, at once: it is called on the line's way, and must not wait.
+/// Observer of the bytes on a line. It is called while they pass, and must not block.
 pub trait Tap: Send + Sync {
-    /// Bytes passed on the line of this name, cut as they came.
+    /// Called with bytes that passed on the line of this name, in the pieces in which they came.
     fn passed(&self, line: &str, direction: Direction, bytes: &[u8]);
 }
 
 struct File {
-    /// `None` when it could not be written any more.
+    /// `None` after a failed write.
     writer: Option<TraceWriter<Box<dyn Write + Send>>>,
-    /// Why.
+    /// Reason of the failure.
     failed: Option<String>,
     links: Vec<(String, TraceLink)>,
     begun: Instant,
@@ -34,14 +36,15 @@ struct File {
 }
 
 impl Tracer {
-    /// Begins a file. Every packet is written whole, so that the file of a program that was killed
-    /// can be read up to its last frame.
+    /// Starts a file. Every packet is written completely, so the file of a killed process can be
+    /// read up to its last frame.
     ///
     /// # Errors
-    /// What the writer reports. A writer that fails later ends the trace with a warning; the line
-    /// goes on.
+    /// Errors of the writer. A writer that fails later ends the trace with a warning; the line
+    /// continues.
     pub fn new(out: impl Write + Send + 'static) -> io::Result<Self> {
         let out: Box<dyn Write + Send> = Box::new(out);
+        // The wall clock is read once; later times follow the monotonic clock, which never jumps.
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
         let epoch = since.map_or(0, |since| u64::try_from(since.as_micros()).unwrap_or(0));
         let file = File {
@@ -57,14 +60,14 @@ impl Tracer {
         })
     }
 
-    /// Hands on what passes as well, beside the file if there is one.
+    /// Adds an observer, beside the file if there is one.
     #[must_use]
     pub fn tap(mut self, tap: Arc<dyn Tap>) -> Self {
         self.tap = Some(tap);
         self
     }
 
-    /// Why the file is not whole, if it could not be written to its end.
+    /// Returns the reason why the file is incomplete, if it is.
     #[must_use]
     pub fn failed(&self) -> Option<String> {
         let file = self.file.as_ref()?;
@@ -72,10 +75,11 @@ impl Tracer {
         file.failed.clone()
     }
 
-    /// Ends the file: what passes later is not written any more. Otherwise the file ends with the last
-    /// of its clones.
+    /// Ends the file: later bytes are not written. Otherwise the file ends with the last of its
+    /// clones.
     pub fn end(&self) {
         self.with(|file| {
+            // Clones share the file, so none of them writes from now on.
             file.writer = None;
             Ok(())
         });
@@ -87,6 +91,7 @@ impl Tracer {
         };
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         if let Err(error) = act(&mut file) {
+            // A full disk must not stop the arm.
             tracing::warn!(%error, "the trace cannot be written and stops here");
             file.writer = None;
             file.failed = Some(error.to_string());
@@ -101,8 +106,9 @@ impl std::fmt::Debug for Tracer {
 }
 
 impl File {
-    /// The link of this name; one that was opened again goes on.
+    /// Returns the link of this name; a reopened line continues its link.
     fn link(&mut self, name: &str) -> io::Result<Option<TraceLink>> {
+        // A reopened line continues its interface, so one arm is one interface in Wireshark.
         let known = self.links.iter().find(|(known, _)| known == name);
         if let Some((_, link)) = known {
             return Ok(Some(*link));
@@ -120,6 +126,7 @@ impl File {
         let time = self.epoch.saturating_add(passed);
         match (self.link(name)?, &mut self.writer) {
             (Some(link), Some(writer)) => writer.record(link, time, direction, bytes),
+            // A failed file, or a link that could not be added: the line continues without a trace.
             _ => Ok(()),
         }
     }
@@ -133,14 +140,14 @@ impl File {
 }
 
 impl Line {
-    /// The line, written down under its name.
+    /// Records the line under its name.
     pub(crate) fn with_trace(self, tracer: Tracer) -> Self {
         let transport = Box::new(Traced::new(self.transport, tracer, &self.name));
         Self { transport, ..self }
     }
 }
 
-/// A line that is written down.
+/// Line that is recorded.
 pub(super) struct Traced {
     inner: Box<dyn Transport>,
     tracer: Tracer,
@@ -157,6 +164,7 @@ impl Traced {
     }
 
     fn record(&self, direction: Direction, bytes: &[u8], count: &Poll<io::Result<usize>>) {
+        // Only bytes that really passed: a partial write is recorded as far as it went.
         if let Poll::Ready(Ok(count)) = count {
             let bytes = bytes.get(..*count).unwrap_or_default();
             self.tracer

@@ -1,3 +1,5 @@
+//! UDP to the arm's Wi-Fi module.
+
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::task::{Context, Poll, ready};
@@ -12,10 +14,11 @@ use super::away::{Away, read_now};
 use super::lines::{PATIENCE, unreachable_host};
 use crate::Result;
 
-/// Datagrams to the arm's Wi-Fi module and back: one frame each from here, any cut from there.
+/// Socket to the arm's Wi-Fi module. The driver sends one frame per datagram; the module cuts its
+/// bytes anywhere.
 pub(crate) struct Udp {
     socket: UdpSocket,
-    /// The datagram that came last, and how much of it is taken.
+    /// Last datagram, and the bytes of it already returned.
     datagram: Box<[u8]>,
     taken: usize,
     filled: usize,
@@ -23,12 +26,12 @@ pub(crate) struct Udp {
     away: Away,
 }
 
-/// Largest datagram there is.
+/// Largest possible datagram, bytes.
 const DATAGRAM: usize = 65_536;
-/// Errors in succession after which others get their turn.
+/// Successive errors after which other tasks get a turn. Choice.
 const TURN: usize = 16;
 
-/// A socket whose peer is the arm.
+/// Opens a socket connected to the arm.
 pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
     let failed = |error| unreachable_host(host, port, error);
     let looking = timeout(PATIENCE, lookup_host((host, port))).await;
@@ -52,8 +55,8 @@ pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
     })
 }
 
-/// There is no listener at the moment, or no network: datagrams may be lost, and the
-/// timeouts tell.
+/// True for errors that may pass: no listener at the moment, or no network. Datagrams may be lost,
+/// and the timeouts notice it.
 fn passing(error: &io::Error) -> bool {
     matches!(
         error.kind(),
@@ -66,7 +69,7 @@ fn passing(error: &io::Error) -> bool {
 }
 
 impl Udp {
-    /// The next datagram that is not empty.
+    /// Receives the next non-empty datagram.
     fn fetch(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         let told = self.told(cx);
         #[cfg(unix)]
@@ -74,18 +77,19 @@ impl Udp {
         told.map_ok(|filled| (self.taken, self.filled) = (0, filled))
     }
 
-    /// The next one that the reactor tells of.
+    /// Receives the next datagram that the reactor reports.
     fn told(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<usize>> {
         for _ in 0..TURN {
             let mut buffer = ReadBuf::new(&mut self.datagram);
             match ready!(self.socket.poll_recv(cx, &mut buffer)) {
-                // An empty datagram is not the end.
+                // An empty datagram does not end the line.
                 Ok(()) if buffer.filled().is_empty() => {}
                 Ok(()) => return Poll::Ready(Ok(buffer.filled().len())),
                 Err(error) if passing(&error) => {}
                 Err(error) => return Poll::Ready(Err(error)),
             }
         }
+        // Errors may never cease on a broken network; other tasks get a turn first.
         cx.waker().wake_by_ref();
         Poll::Pending
     }
@@ -111,6 +115,7 @@ impl Transport for Udp {
 
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         match ready!(self.socket.poll_send(cx, bytes)) {
+            // Counted as sent: the retransmission timeout covers the loss.
             Err(error) if passing(&error) => Poll::Ready(Ok(bytes.len())),
             sent => Poll::Ready(sent),
         }

@@ -1,9 +1,10 @@
-//! The arm behind the handles, the lines to it, and what its clock shows.
+//! Cell: the virtual arm shared by its handles, the lines to it, and its clock.
 //!
-//! At full speed and in virtual time the arm lets time pass itself: whatever it is told it does at once. That is too early for
-//! a run, whose next commands are still on their way, so the connections with a run lead the clock: as long as there is one
-//! the clock stands, the arm has its own speed, and time passes in their leaps. Without one the clock of an arm at full speed
-//! goes on by the wall (a jog, a belt), and in virtual time it stands until it is advanced.
+//! At full speed and in virtual time the arm advances its clock itself: each command takes full
+//! effect at once. For a run that is too early, because its next commands are still on their way,
+//! so connections with a run lead the clock: while there is one, the clock stands, the arm moves at
+//! normal speed, and time passes in their leaps. Without one, the clock of an arm at full speed
+//! follows the wall clock (a jog, a belt), and in virtual time it stands until it is advanced.
 
 use std::collections::BTreeMap;
 use std::task::Waker;
@@ -16,39 +17,39 @@ use tokio::time::Instant;
 use super::sampling::Samplers;
 use crate::transport::{Leap, LeapTo, STEP};
 
-/// Events in one leap, before others get at the arm.
+/// Most events in one leap before others get access to the arm. Choice.
 const EVENTS: usize = 1000;
-/// From one instant to the next.
+/// Smallest step of the clock.
 const INSTANT: Duration = Duration::from_micros(1);
 
-/// The arm, and its waiters.
+/// Virtual arm with its waiters.
 pub(crate) struct Cell {
     pub(crate) runner: Runner,
     begun: Instant,
-    /// Whether the wall clock that the arm knows stands always: virtual time.
+    /// True in virtual time: the host clock that the arm sees always stands.
     stands: bool,
-    /// Whether it stands for now, because a connection leads.
+    /// True while a connection leads, so that the clock stands for now.
     led: bool,
-    /// What that clock shows while it stands; else what it showed when it was set going.
+    /// Time of that clock while it stands; otherwise the time when it was started.
     ahead: HostInstant,
     lines: BTreeMap<LinkId, End>,
-    /// Who serves the arm to other programs, and must hear when it has been touched.
+    /// Wakers of servers for other programs, woken when the arm was touched.
     servers: Vec<Waker>,
-    /// The arm's speed while no connection leads it.
+    /// Speed of the arm while no connection leads it.
     free: Speed,
-    /// What looks at the arm, once something does.
+    /// Samplers of the arm, once there is one.
     samplers: Option<Samplers>,
-    /// Whether a line breaks when the cable is pulled; else what is sent meanwhile is lost.
+    /// True if lines break when the cable is pulled; otherwise frames are lost meanwhile.
     breaks: bool,
 }
 
-/// The host's end of a line.
+/// Host end of a line.
 #[derive(Default)]
 struct End {
-    /// The connection, which must hear when the arm has been touched from elsewhere.
+    /// Waker of the connection, woken when the arm was touched by another.
     waker: Option<Waker>,
     leads: bool,
-    /// A place for a client of another program that has said nothing yet.
+    /// True for the reserved line of a remote client that has not sent anything yet.
     idle: bool,
 }
 
@@ -68,7 +69,7 @@ impl Cell {
         }
     }
 
-    /// The wall clock that the arm knows.
+    /// Returns the host clock that the arm sees.
     pub(crate) fn now(&self) -> HostInstant {
         if self.stands || self.led {
             self.ahead
@@ -77,17 +78,17 @@ impl Cell {
         }
     }
 
-    /// When that clock will show an instant by itself, if ever.
+    /// Returns when that clock will reach an instant by itself; `None` if it stands.
     pub(crate) fn comes(&self, at: HostInstant) -> Option<Instant> {
         (!self.stands && !self.led).then(|| self.begun.checked_add(at - self.ahead))?
     }
 
-    /// Whether a run leads the clock: where the arm waits for no clock of the wall to do what it is told.
+    /// True if a run may lead the clock: the arm does not follow the wall clock.
     pub(crate) fn can_be_led(&self) -> bool {
         self.stands || self.free == Speed::Max
     }
 
-    /// From now on the clock stands.
+    /// Stops the clock for good.
     pub(super) fn stand(&mut self) {
         let begun = self.runner.controller().now() > ArmInstant::ZERO;
         (self.ahead, self.stands) = (if begun { self.now() } else { HostInstant::ZERO }, true);
@@ -97,7 +98,7 @@ impl Cell {
         self.ahead += time;
     }
 
-    /// What looks at the arm; nothing can where the runner has an observer of its maker's.
+    /// Returns the samplers; `None` if the runner already has an observer of its creator's.
     pub(super) fn samplers(&mut self) -> Option<Samplers> {
         if self.samplers.is_none() && !self.runner.is_observed() {
             let samplers = Samplers::default();
@@ -107,20 +108,20 @@ impl Cell {
         self.samplers.clone()
     }
 
-    /// The arm was touched from outside, or looked at.
+    /// Notes that the arm was touched from outside, or observed.
     pub(super) fn touched(&self) {
         if let Some(samplers) = &self.samplers {
             samplers.touched(self.runner.controller());
         }
     }
 
-    /// Has all connections look what is new.
+    /// Wakes all connections and servers.
     pub(super) fn wake(&mut self) {
         let wakers = self.lines.values_mut().filter_map(|end| end.waker.take());
         wakers.chain(self.servers.drain(..)).for_each(Waker::wake);
     }
 
-    /// Has all but this one look what is new: it does so in any case.
+    /// Wakes all but this connection, which looks anyway.
     fn wake_others(&mut self, link: LinkId) {
         let others = self.lines.iter_mut().filter(|(other, _)| **other != link);
         let wakers = others.filter_map(|(_, end)| end.waker.take());
@@ -130,7 +131,7 @@ impl Cell {
 
 /// Lines.
 impl Cell {
-    /// A line of its own for a connection.
+    /// Opens a line for a connection.
     pub(crate) fn open(&mut self) -> LinkId {
         let mut link = LinkId(0);
         while self.lines.contains_key(&link) {
@@ -140,7 +141,7 @@ impl Cell {
         link
     }
 
-    /// A line for a client of another program, which may come.
+    /// Opens a line for a remote client that may come.
     #[cfg(feature = "serve")]
     pub(crate) fn expect_client(&mut self) -> LinkId {
         let link = self.open();
@@ -154,7 +155,7 @@ impl Cell {
         self.lines.values().any(|end| !end.idle)
     }
 
-    /// Has this hear when the arm has been touched.
+    /// Registers a waker, to be woken when the arm is touched.
     #[cfg(feature = "serve")]
     pub(crate) fn watch(&mut self, waker: &Waker) {
         if !self.servers.iter().any(|known| known.will_wake(waker)) {
@@ -166,17 +167,17 @@ impl Cell {
         self.breaks = true;
     }
 
-    /// Whether lines break, at each change of the [pulls](Runner::pulls) of the cable.
+    /// True if lines break, at each change of the [pulls](Runner::pulls) of the cable.
     pub(crate) fn breaks(&self) -> bool {
         self.breaks
     }
 
-    /// Whether no line can be opened, because the cable is out.
+    /// True if no line can be opened because the cable is unplugged.
     pub(crate) fn is_gone(&self) -> bool {
         self.breaks && !self.runner.plugged()
     }
 
-    /// The arm's pending bytes for this line are dropped.
+    /// Closes a line; the arm's pending bytes for it are dropped.
     pub(crate) fn close(&mut self, link: LinkId) {
         self.runner.close(link);
         self.lead(link, false);
@@ -192,13 +193,15 @@ impl Cell {
         }
     }
 
-    /// What the arm has said over this line, as many whole frames as there is room for.
+    /// Reads replies of the arm on this line, as many whole frames as fit.
     pub(crate) fn hear(&mut self, now: HostInstant, link: LinkId, bytes: &mut [u8]) -> usize {
         let mut count = 0;
         while count == 0 || bytes.len() - count >= MAX_FRAME {
             let Some(frame) = self.runner.poll_transmit(now, link) else {
                 break;
             };
+            // A caller's buffer smaller than a frame cuts it; the transport's own buffers are
+            // larger.
             let (frame, rest) = (frame.bytes(), bytes.get_mut(count..).unwrap_or_default());
             let most = frame.len().min(rest.len());
             if let (Some(to), Some(from)) = (rest.get_mut(..most), frame.get(..most)) {
@@ -222,9 +225,10 @@ impl Cell {
     }
 }
 
-/// Time that a connection lets pass.
+/// Leading the clock.
 impl Cell {
-    /// Whether this line's connection says from now on when time passes; whether that is so then.
+    /// Gives this line's connection control of the clock, or takes it back; returns true if it
+    /// leads.
     pub(crate) fn lead(&mut self, link: LinkId, leads: bool) -> bool {
         if !self.can_be_led() {
             return false;
@@ -245,15 +249,18 @@ impl Cell {
                 self.runner.handle_timeout(now);
                 self.wake();
             }
+            // Another leader came or went, and the clock keeps its state.
             _ => {}
         }
         leads
     }
 
-    /// Lets so much time pass at once, less if something comes over this line or what it is to end at comes before.
+    /// Lets up to `most` pass at once, less if a reply arrives on this line or the event comes
+    /// first.
     pub(crate) fn leap(&mut self, link: LinkId, most: Duration, to: LeapTo) -> Option<Leap> {
-        // An arm at rest has nothing to leap to. But its cable is put in again by its own clock, which goes on by the wall until
-        // then, or the run that waits for an answer would wait for ever.
+        // An arm at rest has nothing to leap to. But its cable is plugged in again by its own
+        // clock, which follows the wall clock until then; otherwise a run waiting for an answer
+        // would wait forever.
         let comes_back = !self.runner.plugged() && most <= STEP;
         if !self.led || !(self.runner.busy() || comes_back || to == LeapTo::Instant) {
             return None;

@@ -1,4 +1,4 @@
-//! What looks at a virtual arm at instants of its clock.
+//! Sampling of a virtual arm at instants of the arm's clock.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use super::VirtualArm;
 use crate::Sample;
 
-/// All that look at an arm.
+/// All samplers of an arm.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samplers {
     all: Arc<Mutex<BTreeMap<u64, Sampler>>>,
@@ -22,7 +22,7 @@ struct Sampler {
     tell: UnboundedSender<Sample>,
     began: ArmInstant,
     every: Duration,
-    /// When the next one is due, while the arm moves.
+    /// Time of the next sample while the arm moves.
     due: ArmInstant,
     moves: bool,
     last: Option<Sample>,
@@ -52,24 +52,25 @@ fn sample(arm: &Controller, began: ArmInstant) -> (Sample, bool) {
     (taken, state.moving)
 }
 
-/// Why an arm is looked at.
+/// Occasion to take a sample.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Look {
-    /// Its time passes.
+    /// The arm's time passes.
     Passing,
-    /// It was touched from outside, or looked at.
+    /// The arm was touched from outside, or observed.
     Touched,
-    /// A sample is asked for.
+    /// A sample was requested.
     Asked,
 }
 
 impl Sampler {
-    /// Takes one, if it is due or tells something new.
+    /// Takes a sample if it is due or shows a change.
     fn look(&mut self, arm: &Controller, why: Look) {
         let (taken, moves) = sample(arm, self.began);
         let turns = moves != self.moves;
         let is_new = self
             .last
+            // Compared without the time, which always differs.
             .is_none_or(|last| Sample { t: taken.t, ..last } != taken);
         let is_due = arm.now() >= self.due;
         self.moves = moves;
@@ -81,7 +82,7 @@ impl Sampler {
         if wanted {
             self.due = arm.now() + self.every;
             self.last = Some(taken);
-            // Who does not listen any more has ended it, or is about to.
+            // An error means that the receiver has ended, or is about to.
             let _ = self.tell.send(taken);
         }
     }
@@ -92,7 +93,7 @@ impl Samplers {
         self.all.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The arm was touched from outside, or looked at.
+    /// Takes a sample after the arm was touched from outside, or observed.
     pub(super) fn touched(&self, arm: &Controller) {
         for sampler in self.all().values_mut() {
             sampler.look(arm, Look::Touched);
@@ -115,8 +116,10 @@ impl Observer for Samplers {
 }
 
 impl VirtualArm {
-    /// Samples at this rate, and their number; none of an arm whose clock does not leap.
+    /// Starts sampling at this rate; returns the number of the sampler. `None` for an arm whose
+    /// clock does not leap.
     pub(crate) fn samples(&self, rate: f64) -> Option<(u64, UnboundedReceiver<Sample>)> {
+        // Zero, negative and NaN rates have no interval.
         let every = Duration::try_from_secs_f64(1.0 / rate).ok()?;
         let mut cell = self.lock();
         if !cell.can_be_led() {
@@ -143,7 +146,7 @@ impl VirtualArm {
         Some((number, coming))
     }
 
-    /// One of the present.
+    /// Takes a sample of the present.
     pub(crate) fn sample(&self, number: u64) {
         let mut cell = self.lock();
         let now = cell.now();

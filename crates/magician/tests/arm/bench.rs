@@ -1,4 +1,4 @@
-//! Arms to test with, and the far end of the line to one.
+//! Test arms, and the far end of the line to one.
 
 use std::io;
 use std::time::Duration;
@@ -17,7 +17,7 @@ pub(crate) fn runner(speed: Speed) -> Runner {
     Runner::new(Controller::new(Profile::default()), speed, line)
 }
 
-/// An arm in real time, on a line as slow as the real one; the test's clock jumps.
+/// Returns an arm in real time, on a line with real timing; the test's clock jumps.
 pub(crate) async fn real_time() -> Arm {
     Arm::simulated(runner(Speed::Times(1.0)), Options::default())
         .await
@@ -28,12 +28,12 @@ pub(crate) async fn fast() -> Arm {
     Arm::connect("sim").await.unwrap()
 }
 
-/// An arm at the end of a pipe that the test holds: it hears requests, and answers as told.
+/// Reads the next request at the far end of a pipe that the test holds.
 pub(crate) async fn next_request(far: &mut DuplexStream) -> FrameBuf {
     request(far).await.unwrap()
 }
 
-/// The next request; an error at the end of the line.
+/// Reads the next request; an error at the end of the line.
 pub(crate) async fn request(far: &mut DuplexStream) -> io::Result<FrameBuf> {
     let mut head = [0; 3];
     far.read_exact(&mut head).await?;

@@ -1,4 +1,4 @@
-//! The handle for programs without a runtime.
+//! Blocking handle, for programs without a runtime.
 
 use std::net::{SocketAddr, UdpSocket};
 use std::panic::AssertUnwindSafe;
@@ -48,17 +48,18 @@ fn the_blocking_handle_works_from_several_threads() {
     arm.run(&[build::move_to(210.0, 10.0, 30.0, 0.0)]).unwrap();
 }
 
-/// Far beyond what a call takes, so that no deadline comes into it.
+/// Far beyond the duration of a call, so that no deadline interferes.
 const DEADLINE: Duration = Duration::from_secs(600);
 
-/// The far end of a network: answers with this place all that is asked until the call has ended, however often it is asked.
+/// Plays the far end of a network: answers every request with this position until the call has
+/// ended.
 fn answering<T: Send>(arm: &UdpSocket, x: f32, call: impl FnOnce() -> T + Send) -> (T, SocketAddr) {
     let bell = UdpSocket::bind("127.0.0.1:0").unwrap();
     let (over, address) = (bell.local_addr().unwrap(), arm.local_addr().unwrap());
     std::thread::scope(|scope| {
         let call = scope.spawn(move || {
             let outcome = std::panic::catch_unwind(AssertUnwindSafe(call));
-            // It comes behind all that was asked.
+            // Received after all requests.
             bell.send_to(&[], address).unwrap();
             outcome.unwrap()
         });
@@ -92,7 +93,7 @@ fn an_answer_that_came_between_two_blocking_calls_is_not_taken_for_the_next() {
     });
     assert_eq!(first, 1.0);
     for next in [2.0, 3.0, 4.0] {
-        // The network doubles the answer, and the double comes when the call has ended.
+        // The network duplicates the answer, and the duplicate arrives after the end of the call.
         far.send_to(pose(next - 1.0).bytes(), host).unwrap();
         let (second, _) = answering(&far, next, || arm.get::<Pose>().unwrap().x);
         assert_eq!(second, next);

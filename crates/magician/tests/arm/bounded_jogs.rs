@@ -1,4 +1,4 @@
-//! Jogs that end by themselves: pieces, of which the arm never has more than it may do without being told anything.
+//! Bounded jogs: the arm never has more motion queued than it may complete without further frames.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -22,7 +22,7 @@ fn bounded() -> Options {
     Options::default().bounded_jogs(true)
 }
 
-/// How long the arm still moves if nothing is said to it any more, s.
+/// Returns how long the arm still moves without further frames, s.
 fn moves_for(arm: &Controller) -> f64 {
     let mut alone = arm.clone();
     let begun = alone.now();
@@ -36,7 +36,7 @@ fn moves_for(arm: &Controller) -> f64 {
     (alone.now() - begun).as_secs_f64()
 }
 
-/// What a desk's arm was told, and the longest that it would have moved on by itself.
+/// Longest remaining motion of a desk's arm, and the number of pieces.
 #[derive(Clone, Default)]
 struct Seen(Arc<Mutex<(f64, usize)>>);
 
@@ -72,7 +72,7 @@ async fn hold(jog: &Jog, keep: Duration, time: Duration) {
     }
 }
 
-/// A jog that ends is over: what reads a setting waits for that.
+/// Waits for the end of a jog: reading a setting waits for it.
 async fn over(arm: &Arm) {
     arm.get::<CpParams>().await.unwrap();
 }
@@ -83,7 +83,7 @@ async fn on_rail(arm: &Arm) {
         version: Some(RailVersion::V2),
     };
     arm.set(&rail).await.unwrap();
-    // In the middle of it.
+    // In the middle of its range.
     arm.run(&[build::rail_by(300.0)]).await.unwrap();
 }
 
@@ -139,23 +139,25 @@ async fn at_every_instant_the_arm_would_stand_in_time() {
     }
 }
 
-/// Fastest jog along a line that is kept every 250 ms, mm/s. The arm has pieces for 40 ms more; of those 290 ms one period is for
-/// rounding, and 60 ms are for looks and the next piece. What is left holds one and a half ramps at its 400 mm/s2.
+/// Fastest jog along a line with a hold time of 250 ms, mm/s. The arm has pieces for 40 ms more; of
+/// those 290 ms one period is for rounding, and 60 ms are for reads and the next piece. The rest
+/// holds one and a half ramps at its 400 mm/s2.
 const FASTEST: f64 = 400.0 * (0.29 - 0.02 - 0.06) / 1.5;
 
-/// Least share of its speed in any period: pieces go out as f32, which is 1e-5 mm of the 0.12 mm of a period at 6 mm/s.
+/// Lowest share of its speed in any period: pieces are sent as f32, which is 1e-5 mm of the 0.12 mm
+/// of a period at 6 mm/s.
 const EVEN: f64 = 0.999;
 
-/// The least and the mean speed in the middle of a held jog, mm/s or deg/s.
+/// Returns the lowest and the mean speed in the middle of a held jog, mm/s or deg/s.
 async fn speeds(options: Options, axis: Axis, percent: f32, turnaround: u64) -> (f64, f64) {
     let desk = Desk::new();
     let arm = desk.connect(options).await;
     desk.answers_after(Duration::from_millis(turnaround));
     let options = JogOptions::default().ratio(percent).keep(KEEP);
     let jog = arm.jog_with(axis.minus(), options).await.unwrap();
-    // The arm's own jog takes a second to its speed.
+    // The arm's own jog accelerates for a second.
     hold(&jog, KEEP, Duration::from_millis(1050)).await;
-    // The pose changes once in 20 ms.
+    // The pose changes every 20 ms.
     let step = Duration::from_millis(20);
     let (mut least, mut whole) = (f64::INFINITY, 0.0);
     for nth in 0..25 {
@@ -195,11 +197,12 @@ async fn along_a_line_it_is_as_even_as_the_arms_own_jog() {
             );
             let line = matches!(axis, Axis::X | Axis::Y | Axis::Z);
             assert!(mean <= 1.001, "never faster");
-            // At that speed the ramp to rest takes 140 ms. A piece of 40 ms fits when 270 - 140 - 40 = 90 ms of way are left, and the arm
-            // begins to brake at half a ramp, 70 ms: of the time between, the age of a pose takes up to 20 ms.
+            // At that speed the ramp to rest takes 140 ms. A piece of 40 ms fits when 270 - 140 -
+            // 40 = 90 ms of motion are left, and the arm starts to brake at half a ramp, 70 ms. The
+            // age of a pose takes up to 20 ms of the difference.
             let at_most = if own.1 > FASTEST { 2 } else { 10 };
             if line && turnaround <= at_most {
-                // Pieces are whole periods at that speed, so that none is slowed down to some.
+                // Pieces are whole periods at that speed, so that none is slowed down to fit.
                 assert!(
                     least > EVEN * (FASTEST / own.1).min(1.0),
                     "{} {percent} % {turnaround} ms: {least}",
@@ -262,7 +265,7 @@ async fn setting_behind_a_released_jog_stays() {
     arm.set(&speed).await.unwrap();
     assert!(!desk.moves(), "it waits for the end of the jog");
     assert_eq!(arm.get::<CpParams>().await.unwrap(), speed);
-    // What is set while a jog goes on does not wait, as little as a stop.
+    // Setting something during a jog does not wait, nor does a stop.
     let jog = arm.jog(Axis::Z.minus()).await.unwrap();
     arm.set(&speed).await.unwrap();
     assert!(desk.moves());
@@ -306,7 +309,7 @@ async fn one_that_is_not_kept_stops_at_once() {
     assert!(took > KEEP - Duration::from_millis(5), "{took:?}");
     assert!(took < KEEP + Duration::from_millis(100), "{took:?}");
     assert_eq!(jog.keep().unwrap_err().code(), ErrorCode::NotKept);
-    // A call that is given up leaves none behind.
+    // A cancelled call leaves no jog behind.
     over(&arm).await;
     let given_up = tokio::time::timeout(Duration::from_millis(120), arm.jog(Axis::Z.minus()));
     let _ = given_up.await;
@@ -351,7 +354,7 @@ async fn it_ends_before_a_limit_and_before_the_fence() {
                     state.pose.z
                 );
             }
-            // At the limit it does not begin, and away from it it does.
+            // A jog does not begin towards the limit, but away from it.
             let error = arm.jog_with(direction, options).await.unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Unreachable, "{what}: {error}");
             let back = build::JogDirection {
@@ -374,7 +377,7 @@ async fn an_alarm_and_a_lost_answer_end_it_and_nothing_waits_then() {
         hold(&jog, KEEP, Duration::from_millis(500)).await;
         desk.heard();
         if lost {
-            // Neither its answer nor the index tells what became of the piece.
+            // Neither the answer nor the index shows what became of the piece.
             desk.swallow(&[PATH, 246, 247]);
         } else {
             desk.with(|arm| arm.inject(ExternalEvent::Alarm(0x20)));
@@ -432,7 +435,7 @@ async fn what_does_not_begin_sends_no_piece() {
     arm.set(&lit).await.unwrap();
     refused(ErrorCode::LaserOn).await;
     arm.laser().switch_off().await.unwrap();
-    // What another program has left there would run first.
+    // Commands of another program in the queue would run first.
     let foreign: Set = build::move_to(220.0, 0.0, 0.0, 0.0);
     let frame = magician::protocol::FrameBuf::set(&foreign, Ctrl::QUEUED).unwrap();
     desk.with(|arm| arm.receive(LinkId(5), frame.bytes()));

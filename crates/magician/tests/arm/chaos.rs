@@ -1,4 +1,4 @@
-//! The whole handle over a line that loses, spoils and breaks: what the arm carried out, command by command.
+//! The whole handle over a line that loses, damages and breaks: which commands the arm executed.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use tokio::time::{sleep, timeout};
 
 use crate::desk::{Desk, Dice};
 
-/// Segments, each to another place, with a wait of its own length here and there.
+/// Returns segments to different positions, with waits of different length now and then.
 fn program(count: usize) -> Vec<Set> {
     let command = |at: usize| match at % 9 {
         8 => Set::from(WaitCmd {
@@ -32,8 +32,9 @@ fn params(command: &Set) -> Vec<u8> {
     frame.frame().params().to_vec()
 }
 
-/// Every command in its order, none left out and none done twice; above window 1 a segment may be lost that lies on the line
-/// from the one before to the one after. How many were done or passed.
+/// Checks that every command ran in order, none skipped and none repeated. Above window 1 a segment
+/// may be lost if it lies on the line between its neighbours. Returns the number of commands done
+/// or skipped.
 fn in_order(program: &[Set], done: &[Vec<u8>], window: usize, name: &str) -> usize {
     let all: Vec<_> = program.iter().map(params).collect();
     let place = |at: usize| match &program[at] {
@@ -59,7 +60,7 @@ fn in_order(program: &[Set], done: &[Vec<u8>], window: usize, name: &str) -> usi
     next
 }
 
-/// How far a place is from a line.
+/// Returns the distance of a point from a line.
 fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let share = (0..=1000).map(|share| f64::from(share) / 1000.0);
     let apart = |share: f64| {
@@ -69,11 +70,11 @@ fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     share.map(apart).fold(f64::INFINITY, f64::min)
 }
 
-/// How runs ended: what docs/reference/GUARANTEES.md promises of each error, by its code.
+/// Outcomes of runs; docs/GUARANTEES.md says what each error code promises.
 #[derive(Default)]
 struct Endings {
     finished: usize,
-    /// The line broke while the run read the arm, so that nothing was sent.
+    /// The line broke while the run read the arm's state, so that nothing was sent.
     not_begun: usize,
 }
 
@@ -84,12 +85,12 @@ impl Endings {
                 assert_eq!((begun, ran.commands), (120, 120), "{name}");
                 self.finished += 1;
             }
-            // A run that had begun goes on when the line is back.
+            // A run that had begun continues after the reconnect.
             Err(error) if error.code() == ErrorCode::LineLost => {
                 assert_eq!(begun, 0, "{name}: {error}");
                 self.not_begun += 1;
             }
-            // On an ordered line every command whose answer is lost is settled by reading the queue.
+            // On an ordered line every command without an answer is resolved by reading the queue.
             Err(error) => panic!("{name}: {}: {error}", error.code().name()),
         }
     }
@@ -154,7 +155,7 @@ async fn a_cable_that_is_pulled_again_and_again() {
             arm.detach();
         }
     }
-    // Seed 13 loses the line at the first request, at either window.
+    // Seed 13 loses the line at the first request, with either window.
     assert_eq!((endings.finished, endings.not_begun), (44, 2));
 }
 
@@ -180,12 +181,12 @@ async fn a_stop_at_any_time_is_the_last_word() {
                     _ => arm.stopper().request_stop(),
                 }
             };
-            // One of three is not even waited for.
+            // Every third run is cancelled.
             let ended = match how {
                 2 => {
                     let _ = timeout(pause, run.wait(|_| {})).await;
                     if desk.is_unused() {
-                        // It had not begun, and may do so after a stop.
+                        // The run had not begun, and may begin after a stop.
                         continue;
                     }
                     arm.stop()

@@ -1,4 +1,4 @@
-//! What is refused before anything is sent.
+//! Refusals before anything is sent.
 
 use std::time::Duration;
 
@@ -50,7 +50,7 @@ fn the_check_follows_the_arm() {
         check.arm().unwrap().pose.x > 250.0,
         "the tool point is further out now"
     );
-    // Both ends are reachable, the straight way between them leads through the base.
+    // Both ends are reachable, but the straight line between them passes through the base.
     check.check(&build::move_to(0.0, 200.0, 50.0, 0.0)).unwrap();
     let through = check
         .check(&build::line_to(0.0, -200.0, 50.0, 0.0))
@@ -136,13 +136,13 @@ async fn a_moving_arm_is_at_an_unknown_start() {
     arm.run(&line).await.unwrap();
 }
 
-/// A jog of another program: where nothing of this connection moves, poses alone tell.
+/// During a jog of another program only poses show that the arm moves.
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_moves_or_turns_round_is_at_an_unknown_start_however_fast_it_is_read() {
     // Frames at 1000, 200 and 50 Hz: six of them take less than a period, and more than two.
     for turnaround in [1, 5, 20].map(Duration::from_millis) {
         for phase in 0..12 {
-            // On its way at a steady speed, and near where its speed passes through zero, 0.5 s after it is turned round.
+            // Moving at constant speed, and close to zero speed, 0.5 s after a reversal.
             for (turned, later) in [(false, 600), (true, 440)] {
                 let desk = Desk::new();
                 let arm = desk.connect(Options::default()).await;

@@ -1,4 +1,4 @@
-//! Clones share the connection, and anybody may stop the arm.
+//! Clones share the connection, and each may stop the arm.
 
 use std::time::Duration;
 
@@ -22,7 +22,7 @@ async fn the_last_clone_that_goes_stops_the_arm() {
     let desk = Desk::new();
     let first = desk.connect(Options::default()).await;
     let second = first.clone();
-    // As a program of another library has it: nothing of this one holds it.
+    // Unbounded, as a program of another library sends it.
     let jog = JogCmd::from(build::Axis::J1.plus());
     first.front_end().passing_jogs().set(&jog).await.unwrap();
     assert!(second.moving(), "what one sets going, all have");

@@ -1,5 +1,5 @@
-//! An arm on a desk, whose cable can be pulled and plugged in again, that can be reset or swapped for another, and whose line may lose
-//! frames.
+//! Virtual arm on a desk: its cable can be pulled and plugged in, it can be reset or replaced by
+//! another, and its line may lose frames.
 
 use std::future::{Ready, ready};
 use std::io;
@@ -16,7 +16,7 @@ use tokio::time::{Instant, sleep};
 
 use crate::bench::request;
 
-/// Sends a motion outside the queue, and returns while the arm is on its way.
+/// Sends a motion outside the queue, and returns while the arm is moving.
 pub(crate) async fn begin_immediate_motion(arm: &Arm) {
     let motion = build::line_to(220.0, 60.0, 20.0, 0.0);
     arm.set_any(&motion).await.unwrap();
@@ -30,25 +30,25 @@ struct Inner {
     controller: Controller,
     booted: Instant,
     plugged: bool,
-    /// Requests of these ids are heard and not answered.
+    /// Ids of requests that are received but not answered.
     swallowed: Vec<u8>,
-    /// What was asked, and whether the arm moved when it came.
+    /// Received requests, and whether the arm was moving at the time.
     heard: Vec<(FrameBuf, bool)>,
     cable: Option<JoinHandle<()>>,
     watcher: Option<Watcher>,
     prober: Option<Prober>,
-    /// How long an answer takes.
+    /// Latency of an answer.
     turnaround: Duration,
-    /// Of a thousand frames so many are lost.
+    /// Lost frames per thousand.
     lost: u64,
     dice: Dice,
-    /// Parameters of what was taken into the queue, by index.
+    /// Parameters of the accepted queued commands, by index.
     taken: Vec<(u64, Vec<u8>)>,
-    /// What of the queue has begun.
+    /// Indices of the queued commands that have started.
     started: Vec<u64>,
 }
 
-/// Dice of its own, so that a seed says everything.
+/// Random numbers determined by a seed alone.
 pub(crate) struct Dice(pub(crate) u64);
 
 impl Dice {
@@ -60,17 +60,17 @@ impl Dice {
     }
 }
 
-/// Looks at the arm every few milliseconds of its clock.
+/// Observer called every few milliseconds of the arm's clock.
 type Watcher = Box<dyn FnMut(&ControllerState) + Send>;
 
-/// Looks at the arm behind every request.
+/// Observer called after every request.
 type Prober = Box<dyn FnMut(&FrameBuf, &Controller) + Send>;
 
-/// How often the watcher does.
+/// Interval of the watcher's calls.
 const WATCHED: Duration = Duration::from_millis(4);
 
 impl Inner {
-    /// The arm comes to the present, watched on its way.
+    /// Brings the arm to the present, observed on the way.
     fn catch_up(&mut self) {
         let now = ArmInstant::ZERO + self.booted.elapsed();
         while let Some(watcher) = &mut self.watcher {
@@ -78,7 +78,7 @@ impl Inner {
             if at >= now {
                 break;
             }
-            // Nothing is seen of an arm at rest.
+            // An arm at rest needs no observation.
             let still = !self.controller.busy();
             self.controller
                 .advance(if still { now } else { now.min(at + WATCHED) });
@@ -96,7 +96,7 @@ impl Inner {
         self.lost > 0 && self.dice.below(1000) < self.lost
     }
 
-    /// What the arm answers to a request, as much of it as the line leaves.
+    /// Returns the answer to a request, as far as the line does not lose it.
     fn answer(&mut self, request: &FrameBuf) -> Vec<u8> {
         self.catch_up();
         self.heard.push((*request, self.controller.state().moving));
@@ -128,7 +128,7 @@ impl Inner {
 }
 
 impl Desk {
-    /// One whose answers take two milliseconds.
+    /// Creates a desk whose answers take two milliseconds.
     pub(crate) fn new() -> Self {
         let desk = Self(Arc::new(Mutex::new(Inner {
             controller: Controller::new(Profile::default()),
@@ -149,7 +149,8 @@ impl Desk {
         desk
     }
 
-    /// One whose line loses so many of a thousand frames, by these dice; answers take one millisecond.
+    /// Creates a desk whose line loses `lost` of a thousand frames, seeded by `seed`; answers take
+    /// one millisecond.
     pub(crate) fn lossy(seed: u64, lost: u64) -> Self {
         let desk = Self::new();
         {
@@ -161,7 +162,7 @@ impl Desk {
         desk
     }
 
-    /// Nothing is lost while it connects.
+    /// Connects; nothing is lost during that.
     pub(crate) async fn connect(&self, options: Options) -> Arm {
         let lost = std::mem::take(&mut self.lock().lost);
         let arm = Arm::over_with(self.opener(), options).await.unwrap();
@@ -207,12 +208,12 @@ impl Desk {
         self.lock().plugged = true;
     }
 
-    /// Switches it off and on.
+    /// Power-cycles the arm.
     pub(crate) fn reset(&self) {
         self.replace("arm A");
     }
 
-    /// Puts another arm in its place, fresh from the box.
+    /// Replaces the arm by another one in its factory state.
     pub(crate) fn replace(&self, serial: &str) {
         let mut inner = self.lock();
         inner.controller = Controller::new(Profile::default());
@@ -224,27 +225,27 @@ impl Desk {
         inner.controller.receive(LinkId(9), write.bytes());
     }
 
-    /// Has the arm looked at every few milliseconds that it is busy.
+    /// Observes the arm every few milliseconds while it is busy.
     pub(crate) fn watched_by(&self, watcher: impl FnMut(&ControllerState) + Send + 'static) {
         self.lock().watcher = Some(Box::new(watcher));
     }
 
-    /// Has the arm looked at as it is when it has taken a request, before it answers.
+    /// Observes the arm after each request, before it answers.
     pub(crate) fn probed_by(&self, prober: impl FnMut(&FrameBuf, &Controller) + Send + 'static) {
         self.lock().prober = Some(Box::new(prober));
     }
 
-    /// How long an answer takes from now on.
+    /// Sets the latency of answers.
     pub(crate) fn answers_after(&self, turnaround: Duration) {
         self.lock().turnaround = turnaround;
     }
 
-    /// Requests of these ids are heard and not answered.
+    /// Sets the ids of requests that are received but not answered.
     pub(crate) fn swallow(&self, ids: &[u8]) {
         self.lock().swallowed = ids.to_vec();
     }
 
-    /// What was asked since the last look: ids, and whether each was more than a read.
+    /// Returns the ids of the requests since the last call, and whether each was more than a read.
     pub(crate) fn heard(&self) -> Vec<(u8, bool)> {
         let heard = std::mem::take(&mut self.lock().heard);
         let kind = |(frame, _): &(FrameBuf, bool)| {
@@ -254,7 +255,8 @@ impl Desk {
         heard.iter().map(kind).collect()
     }
 
-    /// The parameters of all frames of this id since the last look, and whether the arm moved when each came.
+    /// Returns the parameters of all frames with this id since the last call, and whether the arm
+    /// was moving at the time of each.
     pub(crate) fn frames(&self, id: u8) -> Vec<(Vec<u8>, bool)> {
         let heard = std::mem::take(&mut self.lock().heard);
         let of_id = heard.iter().filter(|(frame, _)| frame.frame().id() == id);
@@ -263,13 +265,13 @@ impl Desk {
             .collect()
     }
 
-    /// How often something was asked since the last look.
+    /// Returns the number of requests with this id since the last call.
     pub(crate) fn count(&self, id: u8) -> usize {
         let heard = self.heard();
         heard.iter().filter(|(heard, _)| *heard == id).count()
     }
 
-    /// The parameters of what of the queue has begun, in that order.
+    /// Returns the parameters of the queued commands that have started, in order.
     pub(crate) fn begun(&self) -> Vec<Vec<u8>> {
         let mut inner = self.lock();
         inner.catch_up();
@@ -280,7 +282,7 @@ impl Desk {
         inner.started.iter().filter_map(find).collect()
     }
 
-    /// Whether nothing was taken into the queue yet.
+    /// True if no command was queued yet.
     pub(crate) fn is_unused(&self) -> bool {
         self.lock().taken.is_empty()
     }
@@ -300,12 +302,12 @@ impl Desk {
     }
 }
 
-/// Nothing but reads.
+/// True if all requests were reads.
 pub(crate) fn only_reads(heard: &[(u8, bool)]) -> bool {
     heard.iter().all(|(_, acts)| !acts)
 }
 
-/// A connection that knows which arm it is to.
+/// Returns a connection that has learnt the identity of its arm.
 pub(crate) async fn acquainted(desk: &Desk) -> Arm {
     let arm = desk.connect(Options::default()).await;
     sleep(Duration::from_millis(200)).await;

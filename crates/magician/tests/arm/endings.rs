@@ -1,4 +1,4 @@
-//! What the arm does when its handle is gone.
+//! Behaviour of the arm after its handle is dropped.
 
 use std::time::Duration;
 

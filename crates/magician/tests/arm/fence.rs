@@ -1,4 +1,4 @@
-//! The fence of an arm, through every door of a handle.
+//! The fence of an arm, by every way to send a command.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -19,7 +19,7 @@ use tokio::time::sleep;
 
 use crate::desk::{Desk, only_reads};
 
-/// What a tip may be beyond, mm: see `Fence`.
+/// Tolerance beyond a fence, mm: see `Fence`.
 const TOLERANCE: f64 = 0.011;
 
 fn floor() -> Fence {
@@ -74,7 +74,7 @@ async fn no_door_lets_a_motion_through() {
         assert!(message.contains(said), "door {door}: {message}");
     }
     assert!(only_reads(&desk.heard()));
-    // Within it passes, one by one, and relative to where the queue will lead.
+    // Inside the fence commands pass, one by one, and relative to the end of the queue.
     arm.enqueue(&line(220.0, 0.0, -50.0)).await.unwrap();
     let down = build::line_by(0.0, 0.0, -11.0, 0.0);
     assert!(arm.enqueue_set(&down).await.is_err());
@@ -106,7 +106,7 @@ async fn what_cannot_be_checked_says_what_to_do() {
         "an id that nobody knows"
     );
     assert!(only_reads(&desk.heard()));
-    // Another program's commands wait.
+    // Commands of another program wait.
     free.enqueue(&line(220.0, 0.0, -80.0)).await.unwrap();
     desk.heard();
     let refused = [
@@ -234,7 +234,7 @@ async fn a_jog_stops_before_the_fence() {
         let lowest = *lowest.lock().unwrap();
         assert!((low..low + 5.0).contains(&lowest), "{lowest} after {ends}");
         assert!(ends >= 1);
-        // Away from it nothing holds it.
+        // Away from the fence the jog is not limited.
         let up = build::Axis::Z.plus();
         let jog = arm.jog(up).await.unwrap();
         sleep(Duration::from_millis(200)).await;
@@ -243,7 +243,7 @@ async fn a_jog_stops_before_the_fence() {
     }
 }
 
-/// Numbers from a seed.
+/// Random numbers from a seed.
 struct Dice(u64);
 
 impl Dice {
@@ -291,7 +291,7 @@ impl Dice {
         for _ in 0..self.one_of(4) {
             let [x, y, z, _] = self.point();
             let size = self.within(5.0, 70.0);
-            // The arm is switched on at x 259, y 0.
+            // At power-up the arm is at x 259, y 0.
             let y = if y < 0.0 { y - size - 5.0 } else { y + 5.0 };
             let min = [x, y, z].map(f64::from);
             let max = min.map(|at| at + f64::from(size));
@@ -404,7 +404,7 @@ impl Dice {
     }
 }
 
-/// How far a tip is beyond a fence, by its definition, mm.
+/// Returns how far a tip is beyond a fence by the fence's definition, mm.
 fn beyond(fence: &Fence, [x, y, z]: [f64; 3]) -> f64 {
     let mut worst = fence.floor().map_or(f64::NEG_INFINITY, |floor| floor - z);
     let sides = |cuboid: &Cuboid| {
@@ -420,7 +420,7 @@ fn beyond(fence: &Fence, [x, y, z]: [f64; 3]) -> f64 {
     fence.keep_outs().iter().map(sides).fold(worst, f64::max)
 }
 
-/// The worst that was seen of an arm.
+/// Worst values observed on an arm.
 #[derive(Default)]
 struct Seen {
     beyond: f64,
@@ -446,9 +446,9 @@ impl Seen {
                 .sum::<f64>()
                 .sqrt();
             self.ways += way;
-            // Another tool in the same moment, and the search of homing, are no speeds of the program's.
+            // A change of tool and the search of homing are no speeds of the program.
             if !self.homing {
-                // The pose changes at the end of each period of 20 ms, and stands between.
+                // The pose changes at the end of each period of 20 ms, and is constant in between.
                 let ended = |at: ArmInstant| at.as_micros() / 20_000;
                 let periods = (ended(state.now) - ended(at)).max(1);
                 self.speed = self.speed.max(way / (0.02 * periods as f64));
@@ -458,7 +458,7 @@ impl Seen {
     }
 }
 
-/// Sends a program through one door; how many commands passed, and how many did not.
+/// Sends a program by one way; returns how many commands passed, and how many were refused.
 async fn through(door: u32, arm: &Arm, program: &[Set]) -> [u64; 2] {
     let mut told = [0, 0];
     let mut count = |passed: bool| told[usize::from(!passed)] += 1;
@@ -538,13 +538,13 @@ async fn jogs(arm: &Arm, dice: &mut Dice) -> [u64; 2] {
             }
             Err(_) => told[1] += 1,
         }
-        // One that a limit has ended leaves an alarm.
+        // A jog that ended at a limit leaves an alarm.
         arm.clear_alarms().await.ok();
     }
     told
 }
 
-/// Random programs and jogs: `MAGICIAN_FENCE_PROGRAMS` says how many.
+/// Random programs and jogs; `MAGICIAN_FENCE_PROGRAMS` sets their number.
 #[tokio::test(start_paused = true)]
 async fn no_tip_crosses_the_fence_through_any_door() {
     let count = std::env::var("MAGICIAN_FENCE_PROGRAMS");
@@ -628,7 +628,7 @@ async fn a_fence_that_is_set_later_holds_at_once_and_ends_what_was_checked_witho
     assert!(desk.with(|arm| arm.state().moving));
     let clone = arm.clone();
     let holds = clone.set_fence(Some(floor()));
-    // It holds before anybody waits.
+    // In effect before the future is awaited.
     assert_eq!(arm.fence(), Some(floor()));
     holds.await.unwrap();
     let low = || desk.with(|arm| arm.state().pose.z) < -60.011;
@@ -640,7 +640,7 @@ async fn a_fence_that_is_set_later_holds_at_once_and_ends_what_was_checked_witho
         .await
         .unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unreachable, "{error}");
-    // The same again stops nothing, nor does none.
+    // The same fence again stops nothing, nor does no fence.
     arm.enqueue(&line(220.0, 0.0, 20.0)).await.unwrap();
     let stops = arm.stops();
     arm.set_fence(Some(floor())).await.unwrap();

@@ -1,4 +1,4 @@
-//! Arms whose line has faults, and is written down.
+//! Connections with injected faults and traces.
 
 use magician::commands::{DeviceTime, Pose};
 use magician::faults::Faults;
@@ -59,7 +59,7 @@ async fn faults_that_cannot_be_done_are_refused() {
     wrong.faults.drop = f64::NAN;
     let error = Arm::simulated(VirtualArm::default(), wrong).await;
     assert_eq!(error.unwrap_err().kind(), ErrorKind::InvalidInput);
-    // A stream of the caller's is as the caller made it.
+    // A stream of the caller takes no faults.
     let error = Arm::over_with(Desk::new().opener(), with("drop=0.1")).await;
     assert_eq!(error.unwrap_err().kind(), ErrorKind::InvalidInput);
 }

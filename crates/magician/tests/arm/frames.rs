@@ -1,4 +1,4 @@
-//! What each robot word costs on the line: the table of docs/reference/FRAMES.md, counted.
+//! Frames that each command costs on the line: checks the table of docs/FRAMES.md.
 
 use std::time::Duration;
 
@@ -11,9 +11,9 @@ use tokio::time::sleep;
 
 use crate::bench::fast;
 
-const PAGE: &str = include_str!("../../../../docs/reference/FRAMES.md");
+const PAGE: &str = include_str!("../../../../docs/FRAMES.md");
 
-/// Every word that `Arm::run` takes, with its name.
+/// Returns every command that `Arm::run` accepts, with its name.
 fn all() -> Vec<(&'static str, Set)> {
     let pose = Pose {
         x: 220.0,
@@ -74,36 +74,36 @@ fn all() -> Vec<(&'static str, Set)> {
     ]
 }
 
-/// Frames that this takes.
+/// Returns the number of frames that `work` takes.
 async fn count(arm: &Arm, work: impl Future<Output = ()>) -> u64 {
     let before = arm.stats().await.unwrap().0.sent;
     work.await;
     arm.stats().await.unwrap().0.sent - before
 }
 
-/// Frames of a word behind another one, and of the first word over a connection.
+/// Returns the frames of a command after another one, and of the first command over a connection.
 async fn frames(arm: Arm, word: &Set) -> [u64; 2] {
     let perform = async |commands: &[Set]| {
         arm.run(commands).await.unwrap();
     };
     let before = build::move_to(220.0, 0.0, 20.0, 0.0);
-    // It is told once that it was not homed; later nothing of that is believed.
+    // The first run warns that the arm is not homed; later readings have expired by then.
     perform(&[]).await;
     sleep(Duration::from_secs(2)).await;
     let first = count(&arm, perform(&[*word])).await;
-    // What this word alone depends on is known, too.
+    // Settings that only this command depends on become known, too.
     perform(&[before]).await;
     perform(&[*word]).await;
     perform(&[before]).await;
     [count(&arm, perform(&[*word])).await, first]
 }
 
-/// An arm as it is switched on.
+/// Returns an arm at power-up.
 fn powered_up() -> Controller {
     Controller::default().with_tool(ToolBias::SUCTION)
 }
 
-/// An arm that others may use as well.
+/// Returns an arm that other programs may use as well.
 async fn shared() -> Arm {
     let arm = VirtualArm::new(powered_up(), SimSpeed::Max);
     Arm::simulated(arm, Options::default()).await.unwrap()
@@ -119,7 +119,7 @@ async fn the_table_of_the_docs_is_what_is_counted() {
     }
     assert!(
         PAGE.contains(&table),
-        "the table of docs/reference/FRAMES.md is to be:\n{table}"
+        "the table of docs/FRAMES.md is to be:\n{table}"
     );
 }
 
@@ -133,7 +133,7 @@ async fn a_checked_move_is_five_frames() {
         arm.run(&[back]).await.unwrap();
     };
     assert_eq!(count(&arm, moves()).await, 5);
-    // A setting that was set over this connection is known.
+    // A setting made over this connection is known.
     let ratio = PtpCommonParams {
         velocity_ratio: 30.0,
         acceleration_ratio: 30.0,
@@ -144,7 +144,7 @@ async fn a_checked_move_is_five_frames() {
         6,
         "it stands, but who knows where"
     );
-    // A hand may have moved it since, and something may hold it.
+    // A hand may have moved it since, and an alarm may hold it.
     sleep(Duration::from_secs(2)).await;
     assert_eq!(count(&arm, moves()).await, 7, "pose and alarms");
 }
@@ -160,7 +160,7 @@ async fn what_is_known_is_what_the_arm_has() {
         .unwrap();
     let there = build::line_to(220.0, 0.0, 20.0, 0.0);
     arm.run(&[there]).await.unwrap();
-    // Another program moves the arm: the index tells, and all is read anew.
+    // Another program moves the arm: the index shows it, and everything is read again.
     let away = build::line_to(250.0, 60.0, 40.0, 0.0);
     let speeds = build::speed(20.0, 20.0);
     other.run(&[speeds, away]).await.unwrap();

@@ -1,4 +1,4 @@
-//! The motion gate: jogs one after the other, jogs that nothing holds, motors.
+//! Motion gate: successive jogs, unbounded jogs, motors.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use crate::desk::{Desk, begin_immediate_motion, only_reads};
 const JOG: u8 = 73;
 const MOTOR: u8 = 135;
 
-/// Holds a jog for so long.
+/// Renews a jog for this time.
 async fn hold(jog: &Jog, ms: u64) {
     for _ in 0..ms / 50 {
         jog.keep().unwrap();
@@ -29,7 +29,7 @@ fn params(direction: JogDirection) -> Vec<u8> {
     frame.frame().params().to_vec()
 }
 
-/// True for each motor output that turns.
+/// True for each motor output that is running.
 fn turning(desk: &Desk) -> [bool; 2] {
     desk.with(|arm| {
         arm.steppers()
@@ -56,7 +56,7 @@ async fn jog_of_another_axis_begins_when_the_arm_stands() {
         desk.heard();
         let held = arm.jog(first).await.unwrap();
         hold(&held, 500).await;
-        // A second handle, while the first is held.
+        // Another handle jogs while the first is held.
         let next = arm.clone().jog(second).await.unwrap();
         assert_eq!(held.keep().unwrap_err().kind(), ErrorKind::Closed);
         hold(&next, 300).await;
@@ -121,7 +121,7 @@ async fn opposite_direction_of_the_same_axis_begins_at_once() {
 
 #[tokio::test(start_paused = true)]
 async fn stop_returns_once_the_arm_has_stood_although_another_jog_begins_then() {
-    // The end of the jog and the stop look at the arm at other instants in each.
+    // In each case the end of the jog and the stop read the pose at different times.
     for ended in (0..100).step_by(7) {
         for later in [1, 11, 21] {
             let desk = Desk::new();
@@ -145,7 +145,7 @@ async fn stop_returns_once_the_arm_has_stood_although_another_jog_begins_then() 
 
 #[tokio::test(start_paused = true)]
 async fn reversal_passes_each_place_twice_and_goes_on() {
-    // The reads of a position lie otherwise to the turning point in each.
+    // In each case the reads have another phase to the turning point.
     for first in (300..500).step_by(10) {
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
@@ -227,12 +227,12 @@ async fn jog_that_nothing_holds_is_refused_before_anything_is_sent() {
         assert_eq!(acts.collect::<Vec<_>>(), [Act::Do(Action::Jog)]);
     }
     assert!(only_reads(&desk.heard()), "nothing was sent");
-    // In the middle of a list: what came before it was sent.
+    // In the middle of a list the commands before it are sent.
     let list = [build::wait(Duration::ZERO), command];
     let error = arm.start(list).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.code(), ErrorCode::Guarded, "{error}");
     assert_eq!(desk.count(JOG), 0);
-    // Its end is a stop.
+    // The end of a jog is a stop.
     let stop = JogCmd {
         is_joint: Flag::OFF,
         cmd: JogCommand::Stop,
@@ -249,7 +249,7 @@ async fn jog_of_another_program_ends_before_one_of_ours_begins() {
     passed.set(&JogCmd::from(Axis::X.plus())).await.unwrap();
     sleep(Duration::from_millis(500)).await;
     desk.heard();
-    // The same axis, and another holder.
+    // The same axis, with another holder.
     let jog = arm.jog(Axis::X.minus()).await.unwrap();
     hold(&jog, 200).await;
     let jogs = desk.frames(JOG);
@@ -278,7 +278,7 @@ async fn jog_into_the_end_of_its_axis_ends() {
     let jogs = desk.frames(JOG);
     assert_eq!(jogs.last().map(|(params, _)| params[1]), Some(0));
     assert!(!arm.moving());
-    // Further out it does not go, back it does.
+    // Outwards it does not move, inwards it does.
     let out = arm.jog(Axis::J1.plus()).await.unwrap();
     for _ in 0..20 {
         let _ = out.keep();
@@ -307,7 +307,7 @@ async fn stop_switches_both_motor_outputs_off_behind_its_own_frames() {
     let foreign = FrameBuf::set(&foreign.into(), Ctrl::SET).unwrap();
     for by_stopper in [false, true] {
         arm.set_any(&belt(50.0)).await.unwrap();
-        // Another program started the other one.
+        // Another program started the other output.
         desk.with(|arm| arm.receive(LinkId(5), foreign.bytes()));
         assert_eq!(turning(&desk), [true, true]);
         assert_eq!(arm.motors().running(), [Stepper::Stepper1]);
@@ -322,7 +322,7 @@ async fn stop_switches_both_motor_outputs_off_behind_its_own_frames() {
         assert_eq!(acts(), [242, 61, 245, MOTOR, MOTOR]);
         assert_eq!(arm.motors().running(), []);
     }
-    // That an arm does not know of motors does not make its stop fail.
+    // A stop does not fail on an arm without motor outputs.
     desk.swallow(&[MOTOR]);
     arm.stop().await.unwrap();
 }
@@ -394,7 +394,7 @@ async fn jogs_keep_to_the_gate_on_a_virtual_arm_in_the_process() {
     assert_eq!(error.code(), ErrorCode::Guarded, "{error}");
 }
 
-/// Jogs an arm that moves: one jog begins, and only when the arm stands.
+/// Jogs a moving arm: one jog begins, and only when the arm is at rest.
 async fn jog_begins_at_rest(desk: &Desk, arm: &Arm) {
     desk.heard();
     let held = arm.jog(Axis::Z.plus()).await.unwrap();
@@ -421,7 +421,7 @@ async fn jog_behind_a_forced_stop_begins_when_the_arm_stands() {
     jog_begins_at_rest(&desk, &arm).await;
 }
 
-/// An immediate motion has no index: nothing shows that it is over but the arm's place.
+/// An immediate motion has no index: only the pose shows its end.
 #[tokio::test(start_paused = true)]
 async fn jog_behind_an_immediate_motion_begins_when_the_arm_stands() {
     let desk = Desk::new();

@@ -1,4 +1,4 @@
-//! What holds the queue, and what only looks like it.
+//! Holds of the queue, and states that only look like one.
 
 use std::time::Duration;
 
@@ -54,7 +54,7 @@ async fn a_run_whose_last_motion_is_refused_has_failed() {
 async fn a_hold_without_an_alarm_is_found_out() {
     let arm = real_time().await;
     arm.queue().start().await.unwrap();
-    // Into a limit, and out again without the queue: the bit drops, the hold stays.
+    // Into a limit, and out of it without the queue: the alarm bit clears, the hold stays.
     let Set::PtpCmd(out) = build::move_joints(0.0, 95.0, 45.0, 0.0) else {
         panic!()
     };
@@ -138,7 +138,7 @@ async fn a_wait_of_another_program_before_ours_is_no_hold() {
         .unwrap();
 }
 
-/// How a wait for the next command ends in a queue that does not run, and after how long.
+/// Returns how a wait for the next command ends in a stopped queue, and after how long.
 async fn given_up(arm: &Arm, command: impl Into<Set>) -> (Duration, magician::Error) {
     let index = arm.enqueue_set(&command.into()).await.unwrap();
     let begun = Instant::now();
@@ -174,7 +174,7 @@ async fn a_queue_that_nobody_of_this_program_started_is_given_time() {
     assert!((5.0..5.5).contains(&secs), "{secs}");
     assert!(error.to_string().contains("not started, or is stopped"));
     assert_eq!(error.code(), ErrorCode::QueueStopped);
-    // It is not dropped.
+    // The command was not dropped.
     arm.queue().start().await.unwrap();
     let last = arm.enqueue(&WaitCmd { timeout: 0 }).await.unwrap();
     arm.wait(last).await.unwrap();
@@ -191,7 +191,7 @@ async fn another_program_that_starts_the_queue_soon_is_waited_for() {
         desk.with(|controller| controller.receive(magician::sim::LinkId(7), start.bytes()));
     });
     waited.unwrap();
-    // And one that this program starts in another task.
+    // The same for a queue that another task of this program starts.
     arm.stop_gentle().await.unwrap();
     let index = arm.enqueue(&WaitCmd { timeout: 100 }).await.unwrap();
     let (waited, started) = tokio::join!(arm.wait(index), async {

@@ -1,4 +1,4 @@
-//! Homing: what a connection sees of it, and what a record remembers.
+//! Homing: state of a connection, and the record of earlier ones.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -12,7 +12,7 @@ use tokio::time::sleep;
 
 use crate::desk::{Desk, only_reads};
 
-/// A record in memory, of one arm.
+/// In-memory record of one arm.
 #[derive(Clone, Debug, Default)]
 struct Memory(Arc<Mutex<Option<(ArmIdentity, Duration, ClockRate)>>>);
 
@@ -91,7 +91,7 @@ async fn homing_counts_however_it_was_asked_for() {
         match way {
             0 => arm.home().await.unwrap(),
             1 => assert_eq!(arm.run(&[homing()]).await.unwrap().commands, 1),
-            // Within a program, with the reset alarm standing all along.
+            // Within a program, with the reset alarm active all the time.
             2 => {
                 let after = build::move_to(220.0, 0.0, 40.0, 0.0);
                 arm.run(&[homing(), after]).await.unwrap();
@@ -220,6 +220,6 @@ async fn homing_that_another_program_breaks_off_is_an_error_and_does_not_count()
     assert_eq!(error.code(), ErrorCode::NotHomed, "{error}");
     assert!(is_refused(&arm).await);
     assert_eq!(memory.kept(), None);
-    // The alarm of the reset still says so.
+    // The alarm of the reset still shows it.
     assert_eq!(arm.homing().is_homed().await.unwrap(), Some(false));
 }

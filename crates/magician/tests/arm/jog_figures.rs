@@ -1,5 +1,6 @@
-//! What each kind of jog costs and how it feels, as a table: `cargo test -p magician --test arm jog_figures -- --ignored --nocapture`.
-//! The results stand in docs/evidence/MEASUREMENTS.md.
+//! Cost and feel of each kind of jog, as a table:
+//! `cargo test -p magician --test arm jog_figures -- --ignored --nocapture`. The results are in
+//! docs/MEASUREMENTS.md.
 
 use std::time::Duration;
 
@@ -12,7 +13,7 @@ use crate::desk::Desk;
 
 const KEEP: Duration = Duration::from_millis(250);
 const PERIOD: Duration = Duration::from_millis(20);
-/// Jogs for a row, begun at as many places of the controller's period.
+/// Jogs per row, started at as many phases of the controller's period.
 const RUNS: u64 = 40;
 
 fn place(arm: &Controller, axis: Axis) -> f64 {
@@ -30,10 +31,10 @@ struct Figures {
     stop: Vec<f64>,
     /// From the release to rest, mm or degrees.
     overrun: Vec<f64>,
-    /// Speed in the middle of the jog: least of a period and mean.
+    /// Speed in the middle of the jog: lowest of a period, and mean.
     least: Vec<f64>,
     mean: Vec<f64>,
-    /// Requests a second.
+    /// Requests per second.
     frames: Vec<f64>,
     failed: u32,
 }
@@ -48,7 +49,7 @@ fn at(values: &mut [f64], share: f64) -> f64 {
 }
 
 impl Figures {
-    /// One jog; `None` if it failed before its end.
+    /// Performs one jog; `None` if it failed before its end.
     async fn jog(
         &mut self,
         desk: &Desk,

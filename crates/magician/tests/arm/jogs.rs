@@ -1,4 +1,4 @@
-//! The dead man's control.
+//! Jogs as a dead man's control.
 
 use std::time::Duration;
 
@@ -145,7 +145,7 @@ async fn a_stop_ends_a_jog_and_a_new_jog_takes_its_place() {
         "the end of the first is not that of the second"
     );
     second.keep().unwrap();
-    // One that begins while another is being stopped waits for that.
+    // A jog that begins while another is being stopped waits for that.
     drop(second);
     let third = arm.jog(turn()).await.unwrap();
     sleep(Duration::from_millis(200)).await;
@@ -195,14 +195,14 @@ async fn options_out_of_range() {
 #[tokio::test(start_paused = true)]
 async fn every_call_returns_by_its_deadline_on_a_line_that_takes_no_bytes() {
     for call in 0..8 {
-        // A run waits for longer than a single call, but not for ever.
+        // A run waits longer than a single call, but not forever.
         let run = matches!(call, 2 | 7);
         let deadline = Duration::from_millis(if run { 30_010 } else { 3_010 });
         let (near, _far) = duplex(4);
         let arm = Arm::over(near, Options::default().probe(false))
             .await
             .unwrap();
-        // Something is stuck already.
+        // The line is stuck already.
         let _ = tokio::time::timeout(Duration::from_millis(1), arm.alarms()).await;
         let begun = Instant::now();
         let wait = build::wait(Duration::from_millis(1));
@@ -234,7 +234,7 @@ async fn every_call_returns_by_its_deadline_on_a_line_that_takes_no_bytes() {
 #[test]
 fn a_blocking_jog() {
     let arm = magician::blocking::Arm::connect("sim:1").unwrap();
-    // A computer that holds this thread up for longer than a jog lasts by itself begins another one.
+    // If the computer suspends this thread for longer than the hold time, another jog is started.
     let jog = loop {
         let jog = arm.jog(turn()).unwrap();
         match jog.keep() {
@@ -251,7 +251,7 @@ async fn what_keeps_a_jog_up_too_late_does_not_even_when_nobody_has_noticed() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
     let jog = arm.jog(turn()).await.unwrap();
-    // Time passes and the task is not served.
+    // Time passes while the task is not polled.
     let mut stalls = Box::pin(tokio::time::advance(std::time::Duration::from_millis(310)));
     let mut cx = std::task::Context::from_waker(std::task::Waker::noop());
     assert!(stalls.as_mut().poll(&mut cx).is_pending());

@@ -1,4 +1,4 @@
-//! Permission to light the laser, and how it goes out.
+//! Permission to light the laser, and switching it off.
 
 use std::time::Duration;
 
@@ -37,7 +37,7 @@ fn allowed() -> Options {
     Options::default().allow_laser(true)
 }
 
-/// What lights the laser, one of each kind.
+/// Returns one command of each kind that lights the laser.
 fn burning() -> [Set; 6] {
     let outputs = [build::Output {
         percent: 50,
@@ -94,11 +94,11 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
         }
         assert!(only_reads(&desk.heard()), "{command:?}");
         assert!(!arm.laser().burns(&build::laser(false)) && arm.laser().burns(&command));
-        // Allowed, it goes out.
+        // With permission it is sent.
         arm.allowing_laser().set_any(&command).await.unwrap();
         assert!(!only_reads(&desk.heard()), "{command:?}");
     }
-    // A long program ends before what burns.
+    // A long program ends before the command that burns.
     let waits = std::iter::repeat_n(build::wait(Duration::from_millis(1)), 60);
     let program = waits.chain([build::laser(true)]);
     let error = arm.start(program).wait(|_| {}).await.unwrap_err();
@@ -161,14 +161,14 @@ async fn a_queue_with_commands_of_another_program_is_not_let_run() {
     assert!(only_reads(&desk.heard()));
     arm.allowing_laser().queue().start().await.unwrap();
     sleep(Duration::from_secs(1)).await;
-    // What this connection has put there it knows.
+    // Commands that this connection queued are known to it.
     arm.stop_gentle().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 10 }).await.unwrap();
     arm.queue().start().await.unwrap();
     arm.clear_alarms().await.unwrap();
 }
 
-/// A slow line of so many millimetres.
+/// Starts to burn a slow line of this length, mm.
 async fn begin_to_burn(arm: &Arm, length: f32) {
     let speeds = CpParams {
         plan_acc: 100.0,
@@ -222,7 +222,7 @@ async fn a_line_that_is_found_again_puts_the_laser_out_before_anything_else() {
     assert!(only_reads(&desk.heard()));
 }
 
-/// A Clear may end the piece under way where it is, and the arm would count it as finished.
+/// A Clear may cut off the piece in progress, and the arm would count it as finished.
 #[tokio::test(start_paused = true)]
 async fn queue_of_a_burn_is_cleared_once_the_arm_stands_on_a_line_that_is_found_again() {
     for late in 0..10 {
@@ -241,7 +241,7 @@ async fn queue_of_a_burn_is_cleared_once_the_arm_stands_on_a_line_that_is_found_
     }
 }
 
-/// Burns a segment of 20 s whose line is lost. The line is plugged in again when this returns.
+/// Burns a segment of 20 s and loses the line, which is plugged in again on return.
 async fn long_burn_is_found_again(desk: &Desk) -> Arm {
     let arm = desk.connect(allowed()).await;
     sleep(Duration::from_millis(200)).await;
@@ -257,7 +257,7 @@ async fn long_burn_is_found_again(desk: &Desk) -> Arm {
     arm
 }
 
-/// Frames that act, of those that the arm has got since the last look.
+/// Returns the ids of the frames since the last call that were no reads.
 fn acts(desk: &Desk) -> Vec<u8> {
     let acting = desk.heard().into_iter().filter(|(_, acts)| *acts);
     acting.map(|(id, _)| id).collect()
@@ -272,7 +272,7 @@ async fn arm_that_does_not_come_to_rest_is_stopped_on_a_line_that_is_found_again
     assert_eq!(acts(&desk), [LASER, STOP]);
     arm.reconnected().await.unwrap();
     assert_eq!(acts(&desk)[..3], [FORCED_STOP, LASER, CLEAR]);
-    // The braking way of 5 mm/s takes a few periods.
+    // Braking from 5 mm/s takes a few periods.
     sleep(Duration::from_millis(100)).await;
     assert!(!desk.moves());
     assert_eq!(desk.with(|arm| arm.state().queue.waiting), 0);
@@ -284,15 +284,15 @@ async fn stop_does_not_wait_for_the_arm_to_stand_on_a_line_that_is_found_again()
         let desk = Desk::new();
         let arm = long_burn_is_found_again(&desk).await;
         if early {
-            // Asked for before the line is opened again.
+            // Requested before the line is reopened.
             arm.stopper().request_stop().unwrap();
         }
-        // A line that is lost is looked for every 250 ms.
+        // A lost line is searched for every 250 ms.
         sleep(Duration::from_millis(300)).await;
         if !early {
             assert!(!acts(&desk).contains(&FORCED_STOP));
             arm.stopper().request_stop().unwrap();
-            // A pose, the version and the serial number are read before.
+            // Pose, version and serial number are read first.
             sleep(Duration::from_millis(60)).await;
         }
         assert!(acts(&desk).contains(&FORCED_STOP), "{early}");
@@ -308,7 +308,7 @@ async fn run_that_was_stopped_on_a_line_that_is_found_again_does_not_go_on() {
     sleep(Duration::from_millis(200)).await;
     begin_to_burn(&arm, 0.5).await;
     sleep(Duration::from_secs(2)).await;
-    // One piece.
+    // A single piece.
     let options = RunOptions::default().laser_horizon(Duration::from_secs(60));
     let mut run = arm.start_with([burn(200.0, 100.0), burn(200.0, 101.0)], options);
     let other = desk.clone();
@@ -321,7 +321,7 @@ async fn run_that_was_stopped_on_a_line_that_is_found_again_does_not_go_on() {
     run.wait(|_| {}).await.unwrap_err();
     arm.reconnected().await.unwrap();
     desk.heard();
-    // What became of the piece under way is unknown.
+    // The outcome of the piece in progress is unknown.
     let error = run.wait(|_| {}).await.unwrap_err();
     assert!(!run.is_interrupted(), "{error}");
     sleep(Duration::from_secs(1)).await;
@@ -391,7 +391,7 @@ async fn a_burning_run_goes_on_after_the_line_was_lost_with_every_segment_done()
 
 #[tokio::test(start_paused = true)]
 async fn every_end_of_a_run_leaves_the_laser_off() {
-    // Done.
+    // End: completed.
     let desk = Desk::new();
     let arm = desk.connect(allowed()).await;
     begin_to_burn(&arm, 2.0).await;
@@ -402,14 +402,14 @@ async fn every_end_of_a_run_leaves_the_laser_off() {
         1,
         "{heard:?}"
     );
-    // Stopped.
+    // End: stopped.
     begin_to_burn(&arm, 40.0).await;
     sleep(Duration::from_secs(4)).await;
     assert!(desk.with(|arm| arm.state().laser));
     assert_eq!(arm.laser().is_on().await.unwrap(), Some(true));
     arm.stop().await.unwrap();
     assert!(!desk.with(|arm| arm.state().laser));
-    // The handle goes.
+    // End: handle dropped.
     begin_to_burn(&arm, 40.0).await;
     sleep(Duration::from_secs(4)).await;
     assert!(desk.with(|arm| arm.state().laser));
@@ -455,7 +455,7 @@ async fn a_pin_that_was_lowered_again_is_left_alone_at_the_end() {
         (vec![fast], vec![off], false),
         (vec![high, fast], vec![low, off], false),
         (vec![high], vec![], true),
-        // Another pin, another form of the same, and a beam are other ways to light it.
+        // Another pin, another form of the same command, and a beam are other ways to light it.
         (
             vec![high, build::output(2, true)],
             vec![build::output(4, false)],
@@ -477,7 +477,7 @@ async fn a_pin_that_was_lowered_again_is_left_alone_at_the_end() {
     }
 }
 
-/// A job of another program burns segment by segment, and the laser's own setting says off meanwhile.
+/// A job of another program burns segment by segment, while the laser's own setting reads off.
 #[tokio::test(start_paused = true)]
 async fn a_laser_is_not_said_to_be_off_while_commands_of_another_program_are_in_the_queue() {
     let cell = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
@@ -491,12 +491,12 @@ async fn a_laser_is_not_said_to_be_off_while_commands_of_another_program_are_in_
     assert_eq!(arm.laser().is_on().await.unwrap(), Some(true));
     assert_eq!(other.laser().is_on().await.unwrap(), None);
     arm.stop().await.unwrap();
-    // What was read of the queue is believed for a moment.
+    // A reading of the queue is trusted for a moment.
     sleep(Duration::from_secs(1)).await;
     assert_eq!(other.laser().is_on().await.unwrap(), Some(false));
 }
 
-/// Shares of power that are none, each of the commands that have one.
+/// Returns commands with an invalid power, for each command that has one.
 fn no_power() -> Vec<Set> {
     let shares = [-1.0, -0.001, 100.01, f32::NAN, f32::INFINITY];
     let both = |share| {

@@ -14,7 +14,7 @@ const POSE: u8 = 10;
 const ALARMS: u8 = 20;
 const LEFT_SPACE: u8 = 247;
 
-/// Polls of the pose in ten seconds.
+/// Returns the number of pose reads in ten seconds.
 async fn poses(desk: &Desk) -> usize {
     desk.heard();
     sleep(Duration::from_secs(10)).await;
@@ -114,7 +114,7 @@ async fn a_watch_sees_the_arm_move() {
 async fn a_busy_line_is_polled_less_often() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    // An answer takes some 2 ms: 1000 readings a second of three reads each cannot be.
+    // An answer takes about 2 ms, so 1000 readings a second of three reads each are impossible.
     let _watch = arm.state(1000.0).unwrap();
     let asked = poses(&desk).await;
     assert!((1200..2000).contains(&asked), "{asked}");

@@ -1,4 +1,4 @@
-//! Tools and laser as a handle tells them without a read.
+//! Tools and laser as known to a handle without a read.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ async fn outputs_are_unknown_until_they_were_read_and_cost_no_frame() {
     let arm = connect(&virtual_arm).await;
     let outputs = arm.outputs();
     assert_eq!((outputs.suction, outputs.laser), (None, None));
-    // An arm whose queue has done something before is no other program's doing.
+    // A queue that was used before this connection does not count as another program's.
     let outputs = arm.read_outputs().await.unwrap();
     assert_eq!(outputs.suction, Some(true));
     assert_eq!(outputs.gripper, Some(GripperState::Off));
@@ -93,9 +93,9 @@ async fn outputs_are_unknown_after_commands_of_another_program() {
     let other = connect(&virtual_arm).await;
     other.run(&[build::suction(true)]).await.unwrap();
     let lapses = arm.snapshot().lapses;
-    // The steps of one call share a look at the queue for a while.
+    // The steps of one call share a reading of the queue for a while.
     sleep(Duration::from_millis(200)).await;
-    // It says that others were there, or goes on.
+    // Either error or success will do here.
     let _ = arm.run(&[build::wait(Duration::from_millis(10))]).await;
     assert!(arm.snapshot().lapses > lapses);
     assert_eq!(arm.outputs().suction, None);

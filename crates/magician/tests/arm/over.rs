@@ -1,4 +1,4 @@
-//! Runs that ended before their end: which go on, and which never do.
+//! Interrupted runs: which of them can continue, and which never do.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ fn waits(count: usize, ms: u64) -> Vec<Set> {
     vec![build::wait(Duration::from_millis(ms)); count]
 }
 
-/// Until the arm has this many commands in a queue that does not run.
+/// Waits until the arm has this many commands in a stopped queue.
 async fn loaded(desk: &Desk, count: u32) {
     let ready = || desk.with(|arm| arm.state().queue.waiting as u32 >= count);
     while !ready() {
@@ -40,7 +40,7 @@ async fn one_that_nobody_waited_for_does_not_go_on_in_its_middle() {
     let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
     assert!(only_reads(&desk.heard()));
-    // Another one begins at once.
+    // Another run begins at once.
     arm.start(waits(3, 10)).wait(|_| {}).await.unwrap();
 }
 
@@ -79,7 +79,7 @@ async fn a_stop_while_the_line_is_lost_ends_it_for_good() {
     let (ended, ()) = tokio::join!(run.wait(|_| {}), pulled);
     assert_eq!(ended.unwrap_err().kind(), ErrorKind::Port);
     assert!(run.is_interrupted());
-    // All that the arm had is finished: nothing in its indices tells of the stop.
+    // The arm has finished everything, so its indices do not show the stop.
     sleep(Duration::from_secs(10)).await;
     arm.stopper().request_stop().unwrap();
     sleep(Duration::from_millis(50)).await;
@@ -210,7 +210,7 @@ async fn a_line_that_breaks_under_a_look_leaves_it_to_go_on() {
     assert!(run.is_interrupted());
     let reached = run.ran();
     assert!(reached.commands > 5);
-    // Without a line there is nothing to find out, and nothing is forgotten.
+    // Without a line nothing can be found out, and nothing is forgotten.
     let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Port, "{error}");
     assert!(run.is_interrupted());
@@ -295,8 +295,8 @@ async fn what_a_stop_has_dropped_is_not_taken_for_what_others_queued() {
     assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
 }
 
-/// Calls a motion over another handle, and stops the arm while it is under way. `given_up`: its
-/// caller is gone as well, as of a motion that is cancelled.
+/// Starts a motion over another handle, and stops the arm during it. With `given_up` the call of
+/// the motion is cancelled as well.
 async fn stopped_in_motion(desk: &Desk, after: u64, given_up: bool) -> Arm {
     let arm = acquainted(desk).await;
     arm.run(&[build::move_to(220.0, -60.0, 20.0, 0.0)])
@@ -379,7 +379,7 @@ async fn a_stop_does_not_wait_for_a_line_to_settle() {
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     desk.unplug();
     sleep(Duration::from_millis(10)).await;
-    // Its clock and its queue do not answer, so that the line does not settle.
+    // Clock and queue do not answer, so the line does not settle.
     desk.swallow(&[4, 246, 247]);
     desk.plug();
     while !desk.heard().iter().any(|(id, _)| *id == 4) {

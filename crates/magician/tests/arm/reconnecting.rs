@@ -1,4 +1,4 @@
-//! A cable that is pulled, and what is at its end when it is back.
+//! A pulled cable, and the arm at its end after the reconnect.
 
 use std::io;
 use std::time::Duration;
@@ -75,9 +75,9 @@ async fn a_cable_pulled_while_a_command_is_queued() {
     desk.heard();
     desk.plug();
     arm.reconnected().await.unwrap();
-    // Uncertain, or what it really was once the indices have told.
+    // Uncertain, or its real outcome once the indices have shown it.
     match adding.await.unwrap() {
-        // Arms begin with 1 or 2: the lower one, so that a wait for it ends.
+        // Arms begin with index 1 or 2: the lower one, so that a wait for it ends.
         Ok(index) => assert_eq!(index.0, 1),
         Err(error) => assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}"),
     }
@@ -112,10 +112,10 @@ async fn a_cable_pulled_during_a_run() {
     arm.reconnected().await.unwrap();
     assert!(only_reads(&desk.heard()));
     assert!(arm.moving(), "nothing is forgotten");
-    // What is in the queue can be waited for as before.
+    // Commands in the queue can be awaited as before.
     arm.wait(last).await.unwrap();
     assert!(!arm.moving());
-    // When it is told to, it goes on with the very next one.
+    // On another `wait` it continues with the very next command.
     let ran = run.wait(|_| {}).await.unwrap();
     assert_eq!(
         (ran.commands, ran.last.map(|index| index.0)),
@@ -341,7 +341,7 @@ async fn while_the_line_is_looked_for_every_call_ends_at_once() {
         async move {
             match first {
                 Some(first) => first.await,
-                // The next opening never comes to an end.
+                // The next attempt to open never ends.
                 None => std::future::pending::<io::Result<DuplexStream>>().await,
             }
         }

@@ -1,4 +1,4 @@
-//! Runs: how they flow, and what ends them.
+//! Runs: their flow, and their ends.
 
 use std::time::Duration;
 
@@ -38,7 +38,7 @@ async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
             (200, 2, 201)
         );
         assert_eq!(seen, 201);
-        // It never ran dry: the waits alone take four seconds.
+        // The queue never ran dry: the waits alone take four seconds.
         let took = begun.elapsed();
         assert!(
             took < Duration::from_millis(4600),
@@ -84,7 +84,7 @@ async fn a_stop_from_another_task_ends_a_run() {
     let outcome = tokio::time::timeout(Duration::from_secs(120), running).await;
     let outcome = outcome.expect("it ends").unwrap();
     assert_eq!(outcome.unwrap_err().kind(), ErrorKind::Closed);
-    // And it works again.
+    // Another run works again.
     arm.start([build::move_to(200.0, 0.0, 50.0, 0.0)])
         .wait(|_| {})
         .await
@@ -118,7 +118,7 @@ async fn will_not_start_what_others_left_behind() {
         .unwrap();
 }
 
-/// A start in the middle of a motion would end it.
+/// A start in the middle of a motion would cut it off.
 #[tokio::test(start_paused = true)]
 async fn queue_of_an_arm_that_moves_is_started_when_the_arm_stands() {
     for empty in [true, false] {
@@ -194,7 +194,7 @@ async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
     arm.start([wait]).wait(|_| {}).await.unwrap();
 }
 
-/// An arm at a line that stands still now and then, each time for so long.
+/// Returns an arm on a line that stalls now and then, each time for this long.
 async fn held_now_and_then(seconds: u64, rate: f64) -> Arm {
     let ms = seconds * 1000;
     let faults = format!("stall={rate},stall-min-ms={ms},stall-ms={ms},only=replies,seed=3");

@@ -1,5 +1,5 @@
-//! Programs that are told while they run, at an arm in virtual time: it does not wait between commands, and the source is no more
-//! before it than was allowed.
+//! Streaming runs on an arm in virtual time: the arm does not pause between commands, and the
+//! source is never further ahead than allowed.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ async fn arm() -> (VirtualArm, Arm) {
     (cell, arm)
 }
 
-/// A curve in short pieces.
+/// Returns a curve in short segments.
 fn curve(pieces: u16) -> Vec<Set> {
     let mut program = vec![
         build::path_speed(100.0, 100.0),
@@ -36,7 +36,7 @@ fn clock(cell: &VirtualArm) -> Duration {
     cell.state().now - ArmInstant::ZERO
 }
 
-/// Tells commands one by one, each after a pause of the wall; how many were wanted.
+/// Pushes commands one by one, each after a wall-clock pause; returns how many were accepted.
 async fn tell(feeder: Feeder, program: &[Set], pause: Duration) -> usize {
     let mut told = 0;
     for command in program {
@@ -70,7 +70,7 @@ async fn a_path_that_is_told_while_it_runs_takes_the_time_of_one_that_is_known()
         let took = clock(&cell) - before;
         assert_eq!(took, estimate, "after {pause:?} each");
     }
-    // Where it is told in pieces it stands between them.
+    // Commands pushed one by one make it stop in between.
     let (cell, arm) = arm().await;
     let program = curve(300);
     let check = arm.preflight_for(&program).await.unwrap();
@@ -87,7 +87,7 @@ async fn few_commands_ahead_are_enough_not_to_stop_at_corners() {
     let (cell, arm) = arm().await;
     let program = curve(60);
     arm.run(&program[..2]).await.unwrap();
-    // The arm's speed, mm/s, seen from outside 100 times a second of its clock.
+    // The arm's speed, mm/s, sampled from outside 100 times a second of its clock.
     let before = clock(&cell);
     let (feeder, run) = arm.stream(4, RunOptions::default());
     let (ran, _) = tokio::join!(
@@ -102,8 +102,8 @@ async fn few_commands_ahead_are_enough_not_to_stop_at_corners() {
         arm.run(piece).await.unwrap();
     }
     let stopping = clock(&cell) - before;
-    // At 100 mm/s2 four pieces of 0.6 mm from rest to rest take 5, 2, 2 and 5 periods of 20 ms. In the flow each takes 2, but for the
-    // first and the last one.
+    // At 100 mm/s2 four segments of 0.6 mm from rest to rest take 5, 2, 2 and 5 periods of 20 ms.
+    // In the flow each takes 2, except the first and the last.
     let periods = |count: u32| count * Duration::from_millis(20);
     assert!(
         flowing <= periods(60 * 2 + 6) && stopping >= periods(60 / 4 * 14),
@@ -149,7 +149,7 @@ async fn a_refused_command_ends_the_program_after_those_before_it() {
     );
     assert!((13..=18).contains(&told), "{told}");
     assert_eq!(arm.queue().current_index().await.unwrap().0, 13);
-    // The first one, and none.
+    // The first command is refused, so none runs.
     let far = [build::line_to(400.0, 0.0, 0.0, 0.0)];
     let (ran, _) = stream(&arm, 5, &far, Duration::ZERO).await;
     assert_eq!(ran.unwrap_err().step(), Some(0));
@@ -177,7 +177,7 @@ async fn nothing_is_sent_after_a_stop() {
     assert!(state.queue.current_index <= stopped + 1);
 }
 
-/// A source that waits for the arm, or for what happens around it.
+/// A source that waits for the arm, or for an event in its world.
 #[tokio::test(start_paused = true)]
 async fn a_source_that_has_nothing_for_now_lets_time_pass() {
     let (cell, arm) = arm().await;
@@ -197,7 +197,7 @@ async fn a_source_that_has_nothing_for_now_lets_time_pass() {
     let begun = tokio::time::Instant::now();
     let (ran, ()) = tokio::join!(run.wait(|_| {}), told);
     assert_eq!(ran.unwrap().commands, 2);
-    // A minute of waiting took none of the wall's time; the arm at rest goes by the wall.
+    // A minute of waiting took no wall-clock time; only the arm at rest follows the wall clock.
     assert!(
         begun.elapsed() < Duration::from_secs(3),
         "{:?}",

@@ -1,4 +1,4 @@
-//! The verbs, and what they say when the arm cannot.
+//! Single commands, and their errors.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ async fn a_form_is_queued_as_it_is_given() {
     let (near, mut far) = duplex(4096);
     let options = Options::default().probe(false);
     let arm = Arm::over(near, options).await.unwrap();
-    // A segment whose last number is left out.
+    // A segment without its last value.
     let short = [&[1][..], &200_f32.to_le_bytes(), &[0; 9]].concat();
     let (error, unknown, unqueued) = (
         arm.enqueue_form(91, &short[..5]).await.unwrap_err(),
@@ -103,7 +103,7 @@ async fn a_call_that_is_given_up_is_withdrawn_and_leaves_no_wrong_count() {
     let arm = Arm::over(near, Options::default().probe(false))
         .await
         .unwrap();
-    // The first is out, the second waits behind it; both callers have gone.
+    // The first is sent, the second waits behind it; both callers have gone.
     let first = arm.get::<AlarmsState>();
     let second = arm.get::<DeviceName>();
     let both = async { tokio::join!(first, second) };

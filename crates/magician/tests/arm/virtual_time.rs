@@ -1,5 +1,5 @@
-//! Arms in virtual time: runs take the arm's time and none of the wall's, whose clock stands in these tests while anybody has
-//! something to do.
+//! Arms in virtual time: runs take the arm's time and no wall-clock time. The wall clock of these
+//! tests stands while any task has work.
 
 use std::future::Future;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, build}
 use tokio::task::yield_now;
 use tokio::time::Instant;
 
-/// How long an answer is waited for.
+/// Timeout of a call.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
 async fn arm(window: usize) -> (VirtualArm, Arm) {
@@ -27,7 +27,7 @@ async fn another(cell: &VirtualArm, window: usize) -> Arm {
     Arm::simulated(cell.clone(), options).await.unwrap()
 }
 
-/// A curve in pieces so short that the arm has to know all that its queue can hold to keep its speed.
+/// Returns a curve so finely segmented that the arm needs a full queue to keep its speed.
 fn curve(pieces: u16) -> Vec<Set> {
     let mut program = vec![
         build::path_speed(100.0, 100.0),
@@ -40,12 +40,12 @@ fn curve(pieces: u16) -> Vec<Set> {
     program
 }
 
-/// The arm's clock.
+/// Returns the arm's clock.
 fn clock(cell: &VirtualArm) -> Duration {
     cell.state().now - ArmInstant::ZERO
 }
 
-/// The arm at the first of the moments at which this is so, in a run that goes on meanwhile.
+/// Returns the first state for which `so` is true, during a run.
 async fn once(cell: &VirtualArm, so: impl Fn(&ControllerState) -> bool) -> ControllerState {
     loop {
         let state = cell.state();
@@ -163,12 +163,12 @@ async fn a_stop_finds_the_arm_under_way() {
     assert_eq!(ran.unwrap_err().kind(), ErrorKind::Closed);
     let stood = cell.state();
     assert!(!stood.moving && stood.queue.waiting == 0);
-    // It braked where it was: what waited in its queue was not done first.
+    // The arm braked where it was: the commands in its queue did not run first.
     assert!(
         stood.now - found.now < Duration::from_secs(1),
         "{found:?} {stood:?}"
     );
-    // And the next run finds everything as it should be.
+    // The next run finds everything in order.
     let home = [build::move_to(200.0, 0.0, 20.0, 0.0)];
     let estimate = arm.preflight().await.unwrap().estimate(&home).unwrap();
     let (ran, arms, _) = takes(&cell, arm.run(&home)).await;
@@ -219,7 +219,7 @@ async fn an_arm_that_answers_late_goes_on_by_the_wall() {
     let mut run = arm.start(vec![wait; 40]);
     let run = async {
         let mut run = std::pin::pin!(run.wait(|_| {}));
-        // Before there is a run nothing lets the late answers come.
+        // Without a run nothing lets the late answers arrive.
         loop {
             tokio::select! {
                 biased;
@@ -254,15 +254,15 @@ async fn a_pulled_cable_ends_a_run_and_the_arm_goes_on_by_the_wall_meanwhile() {
         "{error}"
     );
     assert!(begun.elapsed() >= TIMEOUT);
-    // It did what it had.
+    // The arm has finished its commands.
     let passed = clock(&cell) - pulled;
-    // The arm may be ahead by the period that it is in.
+    // The arm may be ahead by its current period.
     let ahead = Duration::from_millis(20);
     assert!(passed <= begun.elapsed() + ahead, "{passed:?}");
     assert!(!cell.state().moving);
 }
 
-/// The arm has done what it had long before the cable is back, and the cable comes back by the arm's own clock.
+/// The arm has finished long before the cable returns, which follows the arm's own clock.
 #[tokio::test(start_paused = true)]
 async fn a_run_goes_on_when_a_scenario_puts_the_cable_in_again() {
     let fault = r#"fault = [{ kind = "cable", index = 60, for = 5 }]"#;
@@ -275,7 +275,8 @@ async fn a_run_goes_on_when_a_scenario_puts_the_cable_in_again() {
     assert!(begun.elapsed() < Duration::from_secs(10));
 }
 
-/// A program that looks at the arm before it says what comes next: it hears that the arm has done what it was told.
+/// A program that reads the arm's state before it computes the next command: it sees that the
+/// previous ones are done.
 #[test]
 fn a_program_may_wait_for_the_arm() {
     let cell = VirtualArm::default().in_virtual_time();
@@ -292,7 +293,8 @@ fn a_program_may_wait_for_the_arm() {
     assert!(cell.state().now.as_micros() >= 400_000);
 }
 
-/// Programs that push in between each other cannot count on their indices, and say so; none of them waits for ever.
+/// Programs that interleave commands cannot rely on their indices, and report it; neither waits
+/// forever.
 #[tokio::test(start_paused = true)]
 async fn of_two_programs_at_once_none_waits_for_the_other() {
     let (cell, arm) = arm(1).await;
@@ -336,7 +338,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
                 assert_eq!(ran.commands, 60);
                 whole += 1;
             }
-            // The first one, before which nothing was counted.
+            // The first one, whose index has no predecessor.
             Err(error) => assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}"),
         }
         assert!(
@@ -347,7 +349,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
     assert!(whole > 10, "{whole}");
 }
 
-/// A connection that ends while its program runs stops the arm before it would do the rest at once.
+/// A connection that ends during a program stops the arm before the rest runs at once.
 #[tokio::test(start_paused = true)]
 async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
     let (cell, arm) = arm(1).await;
@@ -369,7 +371,7 @@ async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
     other.get::<Pose>().await.unwrap();
 }
 
-/// A program that comes while a jog is being ended begins when the arm really stands, and has nothing to wait for.
+/// A program that arrives while a jog is ending begins when the arm is at rest.
 #[tokio::test(start_paused = true)]
 async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
     let (cell, arm) = arm(1).await;
@@ -395,7 +397,7 @@ async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
     );
 }
 
-/// Many short moves, one run each, as programs send them that draw a line at a time.
+/// Runs many short moves, one run each, as programs do that draw a line at a time.
 async fn single_moves(arm: &Arm, count: u16) {
     for nth in 0..count {
         let x = 200.0 + f32::from(nth % 40);

@@ -1,4 +1,4 @@
-//! An arm in virtual time, and chance from a seed.
+//! Virtual arm in virtual time, and random numbers from a seed.
 
 use magician::preflight::Readings;
 use magician::protocol::{FrameBuf, NoArgs, Readable, Writable};
@@ -7,7 +7,7 @@ use magician::{Ctrl, Set};
 
 const LINK: LinkId = LinkId(0);
 
-/// The arm, and nothing but it.
+/// Virtual arm without a driver.
 #[derive(Clone)]
 pub(crate) struct LoneArm {
     pub(crate) arm: Controller,
@@ -39,7 +39,7 @@ impl LoneArm {
         T::decode(reply.frame().params()).unwrap()
     }
 
-    /// Sets it at once, and waits until nothing is to come.
+    /// Sets a value at once, and waits until nothing is pending.
     pub(crate) fn set<T: Writable>(&mut self, value: &T) {
         self.ask(&FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap());
         while self.pass() {}
@@ -49,7 +49,7 @@ impl LoneArm {
         self.ask(&FrameBuf::set(command, Ctrl::QUEUED).unwrap());
     }
 
-    /// Time goes on to the next event, if there is one.
+    /// Advances time to the next event, if there is one.
     pub(crate) fn pass(&mut self) -> bool {
         let next = self.arm.poll_timeout();
         if let Some(at) = next {
@@ -59,7 +59,7 @@ impl LoneArm {
         next.is_some()
     }
 
-    /// Runs one command through the queue to its end, or to an alarm. How long that took.
+    /// Runs one command through the queue to its end, or to an alarm; returns the time it took.
     pub(crate) fn run(&mut self, command: &Set) -> u64 {
         let begun = self.now;
         let index = self.arm.state().queue.current_index + 1;
@@ -68,7 +68,7 @@ impl LoneArm {
         self.now.micros_since(begun)
     }
 
-    /// Runs a program with a queue that is kept full. How long it took.
+    /// Runs a program with a full queue; returns the time it took.
     pub(crate) fn run_all(&mut self, program: &[Set]) -> u64 {
         let begun = self.now;
         let mut rest = program.iter();
@@ -80,11 +80,11 @@ impl LoneArm {
             for command in rest.by_ref().take(queue.capacity - taken) {
                 self.enqueue(command);
             }
-            // A start in the middle of a motion would end it.
+            // A start in the middle of a motion would cut it off.
             if !queue.started {
                 self.start();
             }
-            // What takes no time is done by now.
+            // Commands that take no time are finished by now.
             if self.arm.state().queue.current_index < last && !self.pass() {
                 break;
             }
@@ -96,7 +96,7 @@ impl LoneArm {
         self.set_now(&magician::commands::QueuedCmdStartExec {});
     }
 
-    /// Sets it at once.
+    /// Sets a value at once.
     pub(crate) fn set_now<T: Writable>(&mut self, value: &T) {
         self.ask(&FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap());
     }
@@ -105,7 +105,7 @@ impl LoneArm {
         self.arm.state().alarms.blocking()
     }
 
-    /// All that the arm says before a program.
+    /// Reads everything that a program reads of an arm first.
     pub(crate) fn readings(&mut self) -> Readings {
         let mut read = Readings::default();
         read.pose = Some(self.get());
@@ -124,7 +124,7 @@ impl LoneArm {
     }
 }
 
-/// Chance from a seed, the same everywhere (xorshift64*).
+/// Random numbers from a seed, the same on all platforms (xorshift64*).
 pub(crate) struct Dice(u64);
 
 impl Dice {
@@ -132,7 +132,7 @@ impl Dice {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
 
-    /// From 0 to below `sides`.
+    /// Returns a number from 0 to below `sides`.
     pub(crate) fn roll(&mut self, sides: u64) -> u64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;

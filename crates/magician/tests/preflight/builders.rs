@@ -1,4 +1,4 @@
-//! What builders make, and what the virtual arm does about it.
+//! Commands made by builders, and their effect on the virtual arm.
 
 use std::time::Duration;
 
@@ -124,7 +124,7 @@ fn triggers_say_what_they_compare() {
         conditions,
         [EqualOrBelow, DifferentOrAtMost, AtLeast, Above]
     );
-    // The input is 0: two of them are met.
+    // The input is 0, so two of them are satisfied.
     let mut bench = LoneArm::new();
     bench.start();
     assert_eq!(bench.run(&build::wait_below(12, 5)), 0);

@@ -1,4 +1,5 @@
-//! Programs on arms of random firmware: the check and the virtual arm have the same model, and come to the same end.
+//! Programs on arms of random firmware: the check and the virtual arm share a model, and agree on
+//! the result.
 
 use magician::build;
 use magician::commands::{ArcCmd, CpParams};
@@ -14,7 +15,7 @@ const PROFILES: usize = 600;
 const LENGTH: u64 = 14;
 const SEED: u64 = 20_261_129;
 
-/// A firmware of which all differs that motions depend on.
+/// Returns a firmware that differs in everything motions depend on.
 fn firmware(dice: &mut Dice) -> Profile {
     let mut profile = Profile::default();
     let mut times = |value: &mut f64| *value *= dice.between(0.3, 2.0);
@@ -76,7 +77,7 @@ fn firmware(dice: &mut Dice) -> Profile {
     profile
 }
 
-/// The numbers of a pose near another.
+/// Returns a pose near another.
 fn near(dice: &mut Dice, [x, y, z, r]: [f64; 4], by: f32) -> [f32; 4] {
     let [dx, dy, dz, dr] = dice.numbers([(-by, by); 4]);
     [x as f32 + dx, y as f32 + dy, z as f32 + dz, r as f32 + dr]
@@ -135,7 +136,7 @@ fn motion(dice: &mut Dice, check: &Preflight, model: &ArmModel) -> Set {
     }
 }
 
-/// What came of the programs.
+/// Counts of outcomes.
 #[derive(Debug, Default)]
 struct Tally {
     done: usize,
@@ -143,7 +144,8 @@ struct Tally {
     at_rail_ends: usize,
 }
 
-/// Checks a program and runs it. Both do it, in the same time to the microsecond and to the same joints, or neither does.
+/// Checks a program and runs it. Either both succeed, in the same time to the microsecond and with
+/// the same joints, or neither does.
 fn hold(profile: &Profile, program: &[Set], check: &Preflight, tally: &mut Tally) {
     let mut bench = LoneArm::with(profile.clone());
     let told = format!("{program:#?}\nof {:#?}", profile.arm_model());
@@ -200,7 +202,7 @@ fn check_and_run_agree_on_arms_of_any_firmware() {
                 _ => motion(&mut dice, &course, &model),
             };
             program.push(next);
-            // The first command that is refused ends the program.
+            // The first refused command ends the program.
             if course.check(&next).is_err() {
                 break;
             }

@@ -1,4 +1,4 @@
-//! What is refused, by the name of the guard that does it, and what is not once it is off.
+//! Refusals of each guard by name, and the same programs with the guard off.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ fn somewhere() -> Preflight {
     Preflight::new(&Readings::default())
 }
 
-/// The program is refused by this guard and by no other.
+/// Checks that the program is refused by this guard and by no other.
 fn refused(start: &Preflight, program: &[Set], guard: &str, off: Guards) {
     let error = start.clone().program(program).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
@@ -127,7 +127,7 @@ fn homing_leads_to_where_it_was_told() {
     assert_eq!(homed.time, Duration::MAX);
     assert!((homed.end.unwrap().joints.j2 - 45.0).abs() < 1e-3);
     check.check(&build::line_by(10.0, 0.0, 0.0, 0.0)).unwrap();
-    // With another tool it does not show whether a home was ever set.
+    // With another tool it is unknown if a home point was ever set.
     check.check(&build::tool(ToolBias::PEN)).unwrap();
     assert_eq!(check.check(&build::home()).unwrap().end, None);
     assert!(check.check(&build::line_by(10.0, 0.0, 0.0, 0.0)).is_err());
@@ -211,7 +211,7 @@ fn the_rail_ends_where_it_ends() {
     let mut readings = Readings::default();
     readings.rail = Some(400.0);
     let mut check = Preflight::new(&readings).guards(Guards::default().unknown_start(false));
-    // Without a rail its number means nothing.
+    // Without a rail its position is ignored.
     check
         .check(&build::move_with_rail(200.0, 0.0, 20.0, 0.0, 2000.0))
         .unwrap();

@@ -1,5 +1,5 @@
-//! Single moves against the virtual arm: what the check lets through raises no alarm, and what it
-//! refuses would have raised one. From random places, with random tools and jump heights, to random targets.
+//! Single moves on the virtual arm: moves that pass the check raise no alarm, and refused ones
+//! would have raised one. Random starts, tools, jump heights and targets.
 
 use magician::commands::{ClearAlarmsState, EndEffectorParams, Pose, PtpCmd, PtpJump2Params};
 use magician::preflight::{Preflight, Readings};

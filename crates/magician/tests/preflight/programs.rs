@@ -1,5 +1,6 @@
-//! Random programs of everything that moves, with the settings that decide how: what passes raises no alarm, takes as long as
-//! it was said to, and ends where it was said to; what is refused would have raised one.
+//! Random programs of all kinds of motion, with the settings that affect them: a program that
+//! passes raises no alarm, takes the estimated time and ends at the estimated position; a refused
+//! one would have raised an alarm.
 
 use magician::build::{self, Output};
 use magician::commands::{ArcCmd, CircleCmd, CpCmd, CpLeCmd, PtpCmd};
@@ -15,7 +16,7 @@ const PROGRAMS: usize = 2_000;
 const LENGTH: usize = 12;
 const SEED: u64 = 20_260_801;
 
-/// Joints anywhere within the limits, the coupled one not looked at.
+/// Returns joints anywhere within the limits, ignoring the coupled one.
 fn joints(dice: &mut Dice) -> [f32; 4] {
     dice.numbers([
         (-135.0, 135.0),
@@ -25,7 +26,7 @@ fn joints(dice: &mut Dice) -> [f32; 4] {
     ])
 }
 
-/// Joints where the arm can be, the coupled limit too.
+/// Returns joints that the arm can reach, including the coupled limit.
 fn posture(dice: &mut Dice) -> [f32; 4] {
     loop {
         let joints = joints(dice);
@@ -36,7 +37,7 @@ fn posture(dice: &mut Dice) -> [f32; 4] {
     }
 }
 
-/// A pose that the arm can take, mostly; now and then anything near it.
+/// Returns a reachable pose in most cases, and now and then any pose near one.
 fn pose(dice: &mut Dice, geometry: &Geometry) -> [f32; 4] {
     if dice.roll(4) == 0 {
         return dice.numbers([
@@ -58,7 +59,7 @@ fn near(dice: &mut Dice, [x, y, z, r]: [f32; 4], by: f32) -> [f32; 4] {
     [x + dx, y + dy, z + dz, r + dr]
 }
 
-/// Some setting, of a kind that programs change.
+/// Returns a random setting of a kind that programs change.
 fn setting(dice: &mut Dice) -> Set {
     let ratio = |dice: &mut Dice| dice.number(1.0, 120.0);
     let speed = |dice: &mut Dice| dice.number(5.0, 600.0);
@@ -75,12 +76,12 @@ fn setting(dice: &mut Dice) -> Set {
         5 => build::arc_speed(speed(dice), speed(dice)),
         6 => build::path_speed(speed(dice), speed(dice)),
         7 => build::rail_speed(speed(dice), speed(dice)),
-        // Speeds that are none, which are refused.
+        // Invalid speeds, which are refused.
         _ => build::speed(0.0, dice.number(-5.0, 1.0)),
     }
 }
 
-/// Some command, from where the arm is.
+/// Returns a random command, from the current position.
 fn command(dice: &mut Dice, from: [f32; 4], geometry: &Geometry) -> Set {
     match dice.roll(20) {
         0 => setting(dice),
@@ -135,7 +136,7 @@ fn arc(dice: &mut Dice, cir_point: [f32; 4], to_point: [f32; 4]) -> Set {
             count: dice.roll(4) as u32,
         }
         .into(),
-        // Points that make no arc.
+        // Points that do not define an arc.
         1 if dice.roll(10) == 0 => ArcCmd {
             cir_point: to_point,
             to_point,
@@ -171,7 +172,7 @@ fn segment(dice: &mut Dice, cp_mode: CpMode, [x, y, z]: [f32; 3]) -> Set {
     }
 }
 
-/// A point-to-point move in any mode, with outputs and rail now and then.
+/// Returns a point-to-point move in any mode, sometimes with outputs and rail.
 fn travel(dice: &mut Dice, from: [f32; 4], geometry: &Geometry) -> Set {
     let mode = dice.roll(10) as u8;
     let [x, y, z, r] = match mode {
@@ -211,14 +212,14 @@ fn travel(dice: &mut Dice, from: [f32; 4], geometry: &Geometry) -> Set {
 #[derive(Default)]
 struct Tally {
     commands: u64,
-    /// Passed and raised an alarm: none may.
+    /// Passed the check and raised an alarm: must stay empty.
     through: Vec<String>,
-    /// Reachable, and refused all the same.
+    /// Reachable, but refused.
     refused: Vec<String>,
     reachable: u64,
     /// Refused with reason.
     far: u64,
-    /// Took another time, or ended elsewhere, than was said.
+    /// Took another time, or ended elsewhere, than estimated.
     wrong: Vec<String>,
 }
 
@@ -232,10 +233,10 @@ impl Tally {
                 let mut other = bench.clone();
                 other.run(&command);
                 if matches!(command, Set::HomeParams(_)) {
-                    // Stored without a look, and found out when the arm homes.
+                    // Stored without a check; homing finds out.
                     other.run(&build::home());
                 }
-                // The rail ends where it ends, without an alarm, and a speed that is none is stored.
+                // The rail stops at its end without an alarm, and an invalid speed is stored.
                 let silently = matches!(
                     command,
                     Set::PtpCommonParams(_) | Set::CircleCmd(CircleCmd { count: 0, .. })
@@ -257,22 +258,22 @@ impl Tally {
             return false;
         }
         self.reachable += 1;
-        // Homing to a point that does not show, once the tool has changed.
+        // Homing to a point that is unknown, because the tool has changed.
         let Some(end) = step.end.map(|end| end.joints.to_array()) else {
             return false;
         };
         let is = bench.arm.state().joints.to_array();
         let off = is.iter().zip(end).map(|(is, end)| (is - end).abs());
         let off = off.fold(0.0, f64::max);
-        // Segments of a path one by one are paths of one segment only if each begins at rest.
+        // Single segments of a path only match a path of one segment if each begins at rest.
         let timed = !matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
         let late = match step.time.as_micros() {
             time if timed && time < u128::from(u64::MAX) => time.abs_diff(took.into()),
             _ => 0,
         };
-        // The first begins where the arm says it is, which is rounded to 32 bits; of three points on almost a
-        // straight line the circle depends on them.
-        // How much of a period had passed before the command came is not known to the check.
+        // The first motion begins at the pose that the arm reports, rounded to 32 bits; for three
+        // points almost on a straight line the circle depends on them. The check does not know the
+        // phase of the period at which the command arrived.
         if off > 1e-3 || late > 20_000 + u128::from(took) / 1000 {
             let time = step.time;
             self.wrong
@@ -282,7 +283,7 @@ impl Tally {
     }
 }
 
-/// A firmware with other ceilings, limits, homing and paths, higher ones among them.
+/// Returns a firmware with other ceilings, limits, homing and paths, including higher ones.
 fn another_firmware(dice: &mut Dice) -> Profile {
     let mut profile = Profile::default();
     let mut times = |value: &mut f64| *value *= dice.between(0.5, 3.0);
@@ -368,8 +369,8 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
     assert!(*far > 1000 && *reachable > 5000, "{figures}");
 }
 
-/// Joints that go together from within their limits to within them stay there, whatever the start, but for the
-/// coupled limit where their speeds differ much.
+/// Joints that move together from within their limits to within them stay there, whatever the
+/// start, except for the coupled limit if their speeds differ greatly.
 #[test]
 fn what_passes_from_an_unknown_start_hardly_ever_raises_an_alarm() {
     let mut dice = Dice::new(SEED);

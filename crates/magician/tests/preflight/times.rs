@@ -1,4 +1,4 @@
-//! How long things take: what the check says, and what the virtual arm takes.
+//! Durations: the estimate of the check compared with the virtual arm.
 
 use std::time::Duration;
 
@@ -16,10 +16,10 @@ const PATHS: usize = 60;
 /// Motion that may wait in a queue while a program is streamed, us.
 const HORIZON: u64 = 2_000_000;
 
-/// What the 32 bits cost in which the arm tells where it is, us.
+/// Error of positions reported in 32 bits, us.
 const ROUNDING: f64 = 10.0;
 
-/// A stretch of a drawing, relative to where it begins: lines, curves, corners, dots.
+/// Returns part of a drawing, relative to its start: lines, curves, corners, dots.
 fn drawing(dice: &mut Dice, segments: usize) -> Vec<[f32; 2]> {
     let step = [0.2, 0.5, 1.0, 3.0, 10.0][dice.roll(5) as usize];
     let mut heading = dice.between(0.0, std::f64::consts::TAU);
@@ -54,7 +54,7 @@ fn path(dice: &mut Dice, segments: usize) -> Vec<Set> {
 fn path_params(dice: &mut Dice) -> Set {
     let [velocity, acceleration] = dice.numbers([(10.0, 300.0), (20.0, 400.0)]);
     match dice.roll(3) {
-        // The host clocks the path, a segment every so many ms.
+        // The host clocks the path, one segment per interval.
         0 => CpParams {
             plan_acc: acceleration,
             junction_vel: velocity,
@@ -123,7 +123,7 @@ fn a_program_takes_as_long_as_was_estimated() {
     assert!(worst <= ROUNDING, "an estimate is {worst} us off");
 }
 
-/// When each command of a program ended.
+/// Returns the end time of each command of a program.
 fn ends(bench: &mut LoneArm, program: &[Set]) -> Vec<u64> {
     let mut ends = vec![0; program.len()];
     let (begun, mut rest, mut done) = (bench.now, program.iter(), 0);
@@ -133,7 +133,7 @@ fn ends(bench: &mut LoneArm, program: &[Set]) -> Vec<u64> {
         for command in rest.by_ref().take(queue.capacity - taken) {
             bench.enqueue(command);
         }
-        // A start in the middle of a motion would end it.
+        // A start in the middle of a motion would cut it off.
         if !queue.started {
             bench.start();
         }
@@ -168,11 +168,11 @@ fn the_times_of_segments_add_up_to_what_a_queue_holds() {
         }
         let mut took = vec![0];
         took.extend(ends(&mut bench, &program));
-        // What has been told up to a command is never less than the arm takes up to there.
+        // The estimated time up to a command is never less than the arm takes up to there.
         for (told, took) in sums.iter().zip(&took) {
             ahead = ahead.min(*told as f64 - *took as f64);
         }
-        // Any stretch of the program that the horizon lets into the queue.
+        // Any part of the program that the horizon lets into the queue.
         for from in 0..program.len() {
             let to = sums[from..].partition_point(|sum| sum - sums[from] < HORIZON) + from;
             let to = to.min(program.len());
@@ -192,7 +192,7 @@ fn the_times_of_segments_add_up_to_what_a_queue_holds() {
 fn the_closed_forms() {
     let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     let continuous = check.clone().model(Profile::continuous().arm_model());
-    // Whole periods of 20 ms, and the times that they hold.
+    // Whole periods of 20 ms, and the times that they contain.
     for (check, times) in [
         (&check, [2000, 1420, 1900]),
         (&continuous, [2000, 1414, 1897]),
@@ -215,7 +215,7 @@ fn the_closed_forms() {
     }
 }
 
-/// Speeds so low that no clock could count the time are speeds all the same.
+/// Speeds so low that the duration exceeds any clock are still valid.
 #[test]
 fn the_slowest_paths_take_for_ever_and_no_sum_overflows() {
     let slow = CpParams {

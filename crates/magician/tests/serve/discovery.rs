@@ -1,4 +1,4 @@
-//! The Wi-Fi module's other socket: hosts that look for an arm, on the loopback only.
+//! Discovery socket of the Wi-Fi module, on the loopback interface only.
 
 use std::net::{SocketAddr, UdpSocket};
 
@@ -44,7 +44,7 @@ fn the_answer_is_what_the_module_says_and_stays_the_same() {
     assert_eq!(mac.len(), 12);
     let number = u64::from_str_radix(mac, 16).unwrap();
     assert_eq!(number >> 40, 0x02, "a local address of one device: {mac}");
-    // Hosts ask again every two seconds, and every host for itself.
+    // Hosts repeat the request every two seconds, each for itself.
     assert_eq!(ask(&socket, discovery(&served)), answer);
     assert_eq!(ask(&self::socket(), discovery(&served)), answer);
 }
@@ -69,7 +69,7 @@ fn anything_else_is_not_answered() {
         socket.send_to(noise, discovery(&served)).unwrap();
     }
     assert!(ask(&socket, discovery(&served)).starts_with("127.0.0.1,"));
-    // All that the server had to say has arrived by then.
+    // All answers of the server have arrived by then.
     served.stop();
     socket.set_nonblocking(true).unwrap();
     assert!(socket.recv(&mut [0; 512]).is_err());
@@ -102,7 +102,7 @@ fn an_arm_on_another_port_is_not_announced() {
     assert!(matches!(served.endpoints[..], [Endpoint::Udp(_)]));
 }
 
-/// The usual ports.
+/// The standard ports.
 #[cfg(target_os = "linux")]
 mod usual_ports {
     use super::super::served::own_host;
@@ -116,7 +116,7 @@ mod usual_ports {
         assert_eq!(discovery(&served), format!("{host}:48899").parse().unwrap());
         let answer = ask(&socket(), discovery(&served));
         let ip = answer.split(',').next().unwrap();
-        // As a host goes on: to port 8899 of what the answer names.
+        // A host continues at port 8899 of the address in the answer.
         let socket = socket();
         socket.send_to(&get_pose(), format!("{ip}:8899")).unwrap();
         assert_eq!(socket.recv(&mut [0; 64]).unwrap(), 38);

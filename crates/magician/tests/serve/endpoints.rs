@@ -77,7 +77,7 @@ fn a_program_that_comes_back_on_another_port_is_answered_there() {
         socket.send_to(&get_pose(), udp(&served)).unwrap();
         assert_eq!(datagram(&socket).len(), 38);
     }
-    // The first of a hundred has been forgotten by now, which costs it nothing.
+    // The first of a hundred peers has been forgotten by now, which costs it nothing.
     served.wait_for(|notice| matches!(notice, Notice::Left(_)));
 }
 

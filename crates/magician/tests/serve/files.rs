@@ -1,4 +1,4 @@
-//! Files of a virtual arm: read with bounds, and the one of its flash replaced whole.
+//! Files of a virtual arm: bounded reading, and atomic replacement of its flash.
 
 use std::fs;
 
@@ -13,7 +13,7 @@ fn set<T: Writable>(arm: &mut Controller, value: &T) {
     arm.receive(LinkId(0), request.bytes());
 }
 
-/// Sets some of what is kept.
+/// Sets some of the values kept in flash.
 fn fill(arm: &mut Controller) {
     let device_name = Text::new("Ada \"=\n\u{e4}").unwrap();
     set(arm, &DeviceName { device_name });

@@ -1,4 +1,4 @@
-//! A hand on a served arm: looking at it, and pulling its cable under its clients.
+//! Handle to a served arm: observing it, and pulling its cable under its clients.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, UdpSocket};
@@ -22,7 +22,7 @@ fn tcp(served: &Served) -> SocketAddr {
     })
 }
 
-/// Whether the other end has hung up: an end of file, or the error of a connection cut.
+/// True if the other end has hung up: end of file, or the error of a broken connection.
 fn hung_up(stream: &mut impl Read) -> bool {
     use std::io::ErrorKind::{TimedOut, WouldBlock};
     match stream.read(&mut [0; 16]) {
@@ -44,7 +44,7 @@ fn a_handle_looks_at_its_arm_and_changes_it() {
     });
     assert_eq!(started.collect::<Vec<bool>>(), [true, false]);
 
-    // Not waited for, and done before what comes after.
+    // Not awaited, and still done before the next operation.
     drop(served.handles[0].with(|runner| runner.set_delay(Duration::from_micros(1))));
     let pulls = served.handles[0].with(|runner| {
         runner.set_delay(Duration::ZERO);
@@ -112,14 +112,14 @@ fn without_its_cable_an_arm_leaves_datagrams_unanswered() {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     socket.set_read_timeout(Some(DEADLINE)).unwrap();
     let mut bytes = [0; 64];
-    // Half a request before, which is forgotten.
+    // Half a request before the unplugging, which is forgotten.
     socket.send_to(&get_pose()[..4], udp).unwrap();
     served.wait_for(|notice| matches!(notice, Notice::Connected(_)));
     served.handles[0].unplug().wait().unwrap();
     socket.send_to(&get_pose(), udp).unwrap();
     socket.send_to(b"Who is Dobot?", discovery).unwrap();
-    // A connection that is closed shows that a turn has been taken since the datagrams came; the
-    // orders show it of the next.
+    // A closed connection shows that a round has passed since the datagrams arrived; the operation
+    // shows the end of the next one.
     assert!(hung_up(&mut connect(tcp(&served))));
     served.handles[0].with(|_| ()).wait().unwrap();
     served.handles[0].plug().wait().unwrap();
@@ -172,14 +172,14 @@ mod terminals {
         for round in 0..20 {
             let mut client = open(&path);
             ask(&mut client, &set_name(&format!("round {round}")));
-            // A reply that is not read, and half a request.
+            // An unread reply, and half a request.
             client
                 .write_all(&[get_pose(), get_pose()[..3].to_vec()].concat())
                 .unwrap();
 
             served.handles[0].unplug().wait().unwrap();
             assert!(!is_there(&path));
-            // What had arrived may still be read, then there is nothing more, ever.
+            // Bytes that had arrived can still be read, and nothing after them.
             while !hung_up(&mut client) {}
             assert!(client.write_all(&get_pose()).is_err());
 

@@ -1,4 +1,5 @@
-//! Listening ends through real sockets, descriptors and files, one program: `cargo test --test serve pty::` does those of a file.
+//! Endpoints through real sockets, descriptors and files, as one test program:
+//! `cargo test --test serve pty::` runs those of one file.
 
 mod served;
 

@@ -1,4 +1,4 @@
-//! The pseudo-terminal, through real descriptors and with clients that behave badly.
+//! Pseudo-terminal, through real descriptors and with misbehaving clients.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -41,7 +41,7 @@ impl Arm {
         }
     }
 
-    /// Waits until the server has seen that the last client left.
+    /// Waits until the server has noticed that the last client left.
     #[cfg(target_os = "linux")]
     fn wait_until_left(&self) {
         self.served
@@ -49,7 +49,7 @@ impl Arm {
     }
 }
 
-/// A client's descriptor.
+/// Descriptor of a client.
 struct Client(OwnedFd);
 
 impl Client {
@@ -58,7 +58,7 @@ impl Client {
         Self(rustix::fs::open(path, flags, Mode::empty()).unwrap())
     }
 
-    /// Writes all; false if that takes longer than anything may.
+    /// Writes all bytes; panics if that takes longer than anything may.
     fn write(&self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             match rustix::io::write(&self.0, bytes) {
@@ -82,7 +82,7 @@ impl Client {
         bytes
     }
 
-    /// What can be read without waiting.
+    /// Returns the bytes that can be read without waiting.
     fn read_waiting(&self) -> Vec<u8> {
         let (mut all, mut bytes) = (Vec::new(), [0; 4096]);
         while let Ok(count @ 1..) = rustix::io::read(&self.0, &mut bytes) {
@@ -155,7 +155,7 @@ fn every_byte_value_reaches_the_arm_unchanged() {
     let all: Vec<u8> = (0..=255).collect();
     let client = Client::open(&path);
     client.write(&all);
-    // Bytes that a terminal would act on, as a name that comes back.
+    // Bytes that a terminal would act on, as a name that is read back.
     let special = "\x11\x13\r\n\x04\x7F\x03\x1A\x1C\x15\x12";
     client.ask(&set_name(special));
     assert_eq!(name(&client.ask(&get(1))), special);
@@ -231,8 +231,8 @@ fn a_second_client_does_not_disturb_the_first() {
         first.write(&get_pose());
         assert!(first.wait(PollFlags::IN));
         drop(Client::open(&arm.path));
-        // By the reply to the second request the server has begun, and by the reply to the third
-        // ended, a turn after the other's departure.
+        // The reply to the second request shows that the server has started, and the reply to the
+        // third that it has finished with the departure of the other client, one round later.
         first.write(&get(246));
         assert_eq!(ids(&[first.reply(), first.reply()].concat()), [10, 246]);
         assert_eq!(ids(&first.ask(&get(246))), [246]);
@@ -255,7 +255,7 @@ fn a_client_that_does_not_read_gets_whole_frames_later() {
     assert!(poses > 50, "{poses}");
 }
 
-/// The ids of all frames; anything else but an unfinished frame at the end is a failure.
+/// Returns the ids of all frames; fails on anything else but an unfinished frame at the end.
 fn ids_so_far(bytes: &[u8]) -> Vec<u8> {
     let (mut deframer, mut input, mut ids) = (Deframer::new(), bytes, Vec::new());
     while let Some(event) = deframer.next(&mut input) {
@@ -291,7 +291,7 @@ fn a_symlink_is_replaced_unless_its_server_lives() {
         assert_eq!(ids(&Client::open(&path).ask(&get_pose())), [10]);
     }
     first.stop();
-    // Its number may be another server's by now.
+    // The number of its terminal may belong to another server by now.
     let other = arm();
     let theirs = fs::read_link(&other.path).unwrap();
     symlink(theirs, &path).unwrap();
@@ -340,7 +340,7 @@ fn a_server_that_fails_later_leaves_no_symlink() {
 
 const CHILD: &str = "MAGICIAN_TEST_TERMINAL";
 
-/// Not a test by itself: the client that is run as a process of its own by the next one.
+/// Not a test by itself: the client that the next test runs as a separate process.
 #[test]
 fn child_that_keeps_others_out() {
     let Ok(path) = std::env::var(CHILD) else {
@@ -358,7 +358,7 @@ fn child_that_keeps_others_out() {
     }
 }
 
-/// A client process; as the user nobody if we are root, since no exclusive flag stops root.
+/// Starts a client process; as user nobody if we are root, since no exclusive flag stops root.
 fn client_process(path: &Path) -> (std::process::Child, String) {
     let this = std::env::current_exe().unwrap();
     let mut command = if rustix::process::geteuid().is_root() {

@@ -52,7 +52,7 @@ fn ports_count_up_from_the_first() {
     let found = sockets(&served).into_iter().map(|address| address.port());
     let expected = [21000, 8899, 21001, 8900, 21002, 8901, 21003, 8902];
     assert_eq!(found.collect::<Vec<u16>>(), expected);
-    // Hosts that look for an arm go on to the usual port: one arm's.
+    // Searching hosts connect to the standard port, which only one arm has.
     let discovery = |endpoint: &&Endpoint| matches!(endpoint, Endpoint::Discovery(_));
     assert_eq!(served.endpoints.iter().filter(discovery).count(), 1);
 }

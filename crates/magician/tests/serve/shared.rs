@@ -1,4 +1,4 @@
-//! An arm that several use: a virtual one of this process at endpoints, and any one behind a proxy.
+//! Shared arms: a virtual arm of this process at endpoints, and any arm behind a proxy.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -14,7 +14,7 @@ use tokio::sync::oneshot;
 
 use super::served::{DEADLINE, ask, get_pose, set_name};
 
-/// Something that is served over TCP on a thread of its own until this is dropped.
+/// Service over TCP on a background thread, until it is dropped.
 struct Shared {
     address: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
@@ -130,7 +130,7 @@ fn an_arm_is_put_back_where_no_client_has_spoken() {
     ask(&mut terminal, &set_name("changed\0"));
     let refused = cell.restore(&before).unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::InvalidInput);
-    // It has been there until now.
+    // The symlink existed until now.
     drop(terminal);
     drop(shared);
     assert!(!path.is_symlink());
@@ -139,7 +139,7 @@ fn an_arm_is_put_back_where_no_client_has_spoken() {
 
 #[test]
 fn its_cable_is_that_of_its_endpoints() {
-    // Its clock stands: nothing but the cable wakes the endpoints.
+    // The clock of the arm stands, so only the cable wakes the endpoints.
     let cell = VirtualArm::default().in_virtual_time();
     let shared = Shared::arm(&cell);
     let plug = |plugged| cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged }));
@@ -150,7 +150,7 @@ fn its_cable_is_that_of_its_endpoints() {
         client.read_exact(&mut [0; 38]).ok()?;
         Some(client)
     };
-    // Often, because the endpoints may be awake for their client still.
+    // Repeated, because the endpoints may still be awake for their client.
     for _ in 0..20 {
         // While the endpoints follow the cable, connections are refused.
         let mut client = loop {

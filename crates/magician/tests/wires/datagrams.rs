@@ -1,5 +1,5 @@
-//! Wi-Fi, on the loopback: finding an arm, and datagrams that are lost, doubled, late, out of
-//! order, too large, empty, or a stranger's.
+//! Wi-Fi on the loopback interface: discovery, and datagrams that are lost, duplicated, late,
+//! reordered, too large, empty, or foreign.
 
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
@@ -13,14 +13,14 @@ use tokio::time::Instant;
 use crate::replug::answers;
 use crate::{Served, serve};
 
-/// Far beyond what anything here takes.
+/// Far beyond the duration of anything here.
 const DEADLINE: Duration = Duration::from_secs(120);
 
 fn target(address: SocketAddr) -> Target {
     format!("udp:{address}").parse().unwrap()
 }
 
-/// A peer that is no arm, and a line to it.
+/// Creates a peer that is no arm, and a line to it.
 async fn peer() -> (UdpSocket, RawLine, SocketAddr) {
     let peer = UdpSocket::bind("127.0.0.1:0").unwrap();
     peer.set_read_timeout(Some(DEADLINE)).unwrap();
@@ -89,7 +89,7 @@ async fn a_host_that_comes_back_with_another_socket_is_answered_there() {
     assert!(answers(&mut first).await);
 }
 
-/// Carries datagrams between a host and an arm, and does to them what a bad network does.
+/// Relays datagrams between a host and an arm, with the faults of a bad network.
 async fn relay(front: tokio::net::UdpSocket, arm: SocketAddr, [there, here]: [Faults; 2]) {
     let back = tokio::net::UdpSocket::bind("127.0.0.1:0").await.unwrap();
     back.connect(arm).await.unwrap();
@@ -127,7 +127,8 @@ async fn relay(front: tokio::net::UdpSocket, arm: SocketAddr, [there, here]: [Fa
     }
 }
 
-/// An arm behind a network with these faults on the way there and back; its own address too.
+/// Creates an arm behind a network with these faults in each direction; also returns its own
+/// address.
 async fn behind(faults: [String; 2]) -> (Served, Arm, SocketAddr) {
     let served = serve(|server| server.udp("127.0.0.1:0"));
     let Endpoint::Udp(address) = served.endpoints[0] else {
@@ -141,7 +142,7 @@ async fn behind(faults: [String; 2]) -> (Served, Arm, SocketAddr) {
     (served, arm, address)
 }
 
-/// What the arm has in its queue, by a line without faults.
+/// Returns the number of commands in the arm's queue, over a line without faults.
 async fn stored(address: SocketAddr) -> u64 {
     let clean = Arm::connect(&target(address)).await.unwrap();
     u64::from(32 - clean.queue().left_space().await.unwrap())
@@ -154,8 +155,8 @@ fn go() -> magician::commands::PtpCmd {
     }
 }
 
-/// Through lost and overtaking datagrams, and answers that come twice, every queued command is taken
-/// once, or the host says which one it does not know of.
+/// With lost, reordered and duplicated datagrams every queued command is accepted once, or the host
+/// reports which one is uncertain.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_bad_network_neither_loses_nor_doubles_a_command_in_silence() {
     let faults = "drop-chunk=0.04,swap-chunk=0.1,hold-ms=5";
@@ -169,7 +170,7 @@ async fn a_bad_network_neither_loses_nor_doubles_a_command_in_silence() {
                 taken += 1;
                 assert_eq!(index.0, taken + 1);
             }
-            // It did not go out in time, which is certain.
+            // The command was certainly not sent.
             Err(error) if error.kind() == ErrorKind::Timeout => {}
             Err(error) => {
                 assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
@@ -182,8 +183,8 @@ async fn a_bad_network_neither_loses_nor_doubles_a_command_in_silence() {
     assert!(told.contains(&stored), "{taken} {unknown} {stored}");
 }
 
-/// A network that doubles a request makes the arm take it twice; the host sees it by the indices
-/// and says so.
+/// A duplicated request makes the arm accept it twice; the indices show that to the host, which
+/// reports it.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_request_that_the_network_doubles_is_told_of() {
     let double = "duplicate-chunk=1".to_owned();
@@ -198,8 +199,8 @@ async fn a_request_that_the_network_doubles_is_told_of() {
             }
         }
     }
-    // The double of the last request comes when no call is under way, or so late that the next call
-    // tells of it. A wait after that only says that the queue was not started.
+    // The duplicate of the last request arrives while no call is in progress, or so late that the
+    // next call reports it. A wait after that only reports that the queue was not started.
     if told == 0 {
         let error = arm.wait(QueueIndex(2)).await.unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
@@ -216,7 +217,7 @@ async fn an_arm_is_found_by_asking_for_it() {
         _ => None,
     };
     let address = served.endpoints.iter().find_map(find).unwrap();
-    // All that were asked have answered, so the search ends long before its time.
+    // All hosts have answered, so the search ends long before its time.
     let found = Search::host(address.to_string())
         .find(DEADLINE)
         .await

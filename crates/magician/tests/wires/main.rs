@@ -18,7 +18,7 @@ use magician::sim::{Controller, Profile, Speed};
 use magician::{ErrorKind, Set, Target, blocking, build};
 use tokio::sync::oneshot;
 
-/// A virtual arm behind endpoints, on a thread of its own.
+/// Virtual arm behind endpoints, on a background thread.
 struct Served {
     endpoints: Vec<Endpoint>,
     handle: Handle,
@@ -107,9 +107,9 @@ fn a_port_in_use_names_its_user() {
     assert!(error.to_string().contains("this program itself"), "{error}");
 }
 
-/// Held where a port is closed and opened again, and where a process is started, until that process
-/// has said something: a child has the open ports of all tests, locked, for an instant longer than
-/// `spawn` takes, which returns before the system has closed them.
+/// Lock held while a port is closed and reopened, and while a process is started until it has
+/// printed something. A child briefly has the open, locked ports of all tests: `spawn` returns
+/// before the system has closed them.
 static CHILDREN: Mutex<()> = Mutex::new(());
 
 #[cfg(target_os = "linux")]
@@ -139,7 +139,7 @@ fn a_port_that_another_program_has_locked_is_not_said_to_be_ours() {
         message.contains("in use by") && message.contains("(process "),
         "{message}"
     );
-    // It serves the arm, and does not use it.
+    // This program serves the arm, and does not use it.
     assert!(!message.contains("this program itself"), "{message}");
 }
 
@@ -161,7 +161,7 @@ fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
             };
             arm.enqueue(&go).await.unwrap();
         }
-        // Dropped here; the task that would stop the arm never runs again.
+        // Dropped here; the task that would stop the arm is never polled again.
     });
     let no_children = CHILDREN.lock().unwrap();
     drop(runtime);

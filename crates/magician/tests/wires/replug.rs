@@ -1,5 +1,5 @@
-//! A plug that is pulled and put back: over a pseudo-terminal, which is another device afterwards,
-//! and over TCP.
+//! Unplugging and replugging: over a pseudo-terminal, which is another device afterwards, and over
+//! TCP.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ fn get_pose() -> FrameBuf {
     FrameBuf::get(&NoArgs, Pose::ROW).unwrap()
 }
 
-/// Bytes of the answer to GetPose.
+/// Length of the answer to GetPose, bytes.
 const POSE: usize = 38;
 
 pub(crate) async fn answers(line: &mut RawLine) -> bool {
@@ -42,7 +42,7 @@ async fn the_same_name_leads_to_the_new_device() {
         assert!(answers(&mut line).await);
         served.handle.unplug().await.unwrap();
         assert!(is_lost(&mut line).await);
-        // The port is not there, and that may be tried again.
+        // The port is missing, and opening it may be tried again.
         for _ in 0..2 {
             let error = line.reopen().await.unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Port);

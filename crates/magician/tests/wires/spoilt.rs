@@ -1,4 +1,4 @@
-//! Lines with faults, and lines that are written down.
+//! Lines with faults, and traced lines.
 
 use magician::faults::Faults;
 use magician::sim::Event;
@@ -10,7 +10,7 @@ fn with(faults: &str) -> LineOptions {
     LineOptions::default().faults(faults.parse::<Faults>().unwrap())
 }
 
-/// Everything that comes back for so many questions after noise enough.
+/// Returns everything received for a number of requests with enough noise.
 async fn heard(faults: &str) -> Vec<u8> {
     let arm = VirtualArm::default();
     let mut line = RawLine::simulated(arm, with(faults)).await.unwrap();
@@ -20,7 +20,7 @@ async fn heard(faults: &str) -> Vec<u8> {
             let sum = 0u8.wrapping_sub(id);
             line.send(&[0xAA, 0xAA, 2, id, 0, sum]).await.unwrap();
             let mut bytes = [0; 300];
-            // The clock of the test stands, so what has not come by now will not come.
+            // The clock of the test stands, so bytes that have not arrived by now never will.
             while let Ok(came) = tokio::time::timeout(PATIENCE, line.receive(&mut bytes)).await {
                 heard.extend(&bytes[..came.unwrap()]);
             }

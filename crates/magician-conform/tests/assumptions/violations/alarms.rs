@@ -70,7 +70,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         }
         A::TargetChecked => instead(&[(0x11, 0x21), (0x12, 0x22)]),
         A::PathChecked => instead(&[(0x21, 0x11), (0x22, 0x12)]),
-        // A joint target is checked before the arm moves.
+        // Joint targets are checked before the arm moves.
         A::JointTargets => ignores(|arm, set, _| {
             let Some(PtpCmd {
                 ptp_mode: PtpMode::MovjAngle,
@@ -152,7 +152,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
     })
 }
 
-/// Alarms are told under other codes.
+/// Reports alarms under other codes.
 fn instead(codes: &'static [(u8, u8)]) -> Violation {
     reports::<AlarmsState>(|_, alarms| {
         let other = |code| {
@@ -165,7 +165,7 @@ fn instead(codes: &'static [(u8, u8)]) -> Violation {
     })
 }
 
-/// A program of another length than announced is forgotten.
+/// Drops a program whose length differs from the announced one.
 fn drops_mismatched() -> Violation {
     let (announced, lines) = (Cell::new(0), Cell::new(0));
     after(move |arm, request| match request {

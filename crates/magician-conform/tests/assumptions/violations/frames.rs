@@ -8,7 +8,7 @@ use crate::arm::{Fate, Violation};
 
 pub(super) fn violation(assumption: A) -> Option<Violation> {
     Some(match assumption {
-        // What does not begin with a header spoils all that comes with it.
+        // Foreign bytes also damage the bytes received with them.
         A::ForeignBytes => Violation::Bytes(Box::new(|bytes| match bytes {
             [0xAA, ..] => bytes.to_vec(),
             _ => Vec::new(),
@@ -34,7 +34,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             Err(_) => Fate::Unanswered,
             Ok(_) => Fate::Taken,
         }),
-        // Bit 1 counts only with bit 0.
+        // Bit 1 counts only together with bit 0.
         A::QueuedBitAlone => requests(|_, frame| match frame.frame().ctrl() {
             ctrl if ctrl.queued() && !ctrl.write() => empty(frame),
             _ => Fate::Taken,

@@ -1,4 +1,4 @@
-//! Mistakes that break no assumption of the list: what every controller of this kind would have to do.
+//! Mistakes that violate no listed assumption: duties of every controller of this kind.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Effect, PtpMode};
@@ -6,17 +6,18 @@ use magician_protocol::{Effect, PtpMode};
 use super::{profile, sets, time};
 use crate::arm::{Violation, tell};
 
-/// All hosts are one.
+/// Treats all hosts as one.
 pub(crate) fn one_link() -> Violation {
     Violation::OneLink
 }
 
-/// However long a line is silent, the frame that has begun there goes on: time passes in pieces that are too short to notice.
+/// Never times out a frame, however long the line is silent: time passes in steps too short to
+/// notice.
 pub(crate) fn no_timeout() -> Violation {
     time(|_| {})
 }
 
-/// Each piece of a frame is given up on its own.
+/// Gives up each piece of a frame separately.
 pub(crate) fn impatience() -> Violation {
     Violation::Bytes(Box::new(|bytes| match bytes {
         [0xAA, 0xAA, count, ..] if bytes.len() == usize::from(*count) + 4 => bytes.to_vec(),
@@ -24,7 +25,7 @@ pub(crate) fn impatience() -> Violation {
     }))
 }
 
-/// A queued parameter takes effect when it is received.
+/// Applies a queued parameter on receipt.
 pub(crate) fn at_receipt() -> Violation {
     sets(|arm, set, queued| {
         if queued && matches!(set.row().effect, Effect::Setting | Effect::Laser) {
@@ -33,7 +34,7 @@ pub(crate) fn at_receipt() -> Violation {
     })
 }
 
-/// Joints that speed up and turn less than they may.
+/// Accelerates and turns the joints less than they may.
 pub(crate) fn weak_joints() -> Violation {
     profile(|profile| {
         profile.ceilings.joint_acceleration = 250.0;
@@ -41,7 +42,7 @@ pub(crate) fn weak_joints() -> Violation {
     })
 }
 
-/// The acceleration goes by the ratio of the speed.
+/// Uses the ratio of the speed for the acceleration too.
 pub(crate) fn one_ratio() -> Violation {
     sets(|_, set, _| match set {
         Set::PtpCommonParams(ratios) => ratios.acceleration_ratio = ratios.velocity_ratio,
@@ -50,7 +51,7 @@ pub(crate) fn one_ratio() -> Violation {
     })
 }
 
-/// A jump lifts before its corners are looked at.
+/// Lifts a jump before its corners are checked.
 pub(crate) fn lifts_first() -> Violation {
     sets(|_, set, _| {
         if let Set::PtpCmd(ptp) = set

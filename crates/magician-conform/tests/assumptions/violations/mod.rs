@@ -1,4 +1,4 @@
-//! How each assumption is violated.
+//! Violation of each assumption.
 
 mod alarms;
 mod frames;
@@ -15,7 +15,7 @@ use magician_sim::{Controller, ExternalEvent, Profile};
 
 use crate::arm::{Fate, Violation};
 
-/// How an arm violates an assumption.
+/// Returns the violation of an assumption.
 pub(crate) fn violation(assumption: Assumption) -> Violation {
     let rooms = [
         settings::violation,
@@ -53,7 +53,7 @@ fn replies(change: impl FnMut(&mut Controller, FrameBuf) -> FrameBuf + 'static) 
     Violation::Reply(Box::new(change))
 }
 
-/// A value is answered otherwise.
+/// Alters the reply to a read.
 fn reports<L: Readable>(change: impl Fn(&mut Controller, &mut L) + 'static) -> Violation {
     replies(move |arm, reply| {
         let frame = reply.frame();
@@ -68,14 +68,14 @@ fn reports<L: Readable>(change: impl Fn(&mut Controller, &mut L) + 'static) -> V
     })
 }
 
-/// The index of the command that finished last is answered otherwise.
+/// Alters the index of the last finished command.
 fn current_index(change: impl Fn(&mut Controller, &mut u64) + 'static) -> Violation {
     reports::<QueuedCmdCurrentIndex>(move |arm, index| {
         change(arm, &mut index.queued_cmd_current_index);
     })
 }
 
-/// These alarms are never told.
+/// Never reports these alarms.
 fn hides(codes: &'static [u8]) -> Violation {
     reports::<AlarmsState>(|_, alarms| {
         let others = alarms
@@ -86,7 +86,7 @@ fn hides(codes: &'static [u8]) -> Violation {
     })
 }
 
-/// A command is carried out otherwise: at once or, with `true`, in the queue.
+/// Alters a command: an immediate one, or with `true` a queued one.
 fn sets(change: impl Fn(&mut Controller, &mut Set, bool) + 'static) -> Violation {
     requests(move |arm, frame| {
         let ctrl = frame.frame().ctrl();
@@ -100,7 +100,7 @@ fn sets(change: impl Fn(&mut Controller, &mut Set, bool) + 'static) -> Violation
     })
 }
 
-/// Commands are answered and do nothing.
+/// Answers commands without executing them.
 fn ignores(which: impl Fn(&mut Controller, &Set, bool) -> bool + 'static) -> Violation {
     requests(move |arm, frame| match Request::decode(&frame.frame()) {
         Ok(Request::Set(set)) if which(arm, &set, false) => Fate::Ignored,
@@ -109,18 +109,18 @@ fn ignores(which: impl Fn(&mut Controller, &Set, bool) -> bool + 'static) -> Vio
     })
 }
 
-/// These commands are answered and do nothing.
+/// Answers commands with these ids without executing them.
 fn ignores_ids(ids: &'static [u8]) -> Violation {
     ignores(|_, set, _| ids.contains(&set.row().id))
 }
 
-/// An empty answer to a frame.
+/// Returns an empty answer to a frame.
 fn empty(frame: &FrameBuf) -> Fate {
     let frame = frame.frame();
     Fate::Answered(FrameBuf::new(frame.id(), frame.ctrl(), &[]).expect("fits"))
 }
 
-/// A point-to-point move, wherever it stands in the table of commands.
+/// Returns a point-to-point move, whichever command contains it.
 fn ptp(set: &mut Set) -> Option<&mut PtpCmd> {
     match set {
         Set::PtpCmd(ptp) => Some(ptp),

@@ -1,4 +1,4 @@
-//! Point to point, the rail, continuous paths, arcs and jogs.
+//! Point-to-point moves, the rail, continuous paths, arcs and jogs.
 
 use std::cell::Cell;
 
@@ -16,12 +16,12 @@ const FORCE_STOP: Set = Set::QueuedCmdForceStopExec(QueuedCmdForceStopExec {});
 
 pub(super) fn violation(assumption: A) -> Option<Violation> {
     Some(match assumption {
-        // Longer ramps than those of the acceleration that was set.
+        // Longer ramps than the configured acceleration.
         A::PtpLaw => profile(|profile| {
             profile.ceilings.joint_acceleration = 50.0;
             profile.ceilings.linear_acceleration = 50.0;
         }),
-        // What is set while a move waits comes too late for it.
+        // Settings changed while a move waits come too late for it.
         A::PlannedAtStart => ignores(|arm, set, queued| {
             !queued && matches!(set.row().id, 80..=83 | 87) && arm.state().queue.waiting > 0
         }),
@@ -85,7 +85,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             ignores(|arm, set, _| matches!(set, Set::PtpWithLCmd(_)) && arm.state().rail.is_none())
         }
         A::RailPose => reports::<PoseL>(|_, pose| pose.pose_l += 1.0),
-        // The rail begins when the arm has ended.
+        // The rail begins after the arm has finished.
         A::RailWithArm => reports::<PoseL>(|arm, pose| {
             if arm.state().moving {
                 pose.pose_l = 0.0;
@@ -101,7 +101,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             Set::PtpWithLCmd(PtpWithLCmd { l, .. }) => *l > 1000.0,
             _ => false,
         }),
-        // Each segment ends at rest, or each that comes while another one is under way.
+        // Each segment ends at rest, or each that arrives during another one.
         A::CpLaw => segments(|_| true),
         A::CpFollows => segments(|arm| arm.state().moving),
         // J4 turns against J1.
@@ -180,7 +180,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
                 tell(arm, &FORCE_STOP);
             }
         }),
-        // The axis under way goes on.
+        // The current axis continues.
         A::JogAxisChange => {
             let first = Cell::new(None);
             ignores(move |arm, set, _| {
@@ -202,7 +202,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
     })
 }
 
-/// Moves of one mode are made in another.
+/// Executes moves of one mode in another.
 fn modes(pairs: &'static [(PtpMode, PtpMode)]) -> Violation {
     sets(|_, set, _| {
         if let Some(ptp) = ptp(set) {
@@ -212,7 +212,7 @@ fn modes(pairs: &'static [(PtpMode, PtpMode)]) -> Violation {
     })
 }
 
-/// Some segments of a path are moves of their own.
+/// Turns some segments of a path into separate moves.
 fn segments(which: fn(&mut Controller) -> bool) -> Violation {
     sets(move |arm, set, _| {
         if let Set::CpCmd(CpCmd {
@@ -240,7 +240,7 @@ fn straight(mode: CpMode) -> PtpMode {
     }
 }
 
-/// Sets the speeds of point-to-point moves, which arcs take, to those of arcs.
+/// Sets the speeds of point-to-point moves, which arcs use here, to those of arcs.
 fn with_arc_speeds(arm: &mut Controller) {
     let ArcParams {
         xyz_velocity,

@@ -13,10 +13,10 @@ use crate::arm::{Fate, Violation, tell};
 
 pub(super) fn violation(assumption: A) -> Option<Violation> {
     Some(match assumption {
-        // Every other number is left out.
+        // Every other index is skipped.
         A::Indices => replies(|_, reply| renumbered(reply, |index| 2 * index)),
         A::FirstIndex => profile(|profile| profile.queue.first_index = 1),
-        // The index of the command at work.
+        // The index of the running command.
         A::CurrentIndex => current_index(|arm, index| {
             *index = arm.state().queue.running.unwrap_or(*index);
         }),
@@ -72,7 +72,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
     })
 }
 
-/// The answer to a queued command with another number.
+/// Changes the index in the answer to a queued command.
 fn renumbered(reply: FrameBuf, number: impl FnOnce(u64) -> u64) -> FrameBuf {
     let frame = reply.frame();
     let index = <[u8; 8]>::try_from(frame.params()).map(u64::from_le_bytes);

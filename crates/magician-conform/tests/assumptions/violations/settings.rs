@@ -1,4 +1,4 @@
-//! The arm's pose and identity, and values that are set and read back.
+//! Pose and identity of the arm, and values that are set and read back.
 
 use std::cell::Cell;
 
@@ -158,7 +158,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
     })
 }
 
-/// Whether a pose can be reached: a move there takes some time.
+/// True if a pose can be reached: a move there takes some time.
 fn is_reached(arm: &mut Controller, [x, y, z, r]: [f32; 4]) -> bool {
     let ptp_mode = PtpMode::MovjXyz;
     let query = GetPtpTime {

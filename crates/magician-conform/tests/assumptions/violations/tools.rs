@@ -9,7 +9,7 @@ use crate::arm::{Fate, Violation, tell};
 
 pub(super) fn violation(assumption: A) -> Option<Violation> {
     Some(match assumption {
-        // A wait counts from when it was queued, and is over by its turn.
+        // A wait counts from its queueing, and is over by its turn.
         A::Wait => sets(|arm, set, queued| {
             if let Set::WaitCmd(wait) = set
                 && queued
@@ -29,7 +29,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             Ok(Request::Set(Set::WaitCmd(_) | Set::TrigCmd(_))) => Fate::Unanswered,
             _ => Fate::Taken,
         }),
-        // As the vendor's document has the codes.
+        // Codes as in the vendor's document.
         A::IoFunctions => sets(|_, set, _| {
             if let Set::IoMultiplexing(pin) = set {
                 pin.multiplex = match pin.multiplex {
@@ -60,14 +60,14 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             Set::EMotorS(motor) => motor.speed /= 2,
             _ => {}
         }),
-        // The motor turns behind the back of the queue.
+        // The motor turns without waiting for its turn in the queue.
         A::StepperDistance => sets(|arm, set, queued| {
             if queued && matches!(set, Set::EMotorS(_)) {
                 tell(arm, set);
                 *set = Set::WaitCmd(WaitCmd { timeout: 0 });
             }
         }),
-        // The pins are others: nothing hangs on them.
+        // Other pins: nothing is connected to them.
         A::ToolPins => ignores(|_, set, _| match set {
             Set::IoDo(IoDo { address, .. }) => [2, 4, 16, 17].contains(address),
             _ => false,

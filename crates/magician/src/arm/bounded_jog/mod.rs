@@ -1,14 +1,19 @@
-//! Jogs that end by themselves, for a line that nothing outside of this program watches: a jog of the arm's own (JOGCmd) goes on
-//! to the end of its range when this program dies. Why it is not the only jog stands at the head of [`gate`](crate::gate).
+//! Bounded jogs: jogs that end by themselves, for a line that nothing outside this process watches.
 //!
-//! Such a jog is pieces in the arm's queue: along x, y and z segments of a path, which the arm runs through, else moves by so many
-//! degrees or mm, at whose ends it rests. The next piece goes out when what the arm may still have to do, and that piece, are done
-//! within the time that the jog may go on without being kept, and [`AFTER`]. So whatever becomes of this program the arm stands by then.
-//! How far it is tells its pose, which is read before each piece: an answer that is late makes the jog slower, never longer.
+//! The arm's own jog (JOGCmd) runs to the end of its range if this process dies. The head of
+//! [`gate`](crate::gate) says why bounded jogs do not replace it.
 //!
-//! The [`Gate`](crate::gate::Gate) has its deadline, as that of any jog: its task asks the gate before the first piece, and is
-//! told when it is to end. The task then stops the arm, sees it at rest, and gives back the settings that the pieces needed.
-//! What others set, start, or read of settings meanwhile waits for that ([`Arm::waits_for_jog`]).
+//! A bounded jog is a sequence of short pieces in the arm's queue. Along x, y and z they are path
+//! segments, which the arm passes without resting; for joints, r and the rail they are relative
+//! moves, with a rest at each end. The next piece is sent only if everything the arm has, with that
+//! piece, is done within the hold time plus [`AFTER`]. So whatever happens to this process, the arm
+//! is at rest by then. The pose, read before each piece, shows how much is left: a late answer
+//! slows the jog down and never lengthens it.
+//!
+//! The [`Gate`](crate::gate::Gate) has the deadline, as for any jog: the jog's task asks it before
+//! the first piece, and learns when to end. The task then stops the arm, waits for rest, and
+//! restores the settings that the pieces needed. Until then other calls that change or read
+//! settings, or start motion, wait ([`Arm::waits_for_jog`]).
 
 mod pace;
 mod pieces;
@@ -37,38 +42,40 @@ use pieces::{Pieces, piece};
 pub(super) use settings::BoundedJogs;
 use settings::Leads;
 
-/// The arm stands so long after the time for which a jog has to be kept, at the latest.
+/// Longest time from the end of the hold time to rest. Choice, documented at
+/// [`Options::bounded_jogs`](super::Options::bounded_jogs).
 const AFTER: Duration = Duration::from_millis(50);
-/// What of that is kept for the arm itself, which looks at what came now and then.
+/// Part of it reserved for the arm, which looks at new commands only now and then. Choice.
 const SPARE: Duration = Duration::from_millis(10);
-/// Looks are so far apart at least.
+/// Shortest interval of position reads. Choice, against a busy loop on a fast line.
 const PAUSE: Duration = Duration::from_millis(4);
-/// An arm that has a piece and goes nowhere for so long does not do it.
+/// Time without motion after which an arm with a piece is blocked. Choice.
 const STUCK: Duration = Duration::from_millis(400);
-/// How long an answer to a stop may take before it is said again, and how long all of it may take.
+/// Longest time for an answer to a stop before it is repeated, and longest time of all repetitions.
+/// Choices, as for the arm's own jogs.
 const PATIENCE: Duration = Duration::from_millis(300);
 const BRAKING: Duration = Duration::from_secs(5);
-/// What the pose is read to, mm or degrees.
+/// Tolerance of a position, mm or degrees: the resolution of a pose in binary32.
 const READ: f64 = 0.002;
 
-/// A jog in pieces, led by a task of its own.
+/// Bounded jog, run by its own task.
 pub(super) struct BoundedJog {
-    /// A handle whose commands do not wait for the end of this jog.
+    /// Handle whose commands do not wait for the end of this jog.
     arm: Arm,
     asks: JogRequest,
     stops: u64,
     deadline: Instant,
-    /// What tells its guard; with the driver once the gate was asked.
+    /// Sender for the guard's phase; `None` once the gate was asked, which then has it.
     tells: Option<watch::Sender<Phase>>,
     phase: watch::Receiver<Phase>,
-    /// Closed by a caller that gives up before it has begun.
+    /// Reply to the caller; closed if it gives up before the start.
     begun: Option<oneshot::Sender<Result<()>>>,
-    /// A piece of it may have gone out.
+    /// True if a piece may have been sent.
     has_sent: bool,
 }
 
 impl BoundedJog {
-    /// Begins one: its guard, once the arm has its first piece.
+    /// Starts a bounded jog; returns its guard once the arm has the first piece.
     pub(super) async fn start(
         arm: &Arm,
         direction: JogDirection,
@@ -76,7 +83,7 @@ impl BoundedJog {
         stops: u64,
         deadline: Instant,
     ) -> Result<Jog> {
-        // From here on giving up ends it: the guard is dropped.
+        // From here on a dropped call ends the jog, because it drops the guard.
         let (jog, tells) = Jog::new(arm, keep);
         let asks = jog.request(direction, JogKind::Pieces);
         let (begun, begins) = oneshot::channel();
@@ -94,9 +101,11 @@ impl BoundedJog {
             begun: Some(begun),
             has_sent: false,
         };
+        // A task, so that the jog ends in order even if the caller's future is dropped.
         tokio::spawn(task.lead());
         match timeout_at(deadline, begins).await {
             Ok(begins) => begins.map_err(|_| Error::closed())??,
+            // The guard is dropped here, which also ends a jog that begins after all.
             Err(_) => {
                 return Err(Error::new(
                     ErrorCode::NoAnswer,
@@ -115,14 +124,14 @@ impl BoundedJog {
         self.asks.direction.axis
     }
 
-    /// The whole of a jog, whatever becomes of it.
+    /// Runs the jog from start to restored settings.
     async fn lead(mut self) {
         let arm = self.arm.clone();
         let Ok(mut flow) = arm.queue().take_turn(self.deadline, "a jog").await else {
             let message = message!("a program runs, or another task is filling the queue");
             return self.refuse(Err(Error::new(ErrorCode::Busy, message)));
         };
-        // What it leaves there is counted anew.
+        // The pieces are not counted, so the next call reads the space again.
         flow.room = 0;
         let leads = Leads::new(self.shared(), self.asks.id);
         let ended = self.pieces().await;
@@ -132,6 +141,7 @@ impl BoundedJog {
         };
         self.shared().led_ends(self.asks.id);
         self.ends(why);
+        // If nothing was sent the arm was at rest before, and still is.
         let stands = if self.has_sent {
             self.rest().await
         } else {
@@ -145,7 +155,7 @@ impl BoundedJog {
         leads.settle(arm, restored).await;
     }
 
-    /// Tells a caller that still waits for the beginning why there is none.
+    /// Reports to a caller that still waits why the jog did not begin.
     fn refuse(&mut self, ended: Result<()>) {
         if let Some(begun) = self.begun.take() {
             let over = || {
@@ -154,17 +164,19 @@ impl BoundedJog {
                     message!("the jog was ended before it began"),
                 )
             };
+            // The caller may have given up, and then needs no reason.
             let _ = begun.send(Err(ended.err().unwrap_or_else(over)));
         }
     }
 
-    /// The gate ends it, unless it has.
+    /// Ends the jog at the gate, unless it has ended.
     fn ends(&self, why: JogEnd) {
         self.shared().gate().end_one(self.asks.id, why);
+        // With a full inbox the task is awake anyway, and asks the gate.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
-    /// The arm has come to rest, and has its settings.
+    /// Reports to the gate that the arm is at rest and has its settings back.
     fn is_over(&self, stands: Stands) {
         {
             let mut gate = self.shared().gate();
@@ -175,7 +187,7 @@ impl BoundedJog {
         let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
-    /// Gets ready, and sends piece after piece until something ends that.
+    /// Prepares the arm, then sends pieces until something ends the jog.
     async fn pieces(&mut self) -> Result<JogEnd> {
         let (arm, direction) = (self.arm.clone(), self.asks.direction);
         arm.restore_settings().await?;
@@ -198,7 +210,7 @@ impl BoundedJog {
             Some(jog) => jog.axis.value(stands),
             None => self.place().await?,
         };
-        // It is empty.
+        // The queue is empty, so starting it moves nothing.
         arm.queue().start_standing().await?;
         let keep = Duration::from_micros(self.asks.keep);
         let within = (keep + AFTER - SPARE).as_secs_f64();
@@ -206,15 +218,16 @@ impl BoundedJog {
         for setting in &settings {
             course.check(setting)?;
         }
-        // From here on what is sent is checked against the fence by this task alone.
+        // From here on only this task checks against the fence.
         let mut turn = arm.fence_check().hold_run(true).await?;
+        // The check of the run starts from `course` itself; only the exclusive right is needed.
         let _ = turn.as_mut().map(super::fence::Turn::start);
         self.ask_gate().await?;
         let mut pieces = Pieces::new(direction, pace, course, from);
         self.go_on(&mut pieces).await
     }
 
-    /// Waits for the gate to let it begin.
+    /// Waits until the gate lets the jog begin.
     async fn ask_gate(&mut self) -> Result<()> {
         let stopped = || {
             Error::new(
@@ -225,7 +238,7 @@ impl BoundedJog {
         let (Some(phase), None) = (self.tells.take(), self.over()) else {
             return Err(stopped());
         };
-        // The arm was seen at rest: what was lost before is over.
+        // The arm was just seen at rest, which settles any earlier doubt.
         self.shared().gate().stands_still();
         let (reply, answer) = oneshot::channel();
         let start = JogStart {
@@ -251,12 +264,12 @@ impl BoundedJog {
 
     async fn go_on(&mut self, pieces: &mut Pieces) -> Result<JogEnd> {
         let (mut moved, mut gone_before) = (Instant::now(), 0.0);
-        // The last piece leads to a limit.
+        // True once the last piece ends at a limit.
         let mut at_limit = false;
         loop {
             let look = async {
                 if self.begun.is_some() {
-                    // It stands where the check has it.
+                    // At rest, where the check started.
                     Ok(pieces.from)
                 } else {
                     self.place().await
@@ -278,6 +291,7 @@ impl BoundedJog {
                     Err(Error::new(ErrorCode::Stopped, message!("the arm stands")))
                 };
             }
+            // The last piece is done, up to the resolution of a pose.
             if at_limit && left <= READ {
                 return Ok(JogEnd::Limit);
             }
@@ -292,13 +306,15 @@ impl BoundedJog {
                         pieces.note(course, by);
                         if let Some(begun) = self.begun.take() {
                             let shared = self.shared();
-                            // From here on its holder can keep it up. Without a caller its guard is gone as well.
+                            // From here on the caller can renew the jog. If it has gone, its guard
+                            // has been dropped as well.
                             let _ = shared.gate().keep(self.asks.id, shared.now());
                             let _ = begun.send(Ok(()));
                             moved = Instant::now();
                         }
                         continue;
                     }
+                    // Not a single piece is possible: the jog fails instead of ending at once.
                     Err(error) if self.begun.is_some() => return Err(error),
                     Err(_) => {
                         at_limit = true;
@@ -314,7 +330,7 @@ impl BoundedJog {
         }
     }
 
-    /// Why it is to end, if it is.
+    /// Returns the reason to end the jog, if any.
     fn over(&self) -> Option<JogEnd> {
         let given_up = (self.begun.as_ref()).is_some_and(oneshot::Sender::is_closed);
         match *self.phase.borrow() {
@@ -325,7 +341,7 @@ impl BoundedJog {
         }
     }
 
-    /// What comes of something, unless the jog is to end before.
+    /// Awaits a future unless the jog has to end first.
     async fn unless_over<T>(&self, what: impl Future<Output = T>) -> Result<T, JogEnd> {
         let mut phase = self.phase.clone();
         let mut others = self.shared().bounded.subscribe();
@@ -335,6 +351,7 @@ impl BoundedJog {
                 return Err(why);
             }
             tokio::select! {
+                // The end of the jog first: a piece must not be sent after it.
                 biased;
                 changed = phase.changed() => changed.map_err(|_| JogEnd::Closed)?,
                 _ = others.changed() => {}
@@ -343,7 +360,7 @@ impl BoundedJog {
         }
     }
 
-    /// Queues a piece. It goes out once: without its answer the jog ends.
+    /// Queues a piece, once: without an answer the jog ends.
     async fn send(&self, command: &Set) -> Result<()> {
         let request = flow::queued(command)?;
         let (frame, deadline) = (*request.frame(), self.arm.call_deadline());
@@ -352,7 +369,7 @@ impl BoundedJog {
         self.arm.queue().accepted(&mut 0, reply).map(drop)
     }
 
-    /// Where the arm is on the axis.
+    /// Returns the position on the jog's axis.
     async fn place(&self) -> Result<f64> {
         match jog_of(self.asks.direction) {
             Some(jog) => Ok(jog.axis.value(&state_at(&self.arm.get::<Pose>().await?))),
@@ -360,7 +377,7 @@ impl BoundedJog {
         }
     }
 
-    /// Waits for equal poses, and for a rail that stands.
+    /// Waits for equal poses, and for a rail at rest.
     async fn stands(&self, until: Instant) -> Result<()> {
         self.arm.wait_still().await?;
         let mut before = self.place().await?;
@@ -375,11 +392,12 @@ impl BoundedJog {
         Ok(())
     }
 
-    /// Stops what of the pieces is under way, and makes sure that the arm stands; it does so by itself as well.
+    /// Stops the pieces in progress and waits for rest. The arm would also come to rest by itself.
     async fn rest(&self) -> Stands {
         let until = Instant::now() + BRAKING;
         loop {
-            // One that others have asked for is the same.
+            // The stop count is that of the start, so a stop by another caller is not taken for a
+            // newer one.
             let deadline = Instant::now() + PATIENCE;
             let stopped = match self.arm.halted(deadline, self.stops).await {
                 Ok(()) => self.stands(until).await,
@@ -389,19 +407,21 @@ impl BoundedJog {
                 Ok(()) => return Stands::Seen,
                 Err(error) if error.kind() == ErrorKind::Port => return Stands::Unknown,
                 Err(_) if Instant::now() >= until => return Stands::Unknown,
+                // Lost frames are repeated until the deadline; a short pause avoids a busy loop.
                 Err(_) => sleep(PAUSE).await,
             }
         }
     }
 }
 
-/// As what an error ends a jog.
+/// Maps an error to the end of a jog.
 fn why_of(error: &Error) -> JogEnd {
     match (error.code(), error.kind()) {
         (ErrorCode::Fenced | ErrorCode::FenceLimit | ErrorCode::OutOfReach, _) => JogEnd::Limit,
         (ErrorCode::LineLost, _) | (_, ErrorKind::Port) => JogEnd::LinkLost,
         (_, ErrorKind::Timeout | ErrorKind::Uncertain | ErrorKind::Unexpected) => JogEnd::Doubt,
         (_, ErrorKind::Closed | ErrorKind::Alarm) => JogEnd::Stopped,
+        // Invalid input, a busy arm: the jog did not work at all.
         _ => JogEnd::Failed,
     }
 }

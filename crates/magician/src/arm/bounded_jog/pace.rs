@@ -1,54 +1,57 @@
-//! How fast a jog in pieces goes, how long its pieces are, and when the next one may follow.
+//! Pace of a bounded jog: its speed, the length of its pieces, and the time for the next one.
 //!
-//! All of it keeps one promise: whatever the arm has when a piece arrives is done within a time, from wherever on its way it
-//! may be by then. So it counts with the farthest that the arm may still have to go, by the pose that was read last.
+//! Everything keeps one promise: when a piece arrives, all that the arm then has is done within a
+//! fixed time, wherever on its way it may be. So the computation assumes the longest remaining
+//! distance that the last pose allows.
 
 use magician_motion::{KinematicLimits, MotionLaw};
 
-/// How soon after a piece the next one may follow: a shorter one would be more frames than way, s.
+/// Shortest duration of a piece, s. Choice: shorter ones would cost more frames than distance.
 const PIECE_S: f64 = 0.025;
-/// What rounding may make of a whole number of periods.
+/// Tolerance for a whole number of periods after rounding.
 const ROUNDING: f64 = 1e-6;
-/// A piece is not shorter, mm or degrees: more than what a pose is read to.
+/// Shortest piece, mm or degrees: above the resolution of a pose.
 const SHORTEST: f64 = 0.01;
-/// A jog is not slower, mm/s or deg/s: 1 % of the joints' 15 deg/s at power-up. What it moves in a period is still more than the
-/// pose is read to.
+/// Lowest speed, mm/s or deg/s: 1 % of the joints' 15 deg/s at power-up. In one period it still
+/// moves more than the resolution of a pose.
 const SLOWEST: f64 = 0.15;
 
-/// Whether the arm stands at the end of a piece.
+/// Behaviour of the arm at the end of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Joins {
-    /// Segments of a path: it runs through, and rests at the end of the last.
+    /// Path segments: it passes each and rests at the end of the last.
     Through,
     /// Moves: it rests at the end of each.
     AtRest,
 }
 
-/// A jog in pieces.
+/// Pace of a bounded jog.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     joins: Joins,
     /// Speed (mm/s or deg/s) and acceleration of the pieces.
     pub(super) rates: KinematicLimits,
-    /// All that the arm has is to be done within this, s.
+    /// Time within which all queued pieces must be done, s.
     within: f64,
-    /// How long a piece is at most, and at least.
+    /// Longest and shortest piece, mm or degrees.
     most: f64,
     least: f64,
-    /// The period in which the arm computes, s; 0 for continuous time. A piece takes a whole number of them.
+    /// Computing period of the arm, s; 0 for continuous time. A piece takes a whole number of
+    /// periods.
     period: f64,
 }
 
-/// A piece that the arm may not have done.
+/// Piece that the arm may not have finished.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) length: f64,
-    /// What of it may be left.
+    /// Largest possible remainder of it.
     pub(super) left: f64,
 }
 
 impl Pace {
-    /// A pace as near to these rates of a jog as the time allows, never faster; `ceilings` bound what the pieces are planned with.
+    /// Computes the pace closest to the rates of the arm's own jog that fits in the time, never
+    /// faster. `ceilings` bound the planning of the pieces.
     pub(super) fn new(
         joins: Joins,
         jog: KinematicLimits,
@@ -58,18 +61,22 @@ impl Pace {
     ) -> Self {
         let period = f64::from(law.period_us()) / 1e6;
         let within = match joins {
-            // The pieces between are whole periods; what brakes is rounded up to some.
+            // Intermediate pieces take whole periods; only the last, which brakes, is rounded up by
+            // one.
             Joins::Through => within - period,
-            // A pose may be that of the end for a period before the move is over, and is a period old.
+            // A pose may already be the end one period before the move is over, and is up to a
+            // period old.
             Joins::AtRest => within - 1.5 * period,
         };
         let within = within.max(period);
         let wanted = jog.velocity.min(ceilings.velocity).max(SLOWEST);
-        // What is left of that time when the next piece comes: looks and pieces have to be asked for and answered.
+        // Time left of `within` when the next piece arrives. The rest is for requests and answers.
+        // Choices.
         let (short, long) = ((within / 4.0).min(0.06), (0.4 * within).min(0.12));
         let strongest = ceilings.acceleration;
         let (velocity, acceleration) = match joins {
-            // From rest `within` holds a ramp up, one down, and the way between. Braking from full speed takes half a ramp.
+            // From rest, `within` holds a ramp up, a ramp down and the distance between. Braking
+            // from full speed takes half a ramp.
             Joins::Through => {
                 let least = jog.acceleration.min(strongest);
                 let needed = 1.5 * wanted / (within - long);
@@ -89,7 +96,7 @@ impl Pace {
                 let lasting = whole_periods(PIECE_S, period, f64::ceil);
                 (velocity * lasting).max(SHORTEST).min(most)
             }
-            // The same each time: a short one would be slow.
+            // Always the full length: a short move would be slow.
             Joins::AtRest => most,
         };
         Self {
@@ -105,7 +112,7 @@ impl Pace {
         }
     }
 
-    /// How long the arm takes for what it may have, from wherever it may be, s.
+    /// Returns the longest time the arm may need for these pieces, s.
     fn time(&self, pieces: impl Iterator<Item = Piece>) -> f64 {
         match self.joins {
             Joins::Through => self.rest_to_rest(pieces.map(|piece| piece.left).sum()),
@@ -113,13 +120,13 @@ impl Pace {
         }
     }
 
-    /// How long a way takes from rest to rest, s.
+    /// Returns the time of a distance from rest to rest, s.
     fn rest_to_rest(&self, length: f64) -> f64 {
         whole_periods(self.rates.least_time(length), self.period, f64::ceil)
     }
 
-    /// How long the rest of a move takes, and the part of a period by which the pose may be behind. Where it may not have come
-    /// to its speed it counts whole.
+    /// Returns the remaining time of a move, plus the part of a period by which the pose may lag. A
+    /// move that may still accelerate counts in full.
     fn rest_of(&self, piece: Piece) -> f64 {
         let KinematicLimits {
             velocity,
@@ -138,18 +145,20 @@ impl Pace {
         (left + self.period).min(self.rest_to_rest(piece.length))
     }
 
-    /// As much of a length as takes whole periods at the speed of a piece: any other one would be slowed down to some.
+    /// Rounds a length down to whole periods at the speed of a piece, because any other length
+    /// would be slowed down to fit.
     fn evenly(&self, length: f64) -> f64 {
         let a_period = self.rates.velocity * self.period;
         match self.joins {
             Joins::Through if a_period > 0.0 && length > a_period => {
                 a_period * (length / a_period + ROUNDING).floor()
             }
+            // Moves rest at their end, and continuous time has no periods: any length will do.
             _ => length,
         }
     }
 
-    /// How long the next piece may be, behind these; or after which time to look again, s.
+    /// Returns the length of the next piece behind these, or the time until the next look, s.
     pub(super) fn next(&self, pieces: impl Iterator<Item = Piece> + Clone) -> Result<f64, f64> {
         let (room, needed) = match self.joins {
             Joins::Through => {
@@ -174,9 +183,10 @@ impl Pace {
     }
 }
 
-/// A time in whole periods, rounded so.
+/// Rounds a time to whole periods.
 fn whole_periods(time: f64, period: f64, rounded: fn(f64) -> f64) -> f64 {
     if period > 0.0 {
+        // Rounding errors must not turn a whole number of periods into one more or one less.
         let off = if rounded(0.5) > 0.0 {
             -ROUNDING
         } else {
@@ -219,7 +229,7 @@ mod tests {
                                 length,
                                 left: length,
                             }),
-                            // Some of it is done meanwhile.
+                            // Part of it is done meanwhile.
                             Err(_) => {
                                 let done = has.remove(0);
                                 let left = done.left / 2.0;
@@ -245,7 +255,7 @@ mod tests {
         for velocity in [7.5, 30.0, 50.0] {
             let pace = Pace::new(Joins::Through, jog(velocity), CEILINGS, 0.29, LAW);
             assert_eq!(pace.rates.velocity, velocity);
-            // Braking takes less than what the arm has, by the time of two looks.
+            // Braking takes less than the queued pieces, by the time of two reads.
             let braking = velocity / pace.rates.acceleration / 2.0;
             assert!(pace.most / velocity - braking > 0.04, "{pace:?}");
         }

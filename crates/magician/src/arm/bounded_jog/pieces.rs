@@ -1,4 +1,4 @@
-//! The pieces of a jog.
+//! Sequence of pieces of a bounded jog, with their check and the remaining distance.
 
 use std::collections::VecDeque;
 
@@ -10,21 +10,22 @@ use crate::Result;
 use crate::build::{self, Axis, JogDirection};
 use crate::preflight::Preflight;
 
-/// A piece that would cross a limit is cut to this share of it, again and again, but not below the least, mm or degrees.
+/// Factor by which a piece that would cross a limit is shortened, repeatedly, and the shortest
+/// result, mm or degrees. Choices: the jog ends within 0.05 mm of its limit.
 const CUT: f32 = 0.5;
 const LEAST: f32 = 0.05;
 
-/// What a jog in pieces is made of.
+/// Pieces of a bounded jog.
 pub(super) struct Pieces {
     pub(super) direction: JogDirection,
     pace: Pace,
     course: Preflight,
-    /// Where it began on its axis.
+    /// Start position on the axis.
     pub(super) from: f64,
-    /// How far the arm was seen to be from there, and how far the pieces lead.
+    /// Distance the arm was last seen from the start, and total length of the pieces sent.
     gone: f64,
     pub(super) sent: f64,
-    /// Those that the arm may not have done: how long each is, and how far from the beginning it ends.
+    /// Unfinished pieces: length, and distance of the end from the start.
     under_way: VecDeque<(f64, f64)>,
 }
 
@@ -41,7 +42,7 @@ impl Pieces {
         }
     }
 
-    /// How far along its way the arm is that was seen at a place. Pieces that are done are forgotten.
+    /// Returns the distance of a position from the start. Finished pieces are dropped.
     pub(super) fn saw(&mut self, place: f64) -> f64 {
         let way = place - self.from;
         self.gone = if self.direction.forward { way } else { -way };
@@ -53,7 +54,7 @@ impl Pieces {
         self.gone
     }
 
-    /// How long the next piece may be; or after which time to look again, s.
+    /// Returns the length of the next piece, or the time until the next look, s.
     pub(super) fn next(&self) -> std::result::Result<f64, f64> {
         self.pace
             .next(self.under_way.iter().map(|(length, end)| Piece {
@@ -62,7 +63,8 @@ impl Pieces {
             }))
     }
 
-    /// The piece of that length, or as much of it as leads across no limit, with the check behind it.
+    /// Returns the piece of this length with the check after it, shortened as far as it would cross
+    /// a limit.
     pub(super) fn cut(&self, length: f64) -> Result<(Set, Preflight, f64)> {
         let mut by = length as f32;
         loop {
@@ -71,6 +73,7 @@ impl Pieces {
             match course.check(&command) {
                 Ok(_) => return Ok((command, course, by.into())),
                 Err(error) if by * CUT < LEAST => return Err(error),
+                // Halving finds a piece that ends before the limit within a few checks.
                 Err(_) => by *= CUT,
             }
         }
@@ -83,7 +86,7 @@ impl Pieces {
     }
 }
 
-/// A piece of a jog, of so many mm or degrees.
+/// Returns a piece of this length, mm or degrees.
 pub(super) fn piece(direction: JogDirection, length: f32) -> Set {
     let by = direction.signed(length);
     match direction.axis {

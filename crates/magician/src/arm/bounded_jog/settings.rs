@@ -1,4 +1,8 @@
-//! Settings that a jog in pieces needs, and whom they keep waiting.
+//! Settings of bounded jogs, and the calls that wait until they are restored.
+//!
+//! The pieces need certain speeds, so a jog changes settings and owes their old values. Other calls
+//! must not see or overwrite the temporary ones: they wait for the end of the jog. Settings that
+//! could not be restored over a broken line are restored over the next one.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -20,27 +24,27 @@ use crate::connection::Request;
 use crate::gate::JogId;
 use crate::{Error, ErrorCode, ErrorKind, Result};
 
-/// The jogs in pieces of a connection.
+/// Bounded jogs of a connection.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::arm) struct BoundedJogs {
-    /// The one that was asked for last: all before it are replaced.
+    /// The last one requested: it replaces all earlier ones.
     newest: Option<JogId>,
-    /// The one whose task has the arm or its settings.
+    /// The one whose task currently controls the arm or its settings.
     led: Option<Led>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Led {
     jog: JogId,
-    /// True if it ends: the arm comes to rest, and gets its settings back.
+    /// True while it ends: the arm comes to rest and gets its settings back.
     ends: bool,
 }
 
-/// The answer to a request that waits for the end of a jog.
+/// Answer to a request that waits for the end of a jog.
 type Later<'a> = Pin<Box<dyn Future<Output = Result<FrameBuf>> + Send + 'a>>;
 
 impl Shared {
-    /// A jog in pieces is asked for.
+    /// Notes a request for a bounded jog.
     pub(super) fn asks_bounded(&self, jog: JogId) {
         self.bounded.send_modify(|jogs| jogs.newest = Some(jog));
     }
@@ -54,7 +58,7 @@ impl Shared {
             .is_some_and(|led| led.ends || self.gate().is_ending_jog(led.jog))
     }
 
-    /// A jog ends: if it is one in pieces, others wait from here on until the arm has its settings again.
+    /// Marks a bounded jog as ending: other calls wait until the settings are restored.
     pub(in crate::arm) fn led_ends(&self, jog: JogId) {
         self.bounded.send_if_modified(|jogs| {
             let led = jogs.led.as_mut().filter(|led| led.jog == jog && !led.ends);
@@ -63,7 +67,7 @@ impl Shared {
     }
 }
 
-/// The time during which the task of a jog has the arm or its settings.
+/// Time during which the task of a jog controls the arm or its settings.
 pub(super) struct Leads {
     shared: Arc<Shared>,
     jog: JogId,
@@ -77,12 +81,14 @@ impl Leads {
         Self { shared, jog }
     }
 
-    /// Restores over the next line what could not be restored over the one that broke. It does not keep the connection.
+    /// Restores settings that a broken line prevented, over the next line. Does not keep the
+    /// connection open.
     pub(super) async fn settle(self, arm: Arm, mut restored: Result<()>) {
         let mut link = self.shared.link.subscribe();
         let (inner, patience) = (Arc::downgrade(&arm.inner), arm.patience);
         drop(arm);
         while restored.is_err_and(|error| error.kind() == ErrorKind::Port) {
+            // A strong handle here would keep the connection open for as long as the line is lost.
             let found = link.wait_for(|link| !matches!(link, Link::Lost { sought: true, .. }));
             let is_up = found.await.is_ok_and(|link| matches!(*link, Link::Up));
             let Some(inner) = inner.upgrade().filter(|_| is_up) else {
@@ -111,8 +117,9 @@ impl Drop for Leads {
 }
 
 impl Arm {
-    /// True if a request has to wait for the end of a jog in pieces: what it sets would be undone, and what it reads of settings
-    /// is not the arm's own. Stops, looks, lasers and motors wait for nothing.
+    /// True if a request has to wait for the end of a bounded jog: a setting it changes would be
+    /// reverted, and a setting it reads is temporary. Stops, state reads, laser and motors never
+    /// wait.
     pub(in crate::arm) fn waits_for_jog(&self, request: &Request) -> bool {
         let shared = &self.inner.shared;
         let frame = request.frame().frame();
@@ -122,7 +129,8 @@ impl Arm {
         waits && is_up && shared.ends_bounded(&shared.bounded.borrow())
     }
 
-    /// Asks once that jog is over. On the heap: nearly no call waits, and each of them would have to hold it.
+    /// Sends a request after the end of the jog. Boxed: almost no call waits, and every call would
+    /// carry the future.
     pub(in crate::arm) fn ask_behind_jog(&self, request: Request, deadline: Instant) -> Later<'_> {
         Box::pin(async move {
             let shared = &self.inner.shared;
@@ -136,8 +144,9 @@ impl Arm {
         })
     }
 
-    /// Gives the arm back what a jog has changed of its settings and not given back.
+    /// Restores the settings that a jog has changed and still owes.
     pub(super) async fn restore_settings(&self) -> Result<()> {
+        // Taken out before the await: no lock is held while the arm is asked.
         let mut owed = std::mem::take(&mut *held(&self.inner.shared.owed));
         let mut again = owed.clone();
         let restored = owed.restore(self).await;
@@ -150,7 +159,8 @@ impl Arm {
     }
 }
 
-/// Sets the arm's speeds for the pieces of a jog, as it tells; what they were before is owed.
+/// Sets the speeds for the pieces of a jog, returns its pace, and notes the previous values as
+/// owed.
 pub(super) async fn set_pace(
     arm: &Arm,
     direction: JogDirection,
@@ -191,7 +201,7 @@ pub(super) async fn set_pace(
             let jog = settings.rail_jog().ok_or_else(|| {
                 Error::invalid("speeds on the rail and their ratios must be above 0")
             })?;
-            // How fast a rail may be is not known: never more than what was set for its jogs.
+            // The limits of a rail are unknown, so its jog speed is never exceeded.
             let pace = Pace::new(Joins::AtRest, jog, jog, within, law);
             let speed =
                 build::rail_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);

@@ -1,4 +1,5 @@
-//! Events of the connection, and their receivers.
+//! Delivery of connection events: each answer goes to the receiver of its request, and to the
+//! picture of the arm.
 
 use magician_host::picture::Origin;
 use magician_protocol::{FrameBuf, QueuedCmdIndex};
@@ -11,9 +12,11 @@ use crate::arm::shared::QueueFault;
 use crate::connection::{Event, Failure, Ticket};
 
 impl Driver {
-    /// Passes the connection's events on; whether there were any.
+    /// Delivers the events of the connection; true if there were any.
     pub(super) fn tell(&mut self) -> bool {
         let mut told = false;
+        // Before the first round trip the lifetime is a default, which no deadline should be
+        // stretched by.
         if !self.shared.ordered && self.connection.round_trip().is_some() {
             self.shared.note_lifetime(self.connection.lifetime());
         }
@@ -27,6 +30,8 @@ impl Driver {
                     let (from, to) = (QueuedCmdIndex(from), QueuedCmdIndex(to));
                     self.happens(events::Event::Unaccounted { from, to });
                 }
+                // Unreachable in a published build too: the crates depend on each other by exact
+                // version.
                 #[cfg(not(magician_workspace))]
                 _ => unreachable!(),
             }
@@ -34,7 +39,8 @@ impl Driver {
         told
     }
 
-    /// The arm has taken more than was sent. A program that may have one of its commands doubled goes on.
+    /// Handles commands that the arm took although this connection did not send them. If the
+    /// running program may have one of its commands duplicated, it continues.
     fn note_surplus(&mut self, from: u64, to: u64) {
         let name = &self.shared.name;
         let program = self.program.as_mut();
@@ -71,14 +77,15 @@ impl Driver {
     fn deliver(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
         let at = self.waiting.iter().position(|one| one.ticket == ticket);
         let done = at.map(|at| self.waiting.swap_remove(at));
-        // A program that goes on takes up what was left under way by it when it was interrupted.
+        // A resumed program also takes the answers to requests it had in flight when it was
+        // interrupted.
         let is_program = self.program_answered(ticket, &result);
         if let Some(done) = &done {
             self.shared.picture().returned(&done.request.frame());
         }
         let done = done.filter(|_| !is_program);
         if done.is_none() && !is_program {
-            // Nothing waits for it any more: the connection ends.
+            // The receiver was dropped when the connection began to shut down.
             return;
         }
         self.note_end(done.as_ref(), &result);
@@ -89,6 +96,7 @@ impl Driver {
         if let Ok(reply) = &result {
             self.overhear(reply);
         }
+        // While the line is lost every call fails with its cause, not with the bare loss.
         let result = result.map_err(|failure| match failure {
             Failure::Lost => self.gone(),
             failure => explain(&request, failure),
@@ -106,8 +114,9 @@ impl Driver {
         }
     }
 
-    /// Tells the picture how a request has ended, a program's without `done`, and the listeners what that shows. Answers reach
-    /// the picture here only.
+    /// Passes the end of a request to the picture, and the events that follow to the listeners.
+    /// `done` is `None` for a request of the program. This is the only place where answers reach
+    /// the picture.
     fn note_end(&self, done: Option<&Waiting>, result: &Result<FrameBuf, Failure>) {
         let now = self.now();
         let mut picture = self.shared.picture();
@@ -115,6 +124,8 @@ impl Driver {
             (Some(done), Ok(reply)) => {
                 let origin = match done.to {
                     To::Caller(_) => Origin::Caller,
+                    // Including a caller that has gone: commands it left in a stopped queue must
+                    // not be started by the next one.
                     _ => Origin::Run,
                 };
                 picture.answered(now, origin, &done.request.frame(), &reply.frame());
@@ -129,7 +140,8 @@ impl Driver {
                     let item = program.and_then(|program| program.stream.item_at(index));
                     picture.accepted(index, item.map(|item| &item.command));
                 } else {
-                    // The reply has the id and Ctrl of its request, and no more is needed of what a program sends at once.
+                    // A reply carries the id and Ctrl of its request, and the picture needs no more
+                    // for an immediate request of a program.
                     picture.answered(now, Origin::Run, &view, &view);
                 }
             }

@@ -1,3 +1,5 @@
+//! Classification of requests (stops, holds, motion), and error messages for their failures.
+
 use magician_protocol::commands::{
     JogCmd, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartExec, QueuedCmdStopExec,
 };
@@ -7,7 +9,7 @@ use crate::connection::Failure;
 use crate::message;
 use crate::{Error, ErrorCode};
 
-/// The vendor's name of what a request does, or its id.
+/// Returns the vendor's name of a request, or its id if unknown.
 pub(in crate::arm) fn command_name(request: &Frame<'_>) -> String {
     match Row::with_id(request.id()) {
         Some(row) => row.form_name(request.ctrl()).to_owned(),
@@ -15,18 +17,19 @@ pub(in crate::arm) fn command_name(request: &Frame<'_>) -> String {
     }
 }
 
-/// Whether a request ends a motion at once.
+/// True if a request ends a motion immediately.
 pub(super) fn halts(request: &Frame<'_>) -> bool {
+    // The second parameter of JOGCmd is the direction; 0 stops.
     let ends_jog = request.id() == JogCmd::ROW.id && request.params().get(1) == Some(&0);
     ends_jog || request.id() == QueuedCmdForceStopExec::ROW.id
 }
 
-/// Whether a request ends the queue and every motion at once.
+/// True if a request ends the queue and every motion immediately.
 pub(super) fn stops_at_once(request: &Frame<'_>) -> bool {
     request.ctrl().write() && request.id() == QueuedCmdForceStopExec::ROW.id
 }
 
-/// Whether a request holds the queue or empties it.
+/// True if a request pauses or clears the queue.
 pub(super) fn holds(request: &Frame<'_>) -> bool {
     let rows = [
         QueuedCmdStopExec::ROW,
@@ -36,21 +39,22 @@ pub(super) fn holds(request: &Frame<'_>) -> bool {
     request.ctrl().write() && rows.iter().any(|row| row.id == request.id())
 }
 
-/// Whether a request is a movement, or lets the queue make one.
+/// True if a request is a motion, or starts the queue.
 pub(in crate::arm) fn sets_going(request: &Frame<'_>) -> bool {
     let moves = Row::with_id(request.id()).is_some_and(|row| row.effect.moves_arm());
     let immediate = moves && request.ctrl().write() && !halts(request);
     request.ctrl().queued() || immediate || request.id() == QueuedCmdStartExec::ROW.id
 }
 
-/// Why a request failed, in words.
+/// Returns the error for a failed request, with its name.
 pub(super) fn explain(request: &Frame<'_>, failure: Failure) -> Error {
     failed(failure).with_command(command_name(request))
 }
 
-/// A failure in words.
+/// Returns the error for a failure.
 pub(super) fn failed(failure: Failure) -> Error {
     match failure {
+        // Never sent: requests before it used up the deadline. The caller may repeat it safely.
         Failure::Timeout { sent: 0 } => Error::new(
             ErrorCode::NotSent,
             message!("it could not be sent in time: the arm did not answer the requests before it"),
@@ -88,6 +92,7 @@ pub(super) fn failed(failure: Failure) -> Error {
             ErrorCode::TooManyRequests,
             message!("it was not sent: too many requests wait at once"),
         ),
+        // Unreachable in a published build too: the crates depend on each other by exact version.
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }

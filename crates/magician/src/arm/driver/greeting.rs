@@ -1,4 +1,9 @@
-//! Identifies the arm at the end of a line that was found again.
+//! Identification of the arm on a reconnected line.
+//!
+//! The line may lead to another arm, so it is examined over a separate connection. If the laser may
+//! have burnt while the line was lost, the first frames switch it off and pause the queue; the
+//! queue is cleared once the arm is at rest. Only then the arm is asked for its version and, if one
+//! is known to compare with, its serial number.
 
 use std::task::Context;
 
@@ -11,54 +16,59 @@ use crate::connection::{Connection, Event, Micros, Priority, Request, Settings, 
 use crate::transport::Line;
 use crate::{REST_READ_INTERVAL, RestDetector};
 
-/// How long it may take to identify itself.
+/// Longest time for an answer during identification. Choice: afterwards the search opens the line
+/// again.
 const PATIENCE: Micros = 1_000_000;
-/// Longest time for the motion under way to end by itself: its laser may burn on that long. A piece of a burn lasts the laser
-/// horizon of its run at most, 1 s unless the caller sets another, and then the arm slows down and has to be seen at rest.
+/// Longest wait for the motion in progress to end by itself; its laser may burn on that long. A
+/// piece of a burn lasts at most the laser horizon of its run (1 s by default); the rest is for
+/// slowing down and for seeing the arm at rest.
 const MOTION_END: Micros = 2_000_000;
 
-/// Wait for an arm whose queue is held to come to rest, so that the queue can be cleared. A Clear may end a motion where it is,
-/// and the arm would count it as finished (model section 14).
+/// Wait until an arm with a paused queue is at rest, so that the queue can be cleared. A Clear
+/// could cut off the motion, which the arm would count as finished (model section 14).
 #[derive(Debug)]
 struct Clearing {
     rest: RestDetector,
-    /// When the next pose is due.
+    /// Time of the next pose reading.
     due: Micros,
-    /// Deadline: an arm that still moves is stopped.
+    /// Deadline: an arm that still moves then is stopped.
     until: Micros,
 }
 
-/// A line on which the arm is identified, over a connection of its own: what another arm answers must not be taken
-/// for the word of the one of before.
+/// Line on which the arm is being identified, over a separate connection: answers of another arm
+/// must not be attributed to the known one.
 pub(super) struct Greeting {
     wire: Wire,
     connection: Connection,
-    /// Requests that put a laser out and empty the queue, which were not answered yet. They go out
-    /// before anything is asked.
+    /// Unanswered requests that switch the laser off and clear the queue. They precede every
+    /// question.
     dark: Vec<Ticket>,
     clearing: Option<Clearing>,
-    /// True if the queue has still to be cleared, by a stop.
+    /// True if a stop has to clear the queue, because the arm did not come to rest in time.
     to_stop: bool,
     darkens: bool,
-    /// Where the arm was when its laser was put out, and the question for it.
+    /// Pose at which the laser was switched off, and the request for it.
     darkness: Option<Darkness>,
     pose: Option<Ticket>,
-    /// Not identified yet; whether its serial number is needed too.
+    /// Set until the identity was requested; true if the serial number is needed too.
     asks: Option<bool>,
-    /// Questions that have not been answered.
+    /// Unanswered questions.
     version: Option<Ticket>,
     serial: Option<Ticket>,
-    /// What it says its serial number is.
+    /// Serial number in the answer.
     said: Option<String>,
 }
 
-/// The identity: a serial number, `None` when it was not asked for or there is none. Or why there is no arm.
+/// Identity of the arm: its serial number, or `None` if it was not asked for or the arm has none.
+/// An error is the reason why there is no arm.
 pub(super) type Met = Result<Option<String>, String>;
 
 impl Greeting {
-    /// `ask_serial`: a serial number is known that it can be compared with. `dark`: what is said first.
+    /// Starts identification on a line. With `ask_serial` the serial number is read, because one is
+    /// known to compare with. `dark` are the requests sent first.
     pub(super) fn new(now: Micros, line: Line, ask_serial: bool, dark: Vec<Request>) -> Self {
         let settings = Settings {
+            // An unknown arm may not take requests back to back.
             window: 1,
             ..line.settings
         };
@@ -84,7 +94,7 @@ impl Greeting {
             .map(|request| greeting.connection.submit(request.deadline(until(now))))
             .collect();
         if greeting.darkens {
-            // Behind them, in the lane that waits for nothing else.
+            // Behind those requests, at stop priority: this lane waits for no other request.
             let pose = Request::get::<Pose>(&NoArgs).ok();
             let pose = pose.map(|pose| pose.priority(Priority::Stop));
             greeting.pose = pose.map(|pose| greeting.connection.submit(pose.deadline(until(now))));
@@ -93,7 +103,8 @@ impl Greeting {
         greeting
     }
 
-    /// Asks for the identity, once the laser is off and the queue is empty; true if anything was asked.
+    /// Asks for the identity once the laser is off and the queue is cleared; true if anything was
+    /// asked.
     fn ask(&mut self, now: Micros) -> bool {
         if !self.dark.is_empty() {
             return false;
@@ -116,7 +127,8 @@ impl Greeting {
         true
     }
 
-    /// Clears the queue once the arm stands, and reads its pose until then; true if anything was sent.
+    /// Clears the queue once the arm is at rest, and reads poses until then; true if anything was
+    /// sent.
     fn clear(&mut self, now: Micros) -> bool {
         let Some(clearing) = &mut self.clearing else {
             return false;
@@ -124,6 +136,7 @@ impl Greeting {
         if clearing.rest.is_at_rest() {
             self.clearing = None;
             let clear = Request::set(&QueuedCmdClear {}).ok();
+            // At stop priority: the clear must not wait behind other questions.
             let clear = clear.map(|clear| clear.priority(Priority::Stop).deadline(until(now)));
             self.dark = (clear.into_iter())
                 .map(|clear| self.connection.submit(clear))
@@ -146,8 +159,8 @@ impl Greeting {
         true
     }
 
-    /// Leaves the queue to a stop, which clears it and follows as soon as the arm is identified: nothing waits for a motion to
-    /// end any more.
+    /// Leaves clearing the queue to a stop, which follows as soon as the arm is identified, so that
+    /// nothing waits for the end of a motion.
     pub(super) fn stop_instead(&mut self) {
         self.to_stop |= self.clearing.take().is_some();
     }
@@ -175,6 +188,7 @@ impl Greeting {
         let asked = self.ask(now);
         match (read, wrote) {
             (Ok(read), Ok(wrote)) => (read || wrote || asked, None),
+            // Another attempt opens the line anew, so the kind of error does not matter.
             (Err(error), _) | (_, Err(error)) => (true, Some(Err(error.to_string()))),
         }
     }
@@ -185,7 +199,7 @@ impl Greeting {
                 continue;
             };
             if self.pose.take_if(|asked| *asked == ticket).is_some() {
-                // An arm that does not tell it is there all the same.
+                // An arm that does not answer this read is still present.
                 let pose = result
                     .ok()
                     .and_then(|reply| reply.frame().read::<Pose>().ok());
@@ -212,7 +226,7 @@ impl Greeting {
         known.then(|| Ok(self.said.take()))
     }
 
-    /// True if it has put a laser out, and emptied the queue or left that to a stop.
+    /// True if the laser was switched off, and the queue cleared or left to a stop.
     pub(super) fn darkens(&self) -> bool {
         self.darkens
     }
@@ -222,7 +236,7 @@ impl Greeting {
         self.to_stop
     }
 
-    /// Where the arm was when its laser was put out, as far as that is known.
+    /// Returns the pose at which the laser was switched off, as far as known.
     pub(super) fn darkness(&self) -> Option<Darkness> {
         self.darkness
     }
@@ -232,7 +246,7 @@ impl Greeting {
     }
 }
 
-/// When it has to have answered.
+/// Returns the deadline of a request sent now.
 fn until(now: Micros) -> Micros {
     now.saturating_add(PATIENCE)
 }

@@ -1,4 +1,4 @@
-//! Stops that are asked for from outside of any task.
+//! Stops requested from outside of any task, through a [`Stopper`](crate::Stopper).
 
 use std::time::Duration;
 
@@ -12,20 +12,21 @@ use crate::arm::halt::Waiter;
 use crate::connection::Request;
 use crate::{Error, Result};
 
-/// How long a stop is said again on a line that loses it, also when its caller has gone.
+/// Time for which a stop is retransmitted on a lossy line, also after its caller has gone. Choice:
+/// as the default timeout of a call.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// A stop whose answers are awaited.
+/// A stop in progress.
 pub(super) struct Halting {
     number: u64,
-    /// Answers that have not come.
+    /// Missing answers.
     left: usize,
     outcome: Result<()>,
     waiters: Vec<Waiter>,
 }
 
 impl Driver {
-    /// Stops the arm at once, and tells these when it has confirmed that.
+    /// Stops the arm immediately, and notifies the waiters once the stop is confirmed.
     pub(super) fn halt(&mut self, waiters: Vec<Waiter>) {
         self.owes_halt = false;
         let held = self.shared.held_motors(true);
@@ -50,7 +51,8 @@ impl Driver {
             self.submit(request, deadline, To::Halt(self.halts));
         }
         for (request, held) in motors {
-            // That the arm has a motor which nothing here started does not decide whether it has stopped.
+            // The answer of a motor output that this connection did not start does not decide if
+            // the arm has stopped.
             let to = if held {
                 To::Halt(self.halts)
             } else {
@@ -58,7 +60,7 @@ impl Driver {
             };
             self.submit(request, deadline, to);
         }
-        // Where a burn goes on: see `lights_out`.
+        // The pose shows where to resume a burn (`lights_out`).
         if let (true, Ok(look)) = (burns, Request::get::<Pose>(&NoArgs)) {
             self.submit(look, deadline, To::Nobody);
         }
@@ -77,7 +79,7 @@ impl Driver {
         one.left = one.left.saturating_sub(1);
         if one.left == 0 {
             let done = self.halting.swap_remove(at);
-            // One that the line has swallowed is said again when it is back.
+            // A stop lost with the line is sent again after a reconnect.
             let lost = !self.link_is_up();
             self.owes_halt |= lost && done.outcome.is_err();
             if let Err(error) = &done.outcome {
@@ -87,7 +89,7 @@ impl Driver {
         }
     }
 
-    /// No handle is left to stop the arm.
+    /// Refuses pending stops: no handle is left to stop the arm.
     pub(super) fn refuse_halts(&mut self) {
         for waiter in self.shared.take_halt().unwrap_or_default() {
             waiter.tell(Err(Error::closed()));

@@ -1,4 +1,4 @@
-//! A process that is held up, and a reactor that does not tell what came meanwhile.
+//! Tests of a suspended process, and of a reactor that reports late what has arrived.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,7 +15,7 @@ use crate::connection::Settings;
 use crate::transport::{Away, Line, Sim, Transport};
 use crate::{Arm, Options, VirtualArm};
 
-/// A line whose reactor tells nothing while it is deaf.
+/// A line whose reactor reports no bytes while `deaf` is set.
 struct Deaf {
     sim: Sim,
     away: Away,
@@ -41,7 +41,8 @@ impl Transport for Deaf {
     }
 }
 
-/// Datagrams of which the reactor tells when the next one has gone out, and the system when it is asked.
+/// A datagram line whose reactor reports arrivals only after the next write; the system has them
+/// when asked.
 struct Tardy {
     sim: Sim,
     away: Away,
@@ -78,7 +79,7 @@ impl Transport for Tardy {
     }
 }
 
-/// The double of an answer that has come before a call is not taken for the answer to that call.
+/// A duplicate answer that arrived before a call is not taken for the answer to that call.
 #[tokio::test(start_paused = true)]
 async fn what_has_come_is_read_before_a_wish_is_taken_up() {
     let come = Arc::new(Mutex::new(Vec::new()));
@@ -124,7 +125,7 @@ async fn deaf(settings: Settings) -> (Arm, Arc<AtomicBool>) {
         is_shared: true,
     };
     let arm = Arm::greet(line, None, Options::default()).await.unwrap();
-    // Nothing is under way any more.
+    // Nothing is in flight any more.
     sleep(Duration::from_secs(1)).await;
     deaf.store(true, Ordering::SeqCst);
     (arm, deaf)
@@ -142,8 +143,8 @@ async fn what_has_come_is_read_before_a_timeout_is_acted_on() {
     }
 }
 
-/// Every call that was under way when the process was stopped comes to its answer: the one whose answer lies there, and those
-/// that had not gone out.
+/// Every call that was in flight when the process was suspended gets its answer: the one whose
+/// answer has arrived, and requests not yet sent.
 #[tokio::test(start_paused = true)]
 async fn a_host_that_was_held_up_gives_nothing_up() {
     for settings in [Settings::ORDERED, Settings::DATAGRAMS] {
@@ -168,7 +169,7 @@ async fn a_host_that_was_held_up_gives_nothing_up() {
     }
 }
 
-/// A call ends by its deadline all the same: what stands still is the line, not the host.
+/// A call still ends by its deadline if the line is silent, not the host.
 #[tokio::test(start_paused = true)]
 async fn a_line_that_is_silent_is_given_up_in_time() {
     let line = Line {

@@ -1,8 +1,10 @@
-//! Time that passes at an arm in virtual time while a program runs.
+//! Passing of virtual time while a program runs.
 //!
-//! The task lets it pass when it is at rest: all is sent that the queue takes, and all answers are there. So the arm never
-//! waits for its host, as long as the host has something to send. Where it has not, time passes by the wall: a source that
-//! waits for the arm, a line that swallows answers.
+//! An arm in virtual time stands until its clock is advanced. During a run the driver task advances
+//! it whenever the task itself is idle: everything the queue accepts is sent, and all answers have
+//! arrived. So the arm never waits for its host while the host has commands to send, and a run
+//! takes the estimated time to the microsecond. If the host is late (a source without a next
+//! command, a line that loses answers), time follows the wall clock instead.
 
 use std::time::Duration;
 
@@ -10,19 +12,20 @@ use super::{Driver, micros};
 use crate::connection::Micros;
 use crate::transport::{LeapTo, STEP};
 
-/// How long the arm waits for a program that is slow to tell what comes next.
+/// Time for which the arm's clock waits for a slow command source. Choice: a source that computes
+/// is given this long; afterwards time follows the wall clock.
 const PATIENCE: Micros = 1_000_000;
 
-/// What advances the arm's clock.
+/// State of the virtual clock's driver.
 #[derive(Debug, Default)]
 pub(super) struct VirtualTimeDriver {
-    /// This task.
+    /// True if this task advances the clock.
     leads: bool,
-    /// When the arm goes on although the program, or an answer, is late.
+    /// Time of the next step although the program, or an answer, is late.
     step: Option<Micros>,
-    /// Commands that the program had told when that was decided.
+    /// Number of commands the program had supplied when `step` was set.
     told: u64,
-    /// When time passes around an arm at rest whose program has nothing for now.
+    /// Time of the next step around an arm at rest whose program has nothing to send.
     rest: Option<Micros>,
 }
 
@@ -33,8 +36,8 @@ impl VirtualTimeDriver {
 }
 
 impl Driver {
-    /// A program begins: whether the arm's time passes as this task says. It leads the arm until it is at rest without a program, so
-    /// that a stop is heard before the arm goes on by itself.
+    /// Takes the lead over the arm's clock when a program begins. It is kept until the arm is at
+    /// rest without a program, so that a stop takes effect before time passes by itself.
     pub(super) fn lead(&mut self) {
         let now = self.now();
         self.leading.leads = self.line.wire().is_some_and(|wire| wire.lead(true));
@@ -43,7 +46,7 @@ impl Driver {
         }
     }
 
-    /// Nothing else is to be done now: lets the arm's time pass; whether any has.
+    /// Lets the arm's time pass if there is nothing else to do; true if any passed.
     pub(super) fn go_on_in_time(&mut self) -> bool {
         if !self.leading.leads {
             return false;
@@ -54,7 +57,7 @@ impl Driver {
             None => None,
         };
         if leap.is_none() && self.rests_for_now() {
-            // What is around the arm goes on by the wall.
+            // The world around the arm follows the wall clock.
             if is_due(&mut self.leading.rest, now, 0) {
                 leap = (self.line.wire()).and_then(|wire| wire.leap(STEP, LeapTo::Instant));
             }
@@ -64,6 +67,7 @@ impl Driver {
         match (leap, &mut self.program) {
             (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.news),
             (None, Some(program)) => program.stream.runs(now),
+            // The program has ended: the arm's clock becomes its own again.
             (_, None) => {
                 self.leading = VirtualTimeDriver::default();
                 self.line.wire().map(|wire| wire.lead(false));
@@ -72,17 +76,18 @@ impl Driver {
         leap.is_some()
     }
 
-    /// How much of the arm's time may pass now, if any may, and how far.
+    /// Returns how much of the arm's time may pass now, and up to which event; `None` if none may.
     fn far(&mut self, now: Micros) -> Option<(Duration, LeapTo)> {
         let program = self.program.as_ref().filter(|_| !self.leaving)?;
         if std::mem::replace(&mut self.leading.told, program.offered) != program.offered {
-            // Slow or not, it is not late any more.
+            // A source that has just supplied a command is not late any more, even if it is slow.
             self.leading.step = None;
         }
         let slow = program.stream.starves();
         if slow || !self.connection.is_idle() {
             let patience = if slow { PATIENCE } else { micros(STEP) };
-            // What a slow program waits for may happen around an arm at rest: a belt that runs, a sensor.
+            // The event that a slow program waits for may happen around an arm at rest: a belt, a
+            // sensor.
             let to = if slow { LeapTo::Instant } else { LeapTo::Rest };
             let comes = is_due(&mut self.leading.step, now, patience);
             if let Some(supply) = &program.supply {
@@ -99,7 +104,7 @@ impl Driver {
         Some((most, if ends { LeapTo::End } else { LeapTo::Rest }))
     }
 
-    /// Whether its program has said that there is nothing for now, and nothing is under way.
+    /// True if the program has nothing to send for now, and nothing is in flight.
     fn rests_for_now(&self) -> bool {
         let stream = self.program.as_ref().map(|program| &program.stream);
         let waits = stream.is_some_and(|stream| stream.has_nothing() && !stream.starves());
@@ -107,7 +112,7 @@ impl Driver {
     }
 }
 
-/// Whether a step by the wall comes now; the first one only after some patience.
+/// True if a step by the wall clock is due; the first is due after `patience`.
 fn is_due(step: &mut Option<Micros>, now: Micros, patience: Micros) -> bool {
     let at = step.get_or_insert(now.saturating_add(patience));
     let comes = *at <= now;

@@ -1,9 +1,9 @@
-//! The line: in use, broken, looked for, found again.
+//! State of the line: up, lost, being searched for, found again.
 //!
-//! A line that was found is not trusted at once. A connection of its own identifies the arm (`search.rs`, `greeting.rs`);
-//! only when that
-//! is the arm of before, the line is handed to the connection that knows the indices, which then reads how far the arm
-//! has come. Until that is settled every call is refused. Nothing is sent again.
+//! A reconnected line is not trusted at once. A separate connection identifies the arm
+//! (`search.rs`, `greeting.rs`). Only if it is the same arm, the line is handed to the connection
+//! that knows the indices, which then reads how far the arm has come. Until this is settled every
+//! call is refused. Nothing is retransmitted.
 
 use std::future::Future;
 use std::io;
@@ -23,7 +23,8 @@ use crate::message;
 use crate::transport::Line;
 use crate::{Error, ErrorCode, Result};
 
-/// How soon after its loss a line is looked for, and how often.
+/// Delay from the loss to the first search, and interval of the searches. Choice: soon enough for a
+/// loose plug, rare enough for a missing adapter.
 const FIRST_LOOK: Micros = 100_000;
 pub(super) const LOOK: Micros = 250_000;
 
@@ -31,50 +32,51 @@ pub(super) const LOOK: Micros = 250_000;
 pub(in crate::arm) type Opener = Box<dyn FnMut() -> Opening + Send>;
 pub(super) type Opening = Pin<Box<dyn Future<Output = Result<Line>> + Send>>;
 
-/// The line, and the way to it.
+/// The line and how to reopen it.
 pub(super) struct State {
     pub(super) opener: Option<Opener>,
     pub(super) stage: Stage,
-    /// How it was lost, until it is up again.
+    /// Cause of the loss, until the line is up again.
     pub(super) lost: Option<Lost>,
 }
 
-// There is one of it in a task that is boxed anyway.
+// Only one exists, in a task that is boxed anyway.
 #[allow(clippy::large_enum_variant)]
 pub(super) enum Stage {
     Up(Wire),
-    /// Found again, and the arm tells how far it is.
+    /// Found again; the arm reports how far its queue has come.
     Settling {
         wire: Wire,
-        /// Answers that have not come.
+        /// Missing answers.
         left: usize,
         reset: bool,
     },
     Greeting(Greeting),
     Opening(Opening),
-    /// The instant of the next look, if there is to be one.
+    /// Lost; the time of the next search, or `None` if it is not searched for.
     Lost(Option<Micros>),
 }
 
-/// How it was lost.
+/// Cause of a loss.
 pub(super) struct Lost {
     since: Instant,
     error: Broken,
-    /// What is wrong, when it is not only that the line broke.
+    /// Description of another arm found in its place, if any.
     pub(super) stranger: Option<String>,
 }
 
-/// An I/O error that can be told any number of times.
+/// I/O error that can be recreated any number of times, which [`io::Error`] cannot.
 enum Broken {
     System(i32),
     Kind(io::ErrorKind),
-    /// What a stream of the caller's own says of it.
+    /// Error of a stream supplied by the caller.
     Told(io::ErrorKind, String),
 }
 
 impl From<&io::Error> for Broken {
     fn from(error: &io::Error) -> Self {
         match (error.raw_os_error(), error.get_ref()) {
+            // A system code recreates the error exactly; only custom errors need their text.
             (Some(code), _) => Self::System(code),
             (None, Some(told)) => Self::Told(error.kind(), told.to_string()),
             (None, None) => Self::Kind(error.kind()),
@@ -104,7 +106,7 @@ impl State {
         }
     }
 
-    /// The line to the arm, for callers that do not wait until it has settled.
+    /// Returns the line, for callers that do not wait until it has settled.
     pub(super) fn wire(&mut self) -> Option<&mut Wire> {
         match &mut self.stage {
             Stage::Up(wire) | Stage::Settling { wire, .. } => Some(wire),
@@ -112,7 +114,7 @@ impl State {
         }
     }
 
-    /// Closes the line, and looks for it no more.
+    /// Closes the line for good.
     pub(super) fn let_go(&mut self) {
         self.opener = None;
         self.stage = Stage::Lost(None);
@@ -133,19 +135,19 @@ impl State {
     }
 }
 
-/// Bytes.
+/// Reading and writing.
 impl Driver {
-    /// Whether the line is there and calls go over it.
+    /// True if the line is up and calls may use it.
     pub(super) fn link_is_up(&self) -> bool {
         matches!(self.line.stage, Stage::Up(_))
     }
 
-    /// Whether the line to the arm is there, for what is to be said before anything else.
+    /// True if the line is open, for frames that precede everything else.
     pub(super) fn link_is_open(&self) -> bool {
         matches!(self.line.stage, Stage::Up(_) | Stage::Settling { .. })
     }
 
-    /// Reads what has come, or looks for the line; whether anything happened.
+    /// Reads what has arrived, or searches for the line; true if anything happened.
     pub(super) fn read(&mut self, cx: &mut Context<'_>) -> bool {
         let now = self.now();
         if let Some(wire) = self.line.wire() {
@@ -154,7 +156,7 @@ impl Driver {
                 Err(error) => self.lose(&error),
             };
         }
-        // A shutdown does not wait for a line.
+        // A shutdown does not wait for a reconnect.
         !self.leaving && self.look_for_it(cx, now)
     }
 
@@ -177,7 +179,7 @@ impl Driver {
         }
     }
 
-    /// The line broke. Everything under way ends as the connection says.
+    /// Handles the loss of the line. Requests in flight end as the connection decides.
     pub(super) fn lose(&mut self, error: &io::Error) -> bool {
         let first = self.line.lost.is_none();
         self.line.lost.get_or_insert_with(|| Lost {
@@ -185,6 +187,7 @@ impl Driver {
             error: Broken::from(error),
             stranger: None,
         });
+        // A line that breaks again before it has settled is searched for less eagerly.
         self.look_again(if first { FIRST_LOOK } else { LOOK });
         let under_way: Vec<_> = self.waiting.iter().map(|one| one.request).collect();
         under_way.iter().for_each(|one| self.owe(&one.frame()));
@@ -196,7 +199,7 @@ impl Driver {
         self.connection.interrupt();
         self.shared.picture().lost();
         self.shared.remembered().forget();
-        // A refusal is the answer to a call, which tells it.
+        // A refusal is reported by the call it answers.
         if first && !self.is_refused() {
             tracing::warn!("{}", self.gone());
         }
@@ -214,13 +217,13 @@ impl Driver {
         self.line.stage = Stage::Lost(sought.then_some(look));
     }
 
-    /// True if the line ended because its other end refused something.
+    /// True if the line ended because the other end refused access.
     pub(super) fn is_refused(&self) -> bool {
         let lost = self.line.lost.as_ref();
         lost.is_some_and(|lost| lost.error.error().kind() == io::ErrorKind::PermissionDenied)
     }
 
-    /// Why a call fails while there is no line.
+    /// Returns the error of calls while the line is lost.
     pub(super) fn gone(&self) -> Error {
         let Some(lost) = &self.line.lost else {
             return Error::new(ErrorCode::LineLost, message!("the line to the arm broke"));

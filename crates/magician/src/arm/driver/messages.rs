@@ -1,4 +1,4 @@
-//! What the handles want.
+//! Messages from the handles to the driver task.
 
 use std::task::{Context, Poll};
 
@@ -15,13 +15,13 @@ use crate::arm::shared::QueueFault;
 use crate::connection::{Failure, Priority, Request, Stats, Ticket};
 use crate::gate::frame_jogs;
 
-/// A handle's wish. Nearly all are requests, so their size is no waste.
+/// Message from a handle to the driver task. Not boxed: almost every message is a request.
 #[allow(clippy::large_enum_variant)]
 pub(in crate::arm) enum Message {
     Submit {
         request: Request,
         deadline: Instant,
-        /// Stops before this was begun.
+        /// Stops before the call began.
         stops: u64,
         reply: oneshot::Sender<Result<FrameBuf>>,
     },
@@ -30,14 +30,14 @@ pub(in crate::arm) enum Message {
     Stats(oneshot::Sender<(Stats, u32)>),
     /// Boxed: with a fence it holds the whole trajectory of the jog.
     Jog(Box<JogStart>),
-    /// Something that both know has changed; look at it.
+    /// Shared state has changed; the task has to look at it.
     Wake,
-    /// Ends the connection, even if there are other handles.
+    /// Ends the connection, even if other handles exist.
     Close,
 }
 
 impl Driver {
-    /// Takes up what the handles wish; whether the task's round ends with that.
+    /// Takes the messages of the handles; returns a reason if they end this round of the task.
     pub(super) fn take_messages(&mut self, cx: &mut Context<'_>) -> Option<Ended> {
         loop {
             let message = match self.held.take() {
@@ -61,8 +61,9 @@ impl Driver {
         None
     }
 
-    /// Whether something may lie unread that came before a request that comes now: it has no waiter, so it would be taken
-    /// for the answer to what is wished. What comes later than the wish cannot be told from that.
+    /// True if unread bytes may precede the request in a message. Such a reply has no receiver and
+    /// could be taken for the answer to that request. Replies that arrive after the request cannot
+    /// be distinguished anyway.
     fn may_be_preceded(&self) -> bool {
         self.link_is_up() && self.connection.is_owed() && self.connection.is_idle()
     }
@@ -74,6 +75,7 @@ impl Driver {
             Message::Jog(start) => self.start_jog(start),
             Message::Stats(reply) => {
                 let answer = (self.connection.stats(), self.connection.capacity());
+                // The caller may have given up.
                 let _ = reply.send(answer);
             }
             Message::Submit {
@@ -95,7 +97,7 @@ impl Driver {
         let frame = request.frame().frame();
         let over = stops != self.shared.stops();
         if over && sets_going(&frame) {
-            // A fault of the queue since the call began stops it as well, with a more specific error.
+            // A queue fault since the call began also counts as a stop, and its error says more.
             let told = self.shared.queue_fault(Some(stops)).map(QueueFault::told);
             let _ = reply.send(told.unwrap_or_else(|| Err(explain(&frame, Failure::Stopped))));
         } else if !self.link_is_up() {
@@ -103,12 +105,12 @@ impl Driver {
             let _ = reply.send(Err(self.gone()));
         } else {
             if frame_jogs(&frame) {
-                // Only a handle that passes on what other programs say sends one.
+                // Only handles that relay other programs send one.
                 self.shared.gate().passes();
                 self.carry_out_gate();
             }
             self.steer_program(&frame);
-            // Whatever waits for an answer, it waits for none.
+            // Stop commands overtake pending requests.
             let request = if stops_at_once(&frame) {
                 request.priority(Priority::Stop)
             } else {
@@ -118,7 +120,7 @@ impl Driver {
         }
     }
 
-    /// Takes up the stops that were asked for from outside of any task.
+    /// Takes the stops requested from outside of any task.
     fn take_halts(&mut self) {
         let Some(waiters) = self.shared.take_halt() else {
             return;
@@ -132,7 +134,7 @@ impl Driver {
         }
     }
 
-    /// There is a line and it has not settled: the stop does not wait for that. Without one it has to wait.
+    /// Sends a stop on a line that has not settled yet, or remembers it for the next line.
     fn owe_halt(&mut self) {
         if self.link_is_open() {
             self.halt(Vec::new());
@@ -141,12 +143,13 @@ impl Driver {
         }
     }
 
-    /// A stop that there is no line for is the first thing to be said over the next one.
+    /// Remembers a stop that has no line, as the first frame of the next.
     pub(super) fn owe(&mut self, request: &Frame<'_>) {
         if !halts(request) {
             return;
         }
         if request.id() == JogCmd::ROW.id {
+            // The gate repeats the stop of a jog, so nothing else has to be remembered.
             self.end_any_jog()
         } else {
             self.owe_halt()
@@ -163,7 +166,7 @@ impl Driver {
         self.await_answer(ticket, frame, to);
     }
 
-    /// From here on the answer to this request is awaited.
+    /// Registers a request whose answer is awaited.
     pub(super) fn await_answer(&mut self, ticket: Ticket, request: FrameBuf, to: To) {
         self.shared.picture().handed_over(&request.frame());
         self.waiting.push(Waiting {
@@ -173,7 +176,7 @@ impl Driver {
         });
     }
 
-    /// Withdraws requests whose caller has gone.
+    /// Cancels requests whose caller has gone.
     pub(super) fn withdraw(&mut self, cx: &mut Context<'_>) {
         for one in &mut self.waiting {
             if let To::Caller(reply) = &mut one.to

@@ -1,8 +1,9 @@
-//! The task between the handles and their line: it owns the connection and the transport, it stops the arm when the last
-//! handle goes, and it looks for a line that broke.
+//! The driver task between the handles and their line.
 //!
-//! It is one future that does everything there is to do and then sleeps until a byte, a message or an instant comes. Its
-//! parts are methods of [`Driver`], a file each.
+//! It owns the connection and the transport, stops the arm when the last handle is dropped, and
+//! reconnects a broken line. It is one future: each round reads what has arrived, takes messages,
+//! lets timers expire, feeds the running program and writes; without more work it sleeps until a
+//! byte, a message or a deadline comes. Its parts are methods of [`Driver`], in a file each.
 
 mod answers;
 mod explain;
@@ -52,52 +53,56 @@ use polls::Polls;
 pub(crate) use shutdown::SHUTDOWN;
 pub(super) use streaming::{End, Program, Reached};
 
-/// Rounds of reading and writing before other tasks get their turn.
+/// Rounds before other tasks get a turn. Choice: without a limit a run on a virtual arm, which is
+/// always ready, would starve them.
 const ROUNDS: usize = 64;
-/// A task that was not served for so long may have missed something.
+/// Time without being polled, us, after which bytes may have arrived unseen. Choice.
 const AWAY: Micros = 20_000;
-/// A timer that rings so late: the process was stopped, or the computer slept.
+/// Delay of a timer, us, that means a suspended process (stopped, or the computer asleep). Choice:
+/// far above the delays of a busy machine.
 const SLEPT: Micros = 500_000;
-/// Most reads in a row before time passes, on a line that is never empty.
+/// Most reads in a row before timers are checked, on a line that never runs empty.
 const READS: usize = 256;
-/// Most writes in a row before the line is read again: a frame for each place in the widest window.
+/// Most writes in a row before the line is read again: one frame for each place of the widest
+/// window.
 const WRITES: usize = 8;
 
-/// A request that is under way.
+/// Request in flight.
 struct Waiting {
     ticket: Ticket,
     request: FrameBuf,
     to: To,
 }
 
-/// The receiver of a reply.
+/// Receiver of a reply.
 enum To {
     /// A handle.
     Caller(oneshot::Sender<Result<FrameBuf>>),
-    /// A stop from outside of any task: its number.
+    /// A stop from outside of any task, by its number.
     Halt(u64),
-    /// What is read of an arm that was found again.
+    /// State reads on a reconnected line.
     Settling,
-    /// The onlookers.
+    /// State watches.
     Poll,
-    /// The starter of a jog.
+    /// The caller that starts a jog.
     Jog(oneshot::Sender<Result<()>>, JogId),
     /// The end of a jog.
     JogStop,
     JogPose,
-    /// Where a jog is, and when that was asked.
+    /// Position of a jog, and the time of the request.
     JogLook(JogId, Micros),
-    /// None any more, or only observers of all traffic.
+    /// No receiver; only the picture sees the answer.
     Nobody,
 }
 
-/// Why the task's round ended.
+/// Reason for the end of a round.
 enum Ended {
-    /// The line was not read for a while, or not since a request came; the system is to be asked for new bytes.
+    /// The line was not read for a while, or not since a request arrived; the system has to be
+    /// asked for new bytes.
     Away,
-    /// The handles are gone.
+    /// All handles are gone.
     Left,
-    /// The last frames of a shutdown are out.
+    /// The last frames of a shutdown are sent.
     Farewell,
 }
 
@@ -105,41 +110,42 @@ pub(super) struct Driver {
     connection: Connection,
     line: State,
     messages: mpsc::Receiver<Message>,
-    /// A wish that is taken up when the line was looked at since it came.
+    /// Message that waits until the line has been read once more.
     held: Option<Message>,
     shared: Arc<Shared>,
     waiting: Vec<Waiting>,
-    /// The program that runs.
+    /// Running program.
     program: Option<Program>,
     begun: Instant,
     timer: Pin<Box<Sleep>>,
-    /// Stops from outside of any task that are not answered yet, and how many there were.
+    /// Unanswered stops from outside of any task, and their number so far.
     halting: Vec<Halting>,
     halts: u64,
-    /// A stop was asked for while there was no line: it is the first thing to be said over the next one.
+    /// True if a stop was requested while the line was lost: it is sent first on the next one.
     owes_halt: bool,
-    /// When the arm is to be asked for it.
+    /// Time at which the arm is asked for its identity.
     introduction: Option<Micros>,
-    /// The stop of handles that have gone is under way.
+    /// True during shutdown, after the last handle.
     leaving: bool,
     polls: Polls,
     jogging: Jogging,
     leading: VirtualTimeDriver,
     events: broadcast::Sender<Event>,
-    /// When the task was served last.
+    /// Time of the last poll.
     served: Micros,
-    /// The line was looked at since.
+    /// True if the line was read since.
     looked: bool,
-    /// When the timer is to ring.
+    /// Time for which the timer is needed.
     rings: Option<Micros>,
-    /// What the timer is set to.
+    /// Time to which the timer is set.
     set: Option<Micros>,
-    /// When this round began: all that happens in it happens then.
+    /// Time of this round: everything in it happens then.
     now: Micros,
 }
 
 impl Driver {
-    /// `opener` opens the line again when it breaks; `introduce` asks the arm for what it can be told by.
+    /// Creates the driver. `opener` reopens the line after a break; `introduce` reads the identity
+    /// of the arm soon after the start.
     pub(super) fn new(
         line: Line,
         window: usize,
@@ -181,7 +187,7 @@ impl Driver {
         }
     }
 
-    /// Serves the handles until they go, then stops what they set going.
+    /// Serves the handles until they are gone, then stops the motion they started.
     pub(super) async fn run(mut self) {
         self.serve().await;
         if self.say_farewell() {
@@ -193,14 +199,14 @@ impl Driver {
     async fn serve(&mut self) {
         loop {
             match poll_fn(|cx| self.poll(cx)).await {
-                // This gives the runtime the time to ask the system.
+                // This lets the runtime ask the system for new bytes.
                 Ended::Away => yield_now().await,
                 Ended::Left | Ended::Farewell => return,
             }
         }
     }
 
-    /// A round ends where it began if nothing went out: what comes then wakes the task.
+    /// Runs rounds until there is nothing to do. Bytes that arrive later wake the task.
     fn poll(&mut self, cx: &mut Context<'_>) -> Poll<Ended> {
         self.look_at_clock();
         self.note_sleep();
@@ -211,19 +217,21 @@ impl Driver {
             if round > 0 {
                 self.look_at_clock();
             }
-            // All that has come comes first: it may be what a timeout is about to give up.
+            // Received bytes come first: they may answer a request that is about to time out.
             let more = self.read_all(cx);
             self.let_time_pass();
             if !self.leaving
                 && let Some(ended) = self.take_messages(cx)
             {
-                // After an `Away` the system was asked: what is held comes up with the line read.
+                // After an `Away` the system was asked, so the held message is taken once the line
+                // was read.
                 self.looked = true;
                 return Poll::Ready(ended);
             }
             self.let_time_pass();
             self.heed_stop();
-            // Answers come before what they make due, so that it goes out in the same round.
+            // Answers are delivered before new requests are due, so that these go out in the same
+            // round.
             self.tell();
             self.withdraw(cx);
             self.do_what_is_due();
@@ -239,14 +247,17 @@ impl Driver {
                 return Poll::Pending;
             }
         }
+        // Still busy after all rounds: yield, and continue at the next poll.
         cx.waker().wake_by_ref();
         Poll::Pending
     }
 
-    /// Whether a reply without a waiter may lie unread, to be taken for the answer to what this task asks
-    /// next by itself. A task that shares its thread is woken before the runtime has asked the system what came meanwhile.
+    /// True if a reply without a receiver may lie unread, which would be taken for the answer to
+    /// the task's next request. On a shared thread the task may be woken before the runtime has
+    /// asked the system for new bytes.
     fn was_away(&mut self) -> bool {
         let now = self.now();
+        // Time without a poll: on a busy thread bytes may have arrived in it.
         let idle = now.saturating_sub(std::mem::replace(&mut self.served, now));
         let at_rest = self.connection.is_idle();
         let owed = self.link_is_up() && self.connection.is_owed();
@@ -255,20 +266,22 @@ impl Driver {
         away
     }
 
-    /// Reads until nothing more is there; whether another round has to look, because there may be, or the line has changed.
+    /// Reads until nothing is left; true if another round has to read, because more may come or the
+    /// line has changed.
     fn read_all(&mut self, cx: &mut Context<'_>) -> bool {
         let reads = (0..READS).take_while(|_| self.read(cx)).count();
         reads == READS || reads > 0 && !self.link_is_up()
     }
 
-    /// Writes all that may go out; whether anything did.
+    /// Writes everything that may be sent; true if anything was.
     fn write_all(&mut self, cx: &mut Context<'_>) -> bool {
         (0..WRITES).take_while(|_| self.write(cx)).count() > 0
     }
 
-    /// A process that was stopped or slept: no deadline ran meanwhile.
+    /// Excludes the time of a suspended process from all deadlines.
     fn note_sleep(&mut self) {
         let (now, since) = (self.now(), self.served);
+        // The timer should have fired at `rings`; what it is late by is the suspension.
         let late = self.rings.take().map_or(0, |at| now.saturating_sub(at));
         if late < SLEPT {
             return;
@@ -287,7 +300,7 @@ impl Driver {
         self.line.let_time_pass(now);
     }
 
-    /// Our own requests whose time has come.
+    /// Sends the driver's own requests that are due.
     fn do_what_is_due(&mut self) {
         if self.leaving {
             return;
@@ -302,7 +315,7 @@ impl Driver {
         }
     }
 
-    /// When something is due next.
+    /// Returns the time of the next deadline.
     fn next_timeout(&self) -> Option<Micros> {
         let up = self.link_is_up() && !self.leaving;
         let program = (self.program.as_ref()).and_then(|program| program.stream.poll_timeout());
@@ -319,12 +332,13 @@ impl Driver {
         due.into_iter().flatten().min()
     }
 
-    /// Pending with the timer set, or ready when its instant has come.
+    /// Sets the timer and returns pending; ready if the deadline has passed.
     fn sleep(&mut self, cx: &mut Context<'_>) -> Poll<()> {
         self.rings = self.next_timeout();
         let Some(at) = self.rings else {
             return Poll::Pending;
         };
+        // Resetting a timer costs a lock in tokio, and most rounds do not change it.
         if self.set.replace(at) != Some(at) {
             self.timer
                 .as_mut()
@@ -341,7 +355,7 @@ impl Driver {
         self.now
     }
 
-    /// The instant so many microseconds from the beginning.
+    /// Returns the instant `time` microseconds after the connection began.
     fn at(&self, time: Micros) -> Instant {
         self.begun + Duration::from_micros(time)
     }

@@ -1,4 +1,9 @@
-//! Reading for watches of the state.
+//! Polling for state watches.
+//!
+//! A round reads the pose, the index, free places, alarms and the watched pins, each as soon as the
+//! one before was answered. So its values belong to one moment, and the process wakes only for a
+//! round and its answers. Free places and alarms seldom change while no command finishes, so rounds
+//! take turns to read one of them.
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{
@@ -12,29 +17,30 @@ use crate::Pin;
 use crate::arm::shared::held;
 use crate::connection::{Micros, Request};
 
-/// Reads of the state before the pins.
+/// State reads that precede the pins.
 const READS: usize = 4;
-/// Those among them whose answers seldom change: while no command has ended each round reads one of them in turn, as long as neither
-/// gets older than this. When one has ended, the round reads both: its index is reported with the alarms and the room after it.
+/// Reads that seldom change their answer (left space, alarms): while no command finishes, each
+/// round reads one of them in turn, as long as neither gets older than [`OLDEST`]. After a command
+/// has finished, the round reads both, so that its index is published with the free places and
+/// alarms read after it.
 const SELDOM: [usize; 2] = [2, 3];
 const OLDEST: Micros = 100_000;
-/// How long an answer may take. Nothing else is read for the onlookers meanwhile.
+/// Longest time for an answer. No other state is read meanwhile.
 const PATIENCE: Micros = 1_000_000;
 
-/// Whose turn it is to be read. A round reads one thing after the other as soon as the one before was answered: so it is of
-/// one moment, and the program wakes for a round and its answers alone.
+/// Progress of the current round.
 #[derive(Debug, Default)]
 pub(super) struct Polls {
-    /// When the next round is due; `None` without watches.
+    /// Time of the next round; `None` without watches.
     next: Option<Micros>,
-    /// What of a round is read next; 0 between rounds.
+    /// Next read of the round; 0 between rounds.
     turn: usize,
-    /// One has not been answered: a round that is due meanwhile is left out.
+    /// True while a read is unanswered: a round that becomes due is skipped.
     under_way: bool,
     rounds: usize,
-    /// What this round has left out.
+    /// Read skipped by this round.
     left_out: Option<usize>,
-    /// The index that was told last; `None` on a line of which nothing was told.
+    /// Index at the last publication; `None` before the first on this line.
     told: Option<u64>,
 }
 
@@ -43,7 +49,7 @@ impl Polls {
         self.next
     }
 
-    /// The line broke, and what was under way with it.
+    /// Discards the round of a line that broke.
     pub(super) fn interrupt(&mut self) {
         *self = Self {
             next: self.next,
@@ -51,7 +57,8 @@ impl Polls {
         };
     }
 
-    /// Goes on to the next read of this round. `ended`: a command has ended since the last round was told.
+    /// Advances to the next read of this round. `ended` is true if a command finished since the
+    /// last publication.
     fn advance(&mut self, period: Micros, ended: bool, end: usize) {
         self.turn += 1;
         let spared = !ended && period.saturating_mul(2) <= OLDEST;
@@ -60,30 +67,31 @@ impl Polls {
             self.turn += 1;
         }
         if ended && self.turn >= end {
-            // It has ended since.
+            // A command finished during the round, so the skipped read is made up.
             self.turn = self.left_out.take().unwrap_or(self.turn);
         }
     }
 }
 
 impl Driver {
-    /// Reads what is due for the onlookers, one thing at a time.
+    /// Sends the next state read if it is due, one at a time.
     pub(super) fn poll_state(&mut self, now: Micros) {
         let (period, pins) = {
             let watches = held(&self.shared.watches);
             let Some(period) = watches.period() else {
-                // What was read long ago is read anew when somebody looks again.
+                // The next watch must not get values from before.
                 (self.polls.next, self.polls.turn, self.polls.told) = (None, 0, None);
                 return;
             };
             (micros(period).max(1), watches.pins())
         };
         let due = self.polls.next.unwrap_or(now);
-        // A new watch may want it sooner.
+        // A new watch may have a shorter period.
         let soon = now.saturating_add(period);
         self.polls.next = Some(if due > now {
             due.min(soon)
         } else {
+            // After a delay the missed rounds are dropped, not made up in a burst.
             let next = due.saturating_add(period);
             if next > now { next } else { soon }
         });
@@ -98,10 +106,10 @@ impl Driver {
         self.submit(request, deadline, To::Poll);
     }
 
-    /// A read for the onlookers has ended; what it said was seen as it passed.
+    /// Handles the end of a state read; the picture has already seen the answer.
     pub(super) fn polled(&mut self) {
         if !std::mem::take(&mut self.polls.under_way) {
-            // The round was given up with its line.
+            // The round was discarded with its line.
             return;
         }
         let (period, pins) = {
@@ -126,6 +134,7 @@ fn read(turn: usize, pins: &[Pin]) -> Result<Request, magician_protocol::EncodeE
             1 => Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
             2 => Request::get::<QueuedCmdLeftSpace>(&NoArgs),
             3 => Request::get::<AlarmsState>(&NoArgs),
+            // The first read of a round, and of every turn that lost its pin to an ended watch.
             _ => Request::get::<Pose>(&NoArgs),
         };
     };
@@ -134,6 +143,7 @@ fn read(turn: usize, pins: &[Pin]) -> Result<Request, magician_protocol::EncodeE
         Pin::Input(_) => Request::get::<IoDi>(&GetIoDi { address }),
         Pin::Output(_) => Request::get::<IoDo>(&GetIoDo { address }),
         Pin::Analog(_) => Request::get::<IoAdc>(&GetIoAdc { address }),
+        // Unreachable in a published build too: the crates depend on each other by exact version.
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }

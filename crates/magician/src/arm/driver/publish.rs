@@ -1,4 +1,4 @@
-//! What the task publishes for all handles: events, the state, and how the line is.
+//! Publication to all handles: events, state, and the state of the line.
 
 use magician_host::picture::PictureEvent;
 
@@ -7,7 +7,7 @@ use crate::arm::events::Event;
 use crate::arm::link::Link;
 
 impl Driver {
-    /// Notifies the listeners of what the last answer has shown.
+    /// Sends the listeners the events from the last answer.
     pub(super) fn tell_events(&self) {
         loop {
             let event = self.shared.picture().poll_event();
@@ -22,19 +22,20 @@ impl Driver {
         }
     }
 
-    /// Notifies the listeners, if any.
+    /// Sends an event to the listeners, if any.
     pub(super) fn happens(&self, event: Event) {
+        // An error means that there are no listeners.
         let _ = self.events.send(event);
     }
 
-    /// Shows the state to the watches, once all of it was read.
+    /// Publishes the state to the watches, once every field has been read.
     pub(super) fn publish_status(&self) {
         if let Some(status) = self.shared.status_now() {
             self.shared.status.send_replace(Some(status));
         }
     }
 
-    /// The line was lost or found: watches see it at once.
+    /// Publishes a lost or reconnected line, which watches see at once.
     pub(super) fn publish_link(&self, link: Link) {
         self.shared.link.send_replace(link.clone());
         self.shared.status.send_if_modified(|status| match status {

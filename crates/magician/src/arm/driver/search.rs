@@ -1,4 +1,7 @@
-//! The way back to an arm whose line broke.
+//! Reconnecting: opening the line again, and making sure that the same arm is on it.
+//!
+//! The stages are those of [`Stage`]: lost, opening, greeting (identify the arm), settling (read
+//! clock, index and places), up. Any failure leads back to lost and to another attempt.
 
 use std::io;
 use std::task::{Context, Poll};
@@ -18,17 +21,19 @@ use crate::arm::events::Event;
 use crate::arm::link::Link;
 use crate::connection::{Micros, Request};
 
-/// How often where another arm was found.
+/// Interval of the attempts after another arm was found. Choice: slower, since a person has to
+/// replug.
 const STRANGER: Micros = 1_000_000;
-/// How soon the arm is asked what it can be told by: programs that are done by then do not pay for it.
+/// Delay after connecting before the identity is read, so that short programs do not pay for it.
+/// Choice.
 pub(super) const INTRODUCTION: Micros = 100_000;
-/// How long an arm may take to answer what is of no hurry.
+/// Longest time for non-urgent answers. Choice.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// How long one that was found again may take to tell how far it is.
+/// Longest time for the state reads on a reconnected line. Choice.
 const SETTLING: Duration = Duration::from_secs(1);
 
 impl Driver {
-    /// Goes on with looking for the line; whether anything happened.
+    /// Advances the search for the line; true if anything happened.
     pub(super) fn look_for_it(&mut self, cx: &mut Context<'_>, now: Micros) -> bool {
         match &mut self.line.stage {
             Stage::Lost(Some(look)) if *look <= now => {
@@ -70,7 +75,7 @@ impl Driver {
         }
     }
 
-    /// Whether there is an arm at the end of the line.
+    /// Decides if the line leads to the known arm.
     fn meet(&mut self, met: Met) {
         match met {
             Err(why) => {
@@ -113,8 +118,9 @@ impl Driver {
         }
     }
 
-    /// It is the arm of before: how far has it come?
+    /// Reads the progress of the known arm before the line is used again.
     fn settle(&mut self) {
+        // Taken out of the state, because the wire moves on to the next stage.
         let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
         let Stage::Greeting(greeting) = stage else {
             return;
@@ -132,6 +138,7 @@ impl Driver {
             left: requests.len(),
             reset: false,
         };
+        // The connection keeps its indices: they decide which commands the arm has taken.
         self.connection.restored();
         if darkened {
             self.connection.was_cleared();
@@ -143,10 +150,11 @@ impl Driver {
             );
         }
         if still_moves {
-            // What became of the motion under way is unknown, so that a run ends with it.
+            // The outcome of the motion in progress is unknown, so a run ends with it.
             self.shared.stop();
             tracing::warn!("{}: the arm still moved, and was stopped", self.shared.name);
         }
+        // Before the state reads, so that a requested stop is not delayed by them.
         if self.owes_halt || still_moves {
             self.halt(Vec::new());
         }
@@ -156,13 +164,13 @@ impl Driver {
         }
     }
 
-    /// An answer of an arm that was found again.
+    /// Handles an answer of a reconnected arm.
     pub(super) fn settles(&mut self, answer: Result<()>) {
         let Stage::Settling { left, .. } = &mut self.line.stage else {
             return;
         };
         if answer.is_err() {
-            // It fell silent again: what is known of it is not enough to go on.
+            // The line fell silent again, and the state of its queue is unknown.
             self.lose(&io::ErrorKind::TimedOut.into());
             return;
         }
@@ -173,6 +181,7 @@ impl Driver {
         let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
         if let Stage::Settling { wire, reset, .. } = stage {
             self.line.stage = Stage::Up(wire);
+            // Only now: until the state is read, calls fail with the original cause.
             self.line.lost = None;
             tracing::info!(reset, "{}: the line is up again", self.shared.name);
             self.publish_link(Link::Up);
@@ -183,14 +192,14 @@ impl Driver {
         }
     }
 
-    /// The arm was reset, perhaps while the line was gone.
+    /// Notes a reset of the arm, perhaps while the line was lost.
     pub(super) fn note_reset(&mut self) {
         if let Stage::Settling { reset, .. } = &mut self.line.stage {
             *reset = true;
         }
     }
 
-    /// Asks the arm, once, for what it can be told by, and for its clock, which tells whether it was reset.
+    /// Reads the identity of the arm once, and its clock, which later shows a reset.
     pub(super) fn introduce(&mut self, now: Micros) {
         if self.introduction.take_if(|at| *at <= now).is_none() {
             return;

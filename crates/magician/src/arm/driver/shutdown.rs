@@ -1,4 +1,4 @@
-//! What is said when the last handle has gone.
+//! Shutdown: the last frames after the last handle is gone.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -11,11 +11,13 @@ use crate::arm::gate::motors_off;
 use crate::arm::link::Link;
 use crate::connection::Request;
 
-/// How long a connection that ends gives the arm to confirm the stop.
+/// Time for the arm to confirm the stop of an ending connection. Choice: dropping the last handle
+/// of a blocking arm waits this long at most.
 pub(crate) const SHUTDOWN: Duration = Duration::from_millis(500);
 
 impl Driver {
-    /// What was set going is to be stopped; false when there is nothing to do, or nothing to do it with.
+    /// Queues the frames that stop this connection's motion; false if there is nothing to send, or
+    /// no line.
     pub(super) fn say_farewell(&mut self) -> bool {
         self.leaving = true;
         self.messages.close();
@@ -38,28 +40,32 @@ impl Driver {
         !self.waiting.is_empty()
     }
 
-    /// Whether a stop was asked for that has not been confirmed. It is completed, also after the handles were dropped
-    /// before.
+    /// True if a stop was requested and not confirmed. It is completed, also if the handles were
+    /// dropped before.
     fn is_to_halt(&mut self) -> bool {
         let asked = self.shared.is_halt_asked() || self.owes_halt || !self.halting.is_empty();
         if asked {
+            // A stop overrides an earlier detach.
             self.shared.detached.store(false, Ordering::SeqCst);
         }
         asked
     }
 
-    /// These replies have no waiter any more; a command that may be in the queue is reported as such.
+    /// Drops all reply receivers. Queued commands that may have reached the arm are reported as
+    /// uncertain.
     fn leave_unanswered(&mut self) {
         for one in self.waiting.drain(..) {
             let request = one.request.frame();
             if let (To::Caller(reply), true) = (one.to, request.ctrl().queued()) {
                 let error = Error::uncertain(None, None);
+                // Only queued commands: an unanswered read or setting ends with the closed channel.
                 let _ = reply.send(Err(error.with_command(command_name(&request))));
             }
         }
     }
 
     fn last_requests(&self) -> Vec<Request> {
+        // Detached on purpose: motion and laser are left as they are.
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }
@@ -78,14 +84,14 @@ impl Driver {
         wanted.chain(pins).chain(motors).collect()
     }
 
-    /// What stops the arm and its motors, and puts its laser out.
+    /// Returns the requests that stop the arm and its motors, and switch its laser off.
     pub(super) fn stop_requests(&self) -> Vec<Request> {
         let stop = Request::halt().into_iter().flatten();
         stop.chain(self.shared.behind_halt()).collect()
     }
 
-    /// What is said first on a line that was lost and is there again, if the laser may have burnt meanwhile: the laser goes
-    /// out, and the queue is held. Empty if it has not.
+    /// Returns the first requests on a reconnected line if the laser may have burnt meanwhile:
+    /// laser off, queue paused. Empty if it cannot have.
     pub(super) fn darkening(&self) -> Vec<Request> {
         if !self.shared.picture().may_be_lit() {
             return Vec::new();
@@ -94,9 +100,10 @@ impl Driver {
         dark.chain(self.shared.lowered_pins()).collect()
     }
 
-    /// The arm was not told to stop, or has not said that it does.
+    /// Warns that the arm may continue, because the stop was not sent or not confirmed.
     pub(super) fn warn_of_what_goes_on(&self) {
-        // What was refused has not begun, and whoever refused it answers for what had.
+        // A refused connection has started nothing, and the refusing end is responsible for the
+        // rest.
         if !self.is_refused() && !self.last_requests().is_empty() {
             tracing::warn!(
                 "{}: the connection ends, but the arm has not confirmed the stop: it may finish \
@@ -108,7 +115,7 @@ impl Driver {
 }
 
 impl Drop for Driver {
-    /// The runtime may go before the shutdown is over: what can still be written is written.
+    /// Writes as much as possible if the runtime ends before the shutdown is complete.
     fn drop(&mut self) {
         if !self.leaving || !self.waiting.is_empty() {
             let requests = self.last_requests();
@@ -117,7 +124,7 @@ impl Drop for Driver {
                 None => self.warn_of_what_goes_on(),
             }
         }
-        // A caller that waits for the end may open the port again.
+        // A caller that waits for the end may reopen the port, so it has to be closed before.
         self.line.let_go();
         self.close_jogs();
         self.publish_link(Link::Closed);

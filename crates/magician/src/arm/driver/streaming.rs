@@ -1,4 +1,5 @@
-//! A program on its way: the stream, fed by the handle that runs it.
+//! Running a program: the task feeds the [`Stream`] from the handle that runs it, and reports its
+//! progress.
 
 use std::sync::Arc;
 use std::task::{Context, Poll};
@@ -14,44 +15,44 @@ use crate::message;
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
 use crate::{Error, ErrorCode, Result};
 
-/// A program that a handle wants to be run.
+/// Program to run, submitted by a handle.
 #[derive(Debug)]
 pub(in crate::arm) struct Program {
     pub(in crate::arm) stream: Stream,
-    /// Its commands, in order; closed after the last.
+    /// Commands in order; closed after the last.
     pub(in crate::arm) feed: mpsc::Receiver<Item>,
-    /// Where they come from, if that is a source that waits.
+    /// Feeder of the commands, if they come from one.
     pub(in crate::arm) supply: Option<Arc<Supply>>,
-    /// Stops before it was begun.
+    /// Stops before the run began.
     pub(in crate::arm) stops: u64,
     pub(in crate::arm) reached: watch::Sender<Reached>,
     pub(in crate::arm) end: oneshot::Sender<End>,
-    /// Commands that the stream was given.
+    /// Number of commands given to the stream.
     pub(in crate::arm) offered: u64,
 }
 
-/// How far a program is.
+/// Progress of a program.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::arm) struct Reached {
-    /// Commands that the arm has taken.
+    /// Commands that the arm has accepted.
     pub(in crate::arm) accepted: u64,
-    /// Indices of the first and the last of them.
+    /// Indices of the first and last accepted command.
     pub(in crate::arm) indices: Option<(u64, u64)>,
-    /// Index of the command that the arm finished last, as read last.
+    /// Index of the command that finished last, at the last reading.
     pub(in crate::arm) current: u64,
 }
 
-/// How a program ended.
+/// Outcome of a program.
 #[derive(Debug)]
 pub(in crate::arm) struct End {
     pub(in crate::arm) outcome: Result<()>,
     pub(in crate::arm) reached: Reached,
-    /// What was not done, and what was not even looked at.
+    /// Unfinished commands, and the feed with those not taken yet.
     pub(in crate::arm) rest: Option<(Leftover, mpsc::Receiver<Item>)>,
 }
 
 impl Program {
-    /// Gives the stream what has come for it, as far as it has room.
+    /// Passes arrived commands to the stream, as far as it has room.
     fn fed(&mut self, cx: &mut Context<'_>) -> Result<()> {
         self.take(cx)?;
         if let Some(supply) = &self.supply {
@@ -82,7 +83,7 @@ impl Program {
 }
 
 impl Driver {
-    /// Begins a program.
+    /// Starts a program.
     pub(super) fn take_program(&mut self, program: Box<Program>) {
         let runs = self.runs_program();
         let refusal = if program.stops != self.shared.stops() {
@@ -109,7 +110,7 @@ impl Driver {
         }
     }
 
-    /// A window that this arm, or this line, does not bear.
+    /// Refuses a window that this arm or line does not support.
     fn refuse_window(&self, stream: &Stream) -> Option<Error> {
         let Law::Broken(breach) = self.connection.law() else {
             return None;
@@ -123,15 +124,16 @@ impl Driver {
         })
     }
 
-    /// A stop that others have asked for ends the program before it hears what became of its commands.
+    /// Ends the program for a stop of another caller, before it sees what became of its commands.
     pub(super) fn heed_stop(&mut self) {
         let stops = self.shared.stops();
         if let Some(program) = self.program.as_mut().filter(|one| one.stops != stops) {
+            // Interrupted, not dropped: answers in flight still show what the arm has taken.
             program.stream.interrupt(Failure::Stopped);
         }
     }
 
-    /// Feeds the stream and lets it submit what is due; whether it has ended.
+    /// Feeds the stream and lets it submit what is due; true if the program has ended.
     pub(super) fn drive_program(&mut self, cx: &mut Context<'_>) -> bool {
         let (now, jog_ends) = (self.now(), self.jog_ends());
         let Self {
@@ -146,7 +148,7 @@ impl Driver {
             self.give_up_program();
             return true;
         }
-        // While a jog ends it would move the arm that is to be seen to stand.
+        // While a jog ends, a motion of the program would prevent the arm from coming to rest.
         if !jog_ends {
             if let Err(error) = program.fed(cx) {
                 self.end_program(Err(error));
@@ -157,7 +159,7 @@ impl Driver {
         self.tell_program()
     }
 
-    /// Whether a program runs that has a waiter.
+    /// True if a program runs whose caller still waits.
     pub(super) fn runs_program(&mut self) -> bool {
         if (self.program.as_ref()).is_some_and(|program| program.end.is_closed()) {
             self.give_up_program();
@@ -165,7 +167,7 @@ impl Driver {
         self.program.is_some()
     }
 
-    /// Its waiter has gone: what waits in the connection is not sent.
+    /// Ends a program whose caller has gone: its unsent requests are withdrawn.
     fn give_up_program(&mut self) {
         if let Some(program) = &self.program {
             program.stream.withdraw(&mut self.connection);
@@ -173,14 +175,15 @@ impl Driver {
         }
     }
 
-    /// A caller stops or clears the queue: the program's own requests must not undo that.
+    /// Interrupts the program if a caller stops or clears the queue, which the program's own
+    /// requests must not undo.
     pub(super) fn steer_program(&mut self, request: &Frame<'_>) {
         if let (true, Some(program)) = (holds(request), &mut self.program) {
             program.stream.interrupt(Failure::Stopped);
         }
     }
 
-    /// Passes on what the stream has to tell; whether it has ended.
+    /// Handles the events of the stream; true if the program has ended.
     fn tell_program(&mut self) -> bool {
         while let Some(program) = &mut self.program
             && let Some(event) = program.stream.poll_event()
@@ -221,6 +224,8 @@ impl Driver {
                     let error = self.explain_stream(failure);
                     self.end_program(Err(error));
                 }
+                // Unreachable in a published build too: the crates depend on each other by exact
+                // version.
                 #[cfg(not(magician_workspace))]
                 _ => unreachable!(),
             }
@@ -232,7 +237,7 @@ impl Driver {
         let Some(program) = self.program.take() else {
             return;
         };
-        // What becomes of them counts for what this connection has set going.
+        // Their outcome still counts for the motion that this connection started.
         for (ticket, request) in program.stream.under_way() {
             self.await_answer(ticket, request, To::Nobody);
         }
@@ -240,7 +245,7 @@ impl Driver {
         end(program, outcome);
     }
 
-    /// A request has ended; true if it was the program's.
+    /// Passes the end of a request to the program; true if it belongs to it.
     pub(super) fn program_answered(
         &mut self,
         ticket: Ticket,
@@ -252,7 +257,7 @@ impl Driver {
         program.is_some_and(|program| program.stream.answered(now, ticket, result, connection))
     }
 
-    /// A reply to another caller that the stream can use too.
+    /// Passes a reply to another caller to the stream, which may use it too.
     pub(super) fn overhear(&mut self, reply: &FrameBuf) {
         let now = self.now();
         if let Some(program) = &mut self.program {
@@ -260,7 +265,7 @@ impl Driver {
         }
     }
 
-    /// Why a program ended, in words.
+    /// Returns the error for the end of a program.
     fn explain_stream(&self, failure: StreamFailure) -> Error {
         let code = match failure {
             StreamFailure::Request(Failure::Lost) => return self.gone(),
@@ -268,6 +273,7 @@ impl Driver {
             StreamFailure::Dropped { .. } | StreamFailure::Reset { .. } => ErrorCode::Dropped,
             StreamFailure::NotDrained { .. } => ErrorCode::NotFinished,
             StreamFailure::Index { .. } | StreamFailure::Unclear { .. } => ErrorCode::Uncertain,
+            // The remaining failures are answers that contradict each other.
             _ => ErrorCode::BadAnswer,
         };
         let error = Error::new(code, failure.to_string());
@@ -288,9 +294,11 @@ fn end(program: Program, outcome: Result<()>) {
         end,
         ..
     } = program;
+    // The handle then notices that its commands are no longer wanted, and gets the rest back.
     feed.close();
     let rest = outcome.is_err().then(|| (stream.leftover(), feed));
     let reached = *reached.borrow();
+    // The handle may have dropped the run, and then wants nothing back.
     let _ = end.send(End {
         outcome,
         reached,

@@ -1,4 +1,4 @@
-//! How much work a segment of a path makes, counted and not timed.
+//! Test of the work per path segment, counted instead of timed.
 
 use std::io;
 use std::pin::pin;
@@ -13,7 +13,7 @@ use crate::connection::Settings;
 use crate::transport::{Leap, LeapTo, Line, Sim, Transport};
 use crate::{Arm, Options, VirtualArm, build};
 
-/// A line to a virtual arm that counts what is done with it.
+/// Line to a virtual arm that counts its calls.
 struct Counted {
     sim: Sim,
     counts: Arc<Counts>,
@@ -51,7 +51,7 @@ impl Transport for Counted {
     }
 }
 
-/// So often is each done for a segment, and so often is the caller of the run woken.
+/// Calls per segment, and wake-ups of the caller of the run.
 #[derive(Debug)]
 struct Work {
     reads: f64,
@@ -107,12 +107,13 @@ async fn work(window: usize, segments: u16) -> Work {
 async fn a_segment_makes_so_much_work_and_no_more() {
     for (window, segments) in [(1, 2_000), (1, 20_000), (4, 4_000)] {
         let work = work(window, segments).await;
-        // The command, a look at the queue when the one before has ended, and a few looks at its free places.
+        // The command, a queue reading when the one before has finished, and a few readings of its
+        // free places.
         assert!(work.writes <= 2.5, "{work:?}");
-        // Each answer, and each time that there is none.
+        // A read per answer, and one per attempt without an answer.
         assert!(work.reads <= 6.0, "{work:?}");
         assert!(work.leaps <= 1.5, "{work:?}");
-        // The task and the caller wake each other once for a burst.
+        // The task and the caller wake each other once per burst.
         assert!(work.wakes <= 1.0 / 16.0, "{work:?}");
     }
 }

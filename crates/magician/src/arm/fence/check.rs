@@ -1,4 +1,4 @@
-//! Checks of what is about to be sent against the fence.
+//! Checks of outgoing frames against the fence.
 
 use magician_host::picture::{is_near, place};
 use magician_protocol::commands::{Pose, QueuedCmdStartExec};
@@ -12,7 +12,7 @@ use crate::arm::halt::APART;
 use crate::preflight::{Guards, Needs, Preflight, Readings};
 use crate::{Action, Error, ErrorCode, Result};
 
-/// An arm and its fence.
+/// Connection with its fence.
 #[derive(Clone, Copy)]
 pub(in crate::arm) struct FenceCheck<'a> {
     pub(super) arm: &'a Arm,
@@ -24,12 +24,12 @@ impl<'a> FenceCheck<'a> {
         &self.arm.inner.shared.disruptions
     }
 
-    /// What was followed ends here: the arm has to be read again.
+    /// Invalidates the prediction: the arm has to be read again.
     fn forget(self) {
         self.disruptions().depart();
     }
 
-    /// What a frame does to the fence: refused, or with the right to send it now.
+    /// Checks a frame. Returns the right to send it now, or `None` if it needs none.
     pub(in crate::arm) async fn hold_frame(
         self,
         frame: &Frame<'_>,
@@ -61,7 +61,7 @@ impl<'a> FenceCheck<'a> {
         })
     }
 
-    /// How strong the laser would burn: that depends on nothing else.
+    /// Checks the laser power, which does not depend on the arm's position.
     fn check_power(self, frame: &Frame<'_>) -> Result<()> {
         let ctrl = frame.ctrl();
         let burns = self.held.fence().and_then(|fence| fence.strongest_laser());
@@ -75,6 +75,7 @@ impl<'a> FenceCheck<'a> {
                 .fenced(Preflight::new(&Readings::default()))
                 .check_power(&command),
             Err(_) if may => Err(refused("its parameters cannot be read")),
+            // A command that never burns may have any parameters.
             Err(_) => Ok(()),
         }
     }
@@ -95,7 +96,7 @@ impl<'a> FenceCheck<'a> {
         })
     }
 
-    /// A motion, or what one depends on.
+    /// Checks a motion, or a setting that affects motion.
     async fn hold_command(
         self,
         command: &Set,
@@ -112,13 +113,13 @@ impl<'a> FenceCheck<'a> {
         if queued {
             turn.then = Some(check);
         } else {
-            // It is not seen to end.
+            // The end of an immediate motion is not observed.
             self.forget();
         }
         Ok(turn)
     }
 
-    /// Where the arm is when all that waits was done.
+    /// Returns the check at the end of all waiting commands.
     async fn course_end(self, turn: &mut Turn<'_>) -> Result<Preflight> {
         if turn.prediction.breaks == turn.breaks
             && let Some(end) = turn.prediction.end.clone()
@@ -129,17 +130,17 @@ impl<'a> FenceCheck<'a> {
         self.read_standing(turn).await
     }
 
-    /// Whether what was followed still waits, or runs, and nothing else does.
+    /// True if the predicted commands still wait or run, and no others do.
     async fn waits_in_order(self, turn: &mut Turn<'_>) -> Result<bool> {
         let waiting = u64::from(self.arm.queue().waiting().await?);
         let ours = turn
             .prediction
             .waiting(self.arm.queue().current_index().await?.0);
-        // The command under way may count as waiting or not.
+        // The command in progress may be counted as waiting or not, so fewer is fine too.
         Ok(ours > 0 && waiting <= ours)
     }
 
-    /// All that a motion depends on, of an arm that stands with an empty queue.
+    /// Reads everything a motion depends on, from an arm at rest with an empty queue.
     async fn read_standing(self, turn: &mut Turn<'_>) -> Result<Preflight> {
         self.arm.come_to_rest().await?;
         let look = self.arm.known().read_queue().await?;
@@ -173,11 +174,13 @@ impl<'a> FenceCheck<'a> {
         Ok(check.guards(Guards::NONE.reach(true).unknown_start(true)))
     }
 
-    /// What lets a queue run: only what was checked from where the arm stands may wait there.
+    /// Checks a frame that starts the queue: only commands checked from where the arm stands may
+    /// wait in it.
     async fn hold_release(self, frame: &Frame<'_>, deadline: Instant) -> Result<Turn<'a>> {
         let turn = self.take(deadline).await?;
         let waiting = self.arm.queue().waiting().await?;
         if waiting == 0 {
+            // Clearing an alarm may also release a motion outside of the queue.
             if frame.id() != QueuedCmdStartExec::ROW.id {
                 self.forget();
             }
@@ -202,7 +205,7 @@ impl<'a> FenceCheck<'a> {
             }
             return Ok(turn);
         }
-        // What an alarm has ended counts as finished, wherever the arm was.
+        // Commands that an alarm has cut short count as finished, wherever the arm was.
         if self.arm.alarms().await?.blocking() {
             return Err(refused(
                 "an alarm holds commands in its queue that were planned from another position",
@@ -210,6 +213,8 @@ impl<'a> FenceCheck<'a> {
             .remedy(Action::Stop, DROPS));
         }
         let before: Pose = self.arm.get().await?;
+        // Twice the interval of rest reads, so that even a slow motion shows as two different
+        // poses.
         sleep(2 * APART).await;
         if self.arm.get::<Pose>().await? == before {
             self.stands_at_station(&turn, current).await?;
@@ -217,7 +222,7 @@ impl<'a> FenceCheck<'a> {
         Ok(turn)
     }
 
-    /// A queue at rest: the arm was not moved meanwhile.
+    /// Checks that an arm at rest was not moved since its last command.
     async fn stands_at_station(self, turn: &Turn<'_>, current: u64) -> Result<()> {
         let mut stations = turn.prediction.stations.iter().rev();
         let station = stations.find(|(index, _)| *index <= current);
@@ -232,7 +237,7 @@ impl<'a> FenceCheck<'a> {
         }
     }
 
-    /// The right to jog, and where from.
+    /// Acquires the right to jog, with the start position.
     pub(in crate::arm) async fn hold_jog(
         self,
         deadline: Instant,
@@ -246,7 +251,7 @@ impl<'a> FenceCheck<'a> {
         Ok(Some((turn, check)))
     }
 
-    /// The right to run a program, with where it begins.
+    /// Acquires the right to run a program, with its start position.
     pub(in crate::arm) async fn hold_run(self, begins: bool) -> Result<Option<Turn<'a>>> {
         if !self.held.bounds_motion() {
             return Ok(None);
@@ -259,10 +264,10 @@ impl<'a> FenceCheck<'a> {
     }
 }
 
-/// What a stop does to the queue.
+/// Effect of a stop on the queue, as a remedy.
 const DROPS: &str = "drops the waiting commands";
 
-/// What a fence cannot be held against.
+/// Returns the error for a frame that cannot be checked against a fence.
 fn refused(why: &str) -> Error {
     Error::guarded(
         "fence",

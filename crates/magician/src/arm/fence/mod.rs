@@ -1,10 +1,10 @@
-//! The fence of an arm, below all doors: whatever is sent over a connection that has one is checked first, from where the arm
-//! will be by then.
+//! Fence of an arm, below all front ends: every frame of a connection with a fence is checked
+//! first, from where the arm will be by then.
 //!
-//! One check at a time, and nothing that moves the arm is sent between a check and what it has passed. What the arm will do is
-//! followed from command to command while its queue holds what this connection has put there; whenever that has ended, or may
-//! have gone another way (a stop, an alarm, a motion outside of the queue, an answer that was lost), the arm is read again
-//! while it stands.
+//! Only one check runs at a time, and no motion is sent between a check and the command that passed
+//! it. While the queue holds commands of this connection, their end is predicted from command to
+//! command. The prediction ends with the queue, and becomes invalid when the path may have changed
+//! (a stop, an alarm, an immediate motion, a lost answer). Then the arm is read again at rest.
 
 mod check;
 
@@ -25,55 +25,55 @@ use super::disruptions::Disruptions;
 use crate::Result;
 use crate::preflight::{Preflight, governs_motion};
 
-/// The fence of a connection, if it has one, and what it has let pass.
+/// Fence of a connection, if any, and the prediction for the commands that passed it.
 #[derive(Debug)]
 pub(super) struct Held {
     fence: RwLock<Option<Fence>>,
     prediction: Mutex<QueuePrediction>,
 }
 
-/// Where the arm will be when what it has was carried out.
+/// Predicted position after all queued commands.
 #[derive(Debug, Default)]
 pub(super) struct QueuePrediction {
     end: Option<Preflight>,
-    /// [`Disruptions::total`] of then.
+    /// Value of [`Disruptions::total`] at the prediction.
     breaks: u64,
-    /// The last index that was seen.
+    /// Last index seen.
     last: u64,
-    /// Where each command leads that waits, if that is known, and where the first begins.
+    /// End of each waiting command, if known, preceded by the start of the first.
     stations: VecDeque<(u64, Option<[f64; 4]>)>,
 }
 
-/// The right to send what was checked. Nothing else is checked meanwhile.
+/// Exclusive right to send the checked command.
 pub(super) struct Turn<'a> {
     disruptions: &'a Disruptions,
     prediction: MutexGuard<'a, QueuePrediction>,
-    /// What is known after it, if it goes into the queue.
+    /// Prediction after the command, if it is queued.
     then: Option<Preflight>,
-    /// The queue is empty: its next index may be any.
+    /// True if the queue is empty: the next index may have any value.
     first: bool,
     breaks: u64,
 }
 
 impl QueuePrediction {
-    /// How many commands wait, or run, that were followed.
+    /// Returns the number of predicted commands that wait or run.
     fn waiting(&self, current: u64) -> u64 {
         let stations = self.stations.iter();
         stations.filter(|(index, _)| *index > current).count() as u64
     }
 }
 
-/// What a frame is to a fence.
+/// Class of a frame with regard to the fence.
 enum Sort {
-    /// It moves nothing, and changes nothing that a motion depends on.
+    /// Neither moves the arm nor changes anything a motion depends on.
     Free,
-    /// It ends motions, or what waits.
+    /// Ends motions, or clears the queue.
     Ends,
-    /// It lets a queue run.
+    /// Starts the queue.
     Releases,
-    /// A motion, or what one depends on.
+    /// A motion, or a setting that affects motion.
     Governs(Box<Set>),
-    /// Unknown.
+    /// Cannot be checked, for this reason.
     Unknown(&'static str),
 }
 
@@ -99,6 +99,7 @@ impl Sort {
             id if id == QueuedCmdStartDownload::ROW.id => {
                 return Self::Unknown("programs stored in the arm cannot be checked");
             }
+            // Motions and settings are distinguished below, by their effect.
             _ => {}
         }
         match Set::decode(row.id, frame.params()) {
@@ -107,9 +108,11 @@ impl Sort {
                 Self::Governs(Box::new(command))
             }
             Ok(_) => Self::Free,
+            // Undecodable parameters do not matter to commands that never move the arm.
             Err(_) if matches!(row.effect, Effect::Look | Effect::Consume | Effect::Queue) => {
                 Self::Free
             }
+            // A motion whose target is unreadable cannot be checked, so it is refused.
             Err(_) => Self::Unknown("its parameters cannot be read"),
         }
     }
@@ -127,7 +130,7 @@ impl Held {
         *self.fence.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Another fence takes its place: the one that was there before.
+    /// Replaces the fence and returns the previous one.
     fn replace(&self, fence: Option<Fence>) -> Option<Fence> {
         let fence = fence.filter(|fence| !fence.is_empty());
         let mut held = self.fence.write().unwrap_or_else(PoisonError::into_inner);
@@ -140,7 +143,7 @@ impl Held {
 }
 
 impl Turn<'_> {
-    /// What was sent has been answered, or not.
+    /// Updates the prediction with the answer to the sent command.
     pub(super) fn ends(mut self, answer: &Result<FrameBuf>) {
         let Some(then) = self.then.take() else {
             return;
@@ -155,6 +158,7 @@ impl Turn<'_> {
     }
 
     fn accepted(&mut self, index: u64, then: Preflight) {
+        // The arm counts queued commands one by one, so any other index reveals a foreign command.
         let next = self.prediction.last.saturating_add(1);
         if !(index == next || self.first && index > next) {
             // Another program has queued a command in between.
@@ -162,7 +166,7 @@ impl Turn<'_> {
         }
         let end = then.arm().map(|end| end.pose.to_array());
         self.prediction.stations.push_back((index, end));
-        // More than a queue holds.
+        // More than a queue holds; older positions are no longer needed.
         if self.prediction.stations.len() > 64 {
             self.prediction.stations.pop_front();
         }
@@ -171,24 +175,26 @@ impl Turn<'_> {
         self.prediction.breaks = self.breaks;
     }
 
-    /// Where a run begins.
+    /// Returns the start of a run.
     pub(super) fn start(&mut self) -> Option<Preflight> {
-        // A run that was dropped leaves an unknown position.
+        // A run dropped halfway leaves an unknown position.
         self.prediction.end = None;
         self.then.take()
     }
 }
 
 impl Arm {
-    /// The fence that everything over this connection keeps to: [`Options::fence`](super::Options::fence), or what
-    /// [`set_fence`](Self::set_fence) has put in its place.
+    /// Returns the fence of this connection: [`Options::fence`](super::Options::fence), or the
+    /// replacement by [`set_fence`](Self::set_fence).
     #[must_use]
     pub fn fence(&self) -> Option<Fence> {
         self.inner.held.fence()
     }
 
-    /// Gives the connection another fence, for all its handles; `None` removes it. It holds as soon as this returns. What was
-    /// under way then was checked against the earlier one: the future stops the arm, unless the fence bounds nothing new.
+    /// Replaces the fence of the connection for all its handles; `None` removes it.
+    ///
+    /// The new fence is in effect when this returns. Motion in progress was checked against the
+    /// previous one: the returned future stops the arm, unless there is no new bound.
     ///
     /// ```
     /// use magician::{Arm, Fence, build};
@@ -203,7 +209,7 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// As [`stop`](Self::stop). The fence holds all the same.
+    /// As [`stop`](Self::stop). The new fence is in effect even then.
     pub fn set_fence(
         &self,
         fence: Option<Fence>,
@@ -218,7 +224,7 @@ impl Arm {
                 return Ok(());
             }
             arm.stop().await?;
-            // What was checked before and handed over behind the stop.
+            // A command that passed the previous fence may have been submitted behind the stop.
             if arm.moving() {
                 arm.stop().await?;
             }
@@ -226,13 +232,14 @@ impl Arm {
         }
     }
 
-    /// The numbers by which its motions are planned: [`Options::model`](super::Options::model), or a virtual arm's own.
+    /// Returns the model used to plan motions: [`Options::model`](super::Options::model), or that
+    /// of the virtual arm.
     #[must_use]
     pub fn model(&self) -> &magician_motion::ArmModel {
         &self.inner.options.model
     }
 
-    /// The same check, with the fence of this connection.
+    /// Adds the fence of this connection to a check.
     pub(super) fn fenced(&self, check: Preflight) -> Preflight {
         let check = check.laser_pins(self.inner.options.laser_pins);
         match self.fence() {
@@ -241,7 +248,7 @@ impl Arm {
         }
     }
 
-    /// What the fence is held against.
+    /// Returns the fence check of this connection.
     pub(super) fn fence_check(&self) -> FenceCheck<'_> {
         FenceCheck {
             arm: self,

@@ -1,4 +1,8 @@
-//! Handing a run over to the task, and looking after it.
+//! Handing a run over to the driver task, and attending to it.
+//!
+//! The task feeds the stream; the handle supplies commands through a channel and polls for alarms
+//! meanwhile. The intervals balance two goals: to report an alarm soon, and not to take time of the
+//! line from the commands.
 
 use std::future::Future;
 use std::pin::pin;
@@ -14,29 +18,31 @@ use crate::arm::watch::{FIRST_PAUSE, Progress, STANDING, Watch};
 use crate::stream::{ArmPace, Item, Stream, StreamSettings};
 use crate::{Error, ErrorKind, Result};
 
-/// How soon the first look for alarms follows where nothing ends before its time, and how far apart they are at most: what an
-/// arm refuses, it refuses at once.
+/// First poll for alarms, and longest interval, while a single command runs for its planned time.
+/// An alarm that refuses it is raised at once. Choices.
 const FIRST_LOOK: Duration = Duration::from_millis(60);
 const LOOK_PAUSE: Duration = Duration::from_millis(500);
-/// How far apart they are elsewhere.
+/// Longest interval of polls otherwise. Choice.
 const SHORT_PAUSE: Duration = Duration::from_millis(100);
-/// The same while commands go out: an alarm that holds the queue would end that soon, and a look costs as much of the line
-/// as a command.
+/// Interval of polls while commands flow. An alarm that holds the queue would soon end the flow,
+/// and a poll costs as much of the line as a command. Choice.
 const SELDOM: Duration = Duration::from_secs(1);
-/// How often a run that is not answered says so.
+/// Interval of progress reports during silence. Choice: a user sees seconds count.
 const TELL: Duration = Duration::from_secs(1);
-/// Commands on their way to the task.
+/// Capacity of the channel to the task. Choice: two bursts.
 const FEED: usize = 64;
-/// So many are handed on at a time where the arm takes them as fast as they come: the task and its handle wake each other
-/// once for all of them.
+/// Commands handed on at once if the arm takes them as fast as they come: the task and its handle
+/// then wake each other once per burst. Choice.
 const BURST: u32 = 32;
-/// An arm that takes a command in less than this is none on a line; elsewhere each is asked for when its turn comes.
+/// Time per command below which the arm is in-process, so that bursts pay. A line takes
+/// milliseconds, and there each command is requested from the source when its turn comes.
 const QUICK: Duration = Duration::from_micros(100);
-/// So long may the caller's commands take to come up within a burst.
+/// Longest time the caller's commands may block within a burst. Choice: the source shares the
+/// thread with the driver.
 const THINKS: Duration = Duration::from_millis(1);
 
 impl<C: CommandSource> Run<C> {
-    /// Gives the program to the task.
+    /// Submits the program to the task.
     pub(super) async fn hand_over(
         &mut self,
         stops: u64,
@@ -64,11 +70,12 @@ impl<C: CommandSource> Run<C> {
         let place = timeout_at(arm.call_deadline(), arm.inner.messages.reserve()).await;
         let place = place.map_err(|_| Error::stuck())?;
         let place = place.map_err(|_| Error::closed())?;
-        // From here on there is no await: a dropped call has handed it over, or not.
+        // No await from here on: a dropped call has either submitted it or not.
         let clears = arm.inner.shared.disruptions.clears();
+        // The clear happened on a reconnected line: the commands before it are gone from the queue.
         let cleared = std::mem::replace(&mut self.clears, clears) != clears;
         if self.leftover.is_some() {
-            // What is given back is handed on once more, and was counted before.
+            // The rest of an interrupted run was counted before.
             self.options.lead = None;
         }
         let stream = match self.leftover.take() {
@@ -96,7 +103,7 @@ impl<C: CommandSource> Run<C> {
         Ok((Some(feed), reached, ending))
     }
 
-    /// Feeds the task, and looks for alarms meanwhile.
+    /// Feeds the task, and polls for alarms meanwhile.
     pub(super) async fn attend(
         &mut self,
         feed: &mut Option<mpsc::Sender<Item>>,
@@ -119,6 +126,8 @@ impl<C: CommandSource> Run<C> {
         loop {
             let held = self.is_far_ahead(&mut news);
             tokio::select! {
+                // The end first: a poll after it would report on a queue that others may use by
+                // then.
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
                 () = &mut look => {
@@ -126,6 +135,7 @@ impl<C: CommandSource> Run<C> {
                     let seen = *reached.borrow();
                     self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
+                    // A virtual clock that waits for the source must not count as a stuck arm.
                     if self.supply.as_ref().is_some_and(|supply| supply.stands()) {
                         watch.changed();
                     }
@@ -150,10 +160,11 @@ impl<C: CommandSource> Run<C> {
                     pause = (pause * 2).min(longest);
                     look.as_mut().reset(Instant::now() + pause);
                 }
-                // One that is gone has ended the program, and says so.
+                // A closed channel means that the task has ended the program; `ending` reports it.
                 Ok(()) = news.changed(), if held => {}
                 () = self.feed_on(feed, burst, reached), if !held => {
                     let now = Instant::now();
+                    // Averaged over the burst, because a wake-up is shared by all of its commands.
                     let each = now.duration_since(std::mem::replace(&mut handed, now)) / burst;
                     burst = if each < QUICK { BURST } else { 1 };
                 }
@@ -161,15 +172,15 @@ impl<C: CommandSource> Run<C> {
         }
     }
 
-    /// Whether what is handed on and not taken by the arm lasts long enough for now.
+    /// True if the commands ahead of the arm last long enough for now.
     fn is_far_ahead(&mut self, reached: &mut cell::Receiver<Reached>) -> bool {
         let accepted = reached.borrow_and_update().accepted;
         let long = |lead| self.ahead.is_long(accepted, lead);
         self.options.lead.is_some_and(long)
     }
 
-    /// Hands the next commands on when there is room for so many; without more it closes the feed. None is taken that
-    /// cannot be handed on.
+    /// Hands on the next commands when there is room for `burst` of them, and closes the feed at
+    /// the end. No command is taken from the source that cannot be handed on.
     async fn feed_on(
         &mut self,
         feed: &mut Option<mpsc::Sender<Item>>,
@@ -179,12 +190,12 @@ impl<C: CommandSource> Run<C> {
         let Some(sender) = feed else {
             return std::future::pending().await;
         };
-        // Without permits the task has ended the program and says so.
+        // Without permits the task has ended the program, and `ending` reports it.
         let over = match sender.reserve_many(burst as usize).await {
             Ok(permits) => {
                 self.come().await;
                 let begun = Instant::now();
-                // A slow source of commands must not block the thread.
+                // A slow source must not block the thread.
                 let mut in_time = permits.take_while(|_| begun.elapsed() < THINKS);
                 loop {
                     let Some(permit) = in_time.next() else {
@@ -207,8 +218,8 @@ impl<C: CommandSource> Run<C> {
         }
     }
 
-    /// A look for what holds the queue: by what was put into it, and before that, when it has no room for a long time.
-    /// `current` is the current index, if it is known as of lately.
+    /// Polls for the cause of a held queue: from the commands in it, and before the first from a
+    /// queue without room. `current` is the current index if it was read recently.
     async fn look(
         &self,
         watch: &mut Watch,
@@ -231,13 +242,13 @@ impl<C: CommandSource> Run<C> {
         Ok(None)
     }
 
-    /// Whether the only command that it has ends when the check says so: nothing can be seen of it before.
+    /// True if the only command ends at its planned time, so that nothing can be seen before.
     fn on_time(&self) -> bool {
         self.total == Some(1) && self.arm.picture().pace() == ArmPace::OnTime
     }
 
-    /// A look has failed. What ended it, a line that broke or does not answer, ends the program too, and then the task
-    /// gives back what is left of it.
+    /// Handles a failed poll. A broken or silent line also ends the program, and the task then
+    /// returns the rest of it.
     async fn ends_too(&self, error: Error, ending: oneshot::Receiver<End>) -> Result<End> {
         let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
         if line
@@ -250,15 +261,15 @@ impl<C: CommandSource> Run<C> {
     }
 }
 
-/// What came of a look.
+/// Outcome of a poll.
 enum Attended {
     Seen(Option<Progress>),
     Failed(Error),
-    /// The run ended before.
+    /// The run ended first.
     Over(Option<Box<End>>),
 }
 
-/// Waits for a look and tells every second that it is not answered yet.
+/// Awaits a poll, and reports every second that it is not answered yet.
 async fn told(
     look: impl Future<Output = Result<Option<Progress>>>,
     before: Progress,
@@ -270,6 +281,7 @@ async fn told(
     let mut look = pin!(look);
     loop {
         tokio::select! {
+            // The result of the poll first: the end is not lost, the caller's loop finds it next.
             biased;
             seen = &mut look => return seen.map_or_else(Attended::Failed, Attended::Seen),
             end = &mut *ending => return Attended::Over(end.ok().map(Box::new)),

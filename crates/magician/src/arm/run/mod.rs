@@ -1,4 +1,9 @@
-//! Many commands in a row: never more than the queue holds or may run on alone, never less than keeps the arm moving.
+//! Runs: many commands in a row through the arm's queue.
+//!
+//! A run keeps the queue full enough that the arm does not stop between commands, and empty enough
+//! that it does not continue for long if the host dies ([`RunOptions::horizon`]). The [`Stream`] in
+//! the driver task decides what goes out when; [`Run`] takes commands from the caller, checks
+//! permissions and fence, plans their durations, and attends to the run until its end.
 
 mod attend;
 mod options;
@@ -28,16 +33,18 @@ pub(in crate::arm) use source::Supply;
 pub use source::{CommandSource, Feeder};
 pub use streaming::Streaming;
 
-/// A program on its way through the arm's queue, from [`Arm::start`].
+/// Program in progress, from [`Arm::start`].
 ///
-/// [`wait`](Self::wait) runs it. When that fails and [`is_interrupted`](Self::is_interrupted), the line broke or an
-/// answer left a doubt that could not be settled then: the arm has finished what it had, and `wait` called once more goes on
-/// at the very command that it did not take. First it finds out which that is, and that the arm stands where the last
-/// finished command leaves it; where that does not add up it fails with both values, and nothing is sent. Nothing goes
-/// on by itself.
+/// [`wait`](Self::wait) runs it. If that fails and [`is_interrupted`](Self::is_interrupted) is
+/// true, the line broke or a lost answer left it uncertain which commands the arm has accepted. The
+/// arm finishes those, and another `wait` continues with the first command it did not accept. That
+/// `wait` first determines which command this is, and checks that the arm stands where its last
+/// finished command ends. If anything disagrees, it fails with the expected and the found value and
+/// sends nothing. A run never continues by itself.
 ///
-/// After anything else it is over, and `wait` fails: after a stop or a reset (also one that came while the line was gone),
-/// after an alarm, and when the future of `wait` was dropped before its end, because its progress is then unknown.
+/// After any other error the run is over, and `wait` fails: after a stop or a reset (also during a
+/// lost line), after an alarm, and if the future of `wait` was dropped, because its progress is
+/// then unknown.
 ///
 /// ```
 /// use magician::{Arm, ErrorKind, build};
@@ -62,46 +69,49 @@ pub use streaming::Streaming;
 pub struct Run<C> {
     arm: Arm,
     commands: C,
-    /// It has no more commands: some iterators begin anew when they are asked once more.
+    /// True after the last command: some iterators start over when polled again.
     ended: bool,
-    /// What the connection's task has to know of them, if they come from a feeder.
+    /// Shared state with the feeder, if the commands come from one.
     supply: Option<Arc<Supply>>,
     options: RunOptions,
-    /// Checks each command as it comes, and how many it has.
+    /// Check for each command as it comes, and the number checked.
     checks: Option<Preflight>,
     checked: usize,
-    /// Where the commands lead and how long they take, once that is of use.
+    /// Positions and durations of the commands, once needed.
     route: Route,
-    /// Where they lead by the arm's fence, and where the first of them begins.
+    /// Check against the fence, and the start of the first command.
     fenced: Option<Preflight>,
     begins_at: Option<[f64; 4]>,
     planned: bool,
-    /// Taken from `commands` and not handed on.
+    /// Commands taken from the source and not handed on.
     pending: VecDeque<Planned>,
     leftover: Option<Leftover>,
-    /// Stops before it was handed to the task; `None` while nothing of it was, and when it is done.
+    /// Stops before the run was submitted; `None` before that, and after it is done.
     begun: Option<u64>,
-    /// The queue when it began, as long as nothing was put into it.
+    /// Queue at the start, until something was put into it.
     look: Option<QueueLook>,
-    /// How long its commands take by the check, us.
+    /// Planned duration of the commands, us.
     lasts: Micros,
-    /// What was handed on since it was handed over.
+    /// Commands handed on since the submission.
     ahead: Ahead,
-    /// The count of earlier stops, where the arm was read before the start.
+    /// Stop count of the caller, if the arm was read before the start.
     stops: Option<u64>,
     ran: Ran,
     total: Option<u64>,
     light: Light,
-    /// The command before which it ends, because the laser may not burn.
+    /// Error of the command before which the run ends.
     refused: Option<Error>,
-    /// How often the queue had been cleared on a line that was found again when it was handed over last.
+    /// Number of clears on reconnected lines at the last submission.
     clears: u64,
 }
 
 impl Arm {
-    /// Commands to be run as they come, any number of them: [`Run::wait`] takes one after the other as room and horizon allow. They
-    /// are sent as they are, **without a check** but for [laser](super::Options::allow_laser) and [fence](super::Options::fence):
-    /// [`run`](Self::run) checks a list beforehand. Nothing is sent before [`Run::wait`].
+    /// Starts any number of commands, supplied while they run: [`Run::wait`] takes them one by one
+    /// as room and horizon allow.
+    ///
+    /// They are sent **without a check** except for [laser](super::Options::allow_laser) and
+    /// [fence](super::Options::fence); [`run`](Self::run) checks a list first. Nothing is sent
+    /// before [`Run::wait`].
     pub fn start<C>(&self, commands: C) -> Run<C::IntoIter>
     where
         C: IntoIterator<Item = Set>,
@@ -109,7 +119,7 @@ impl Arm {
         self.start_with(commands, RunOptions::default())
     }
 
-    /// As [`start`](Self::start), with options.
+    /// Starts commands as [`start`](Self::start) does, with options.
     pub fn start_with<C>(&self, commands: C, options: RunOptions) -> Run<C::IntoIter>
     where
         C: IntoIterator<Item = Set>,
@@ -117,8 +127,8 @@ impl Arm {
         Run::new(self, commands.into_iter(), options)
     }
 
-    /// A program that was checked from where the arm stands: its commands are not planned once more.
-    /// Nothing is sent before [`Run::wait`].
+    /// Starts a program that was checked from where the arm stands; its commands are not planned
+    /// again. Nothing is sent before [`Run::wait`].
     pub fn start_checked(
         &self,
         program: CheckedProgram,
@@ -165,8 +175,8 @@ impl<C: CommandSource> Run<C> {
         }
     }
 
-    /// A motion that the arm refuses, or breaks off, counts as finished: of the last one only the alarm tells. Homing may
-    /// end under one.
+    /// Checks for an alarm at the end: a refused or aborted motion counts as finished, and for the
+    /// last one only the alarm shows it. Homing may end under an alarm.
     async fn check_none_refused(&self) -> Result<()> {
         let last = self.ran.last;
         if last.is_some_and(|last| self.arm.picture().own().homes(last)) {
@@ -179,35 +189,40 @@ impl<C: CommandSource> Run<C> {
         Ok(())
     }
 
-    /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
-    /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
+    /// Takes positions and durations of the commands from this check, made before them, instead of
+    /// reading the settings again. For commands that passed [`Preflight::program`].
     pub fn along(mut self, course: Preflight) -> Self {
         self.route = Route::along(course);
         self.planned = true;
         self
     }
 
-    /// Runs what has not been run: puts commands into the queue as room and horizon allow, starts it, and returns when the last has
-    /// finished. `progress` is called now and then.
+    /// Runs the remaining commands: puts them into the queue as room and horizon allow, starts it,
+    /// and returns when the last has finished. `progress` is called now and then.
     ///
-    /// What fits goes in while the queue is stopped, so that nothing moves unless all of it was taken.
+    /// The first commands are queued while the queue is stopped, so nothing moves unless all of
+    /// them were accepted.
     ///
     /// # Errors
     /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
-    /// else as [`Arm::enqueue`] and [`Arm::wait`]. What was put into the queue
-    /// before the error stays there: [`Arm::stop`] drops it. When it goes on also [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm does not stand
-    /// where it should, [`ErrorKind::Closed`](crate::ErrorKind::Closed) if it is [over](Self::is_interrupted).
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) after a stop,
+    /// else as [`Arm::enqueue`] and [`Arm::wait`]. Commands queued before the error stay in the
+    /// queue: [`Arm::stop`] drops them.
+    ///
+    /// On a second call also [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm is
+    /// not where it should be, and [`ErrorKind::Closed`](crate::ErrorKind::Closed) if the run is
+    /// [over](Self::is_interrupted).
     pub async fn wait(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
         let arm = self.arm.clone();
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
         self.come().await;
         let mut flow = arm.queue().take_turn(arm.call_deadline(), "a run").await?;
-        // A run that is dropped half-way leaves a queue that has to be counted again.
+        // A run dropped halfway leaves a queue whose room has to be read again.
         flow.room = 0;
         arm.queue_fault(None)?;
+        // A resumed run is in the middle of its own queue, where these checks would refuse it.
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
             arm.come_to_rest().await?;
@@ -222,10 +237,10 @@ impl<C: CommandSource> Run<C> {
             }
             let moves = self.may_move_arm();
             arm.homing().warn_if_not_homed(moves).await?;
-            // Where commands of others may run, the stream looks for itself.
+            // If commands of other programs may run, the stream reads the queue itself.
             self.look = Some(look).filter(|_| !self.options.keep);
         }
-        // Held to the end of the run.
+        // Held until the end of the run.
         let _turn = self.within_fence(&arm, begins).await?;
         self.plan().await?;
         self.check_ahead()?;
@@ -240,6 +255,7 @@ impl<C: CommandSource> Run<C> {
             .await?;
         self.note(end.reached);
         self.begun = self.begun.filter(|_| end.outcome.is_err());
+        // The task had taken these from the channel, or not yet; they come before our own.
         if let Some((leftover, mut rest)) = end.rest {
             self.leftover = Some(leftover);
             let mut unseen = VecDeque::new();
@@ -255,7 +271,8 @@ impl<C: CommandSource> Run<C> {
         }
         watch.sent(self.ran.commands, self.ran.last);
         progress(watch.at_its_end());
-        // That the laser of a path goes out by itself where the arm comes to rest is likely and not certain.
+        // Firmware probably turns the laser off at the end of a path, but this is unconfirmed: send
+        // it explicitly.
         if self.light.goes_out() {
             arm.set_any(&build::laser(false)).await?;
         }
@@ -268,14 +285,15 @@ impl<C: CommandSource> Run<C> {
         Ok(self.ran)
     }
 
-    /// Whether it ended before its end and [`wait`](Self::wait) may go on with it. A stop that comes later still
-    /// ends it for good.
+    /// True if the run was interrupted and [`wait`](Self::wait) can continue it. A later stop ends
+    /// it for good.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
         self.leftover.is_some() && self.begun == Some(self.arm.stops())
     }
 
-    /// What the task has not given back, and what a stop has ended, is not gone on with.
+    /// Returns an error if the run is over: the task has not returned the rest, or a stop has ended
+    /// it.
     fn may_go_on(&self) -> Result<()> {
         if self.begun.is_none() || self.is_interrupted() {
             return Ok(());
@@ -290,13 +308,13 @@ impl<C: CommandSource> Run<C> {
         ))
     }
 
-    /// What it has done so far. Commands count when the arm has taken them.
+    /// Returns the result so far. Commands count once the arm has accepted them.
     #[must_use]
     pub fn ran(&self) -> Ran {
         self.ran
     }
 
-    /// How far it was when it was interrupted.
+    /// Returns the progress at an interruption.
     fn reached(&self) -> Reached {
         let indices = self.ran.first.zip(self.ran.last);
         Reached {

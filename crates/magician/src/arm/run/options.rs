@@ -1,35 +1,44 @@
+//! Options and result of a run.
+
 use std::time::Duration;
 
 use crate::QueueIndex;
 use crate::preflight::Guards;
 
-/// How [`Arm::run_with`](crate::Arm::run_with) checks and runs commands, and [`Arm::start_with`](crate::Arm::start_with) runs them.
+/// Options of [`Arm::run_with`](crate::Arm::run_with) and
+/// [`Arm::start_with`](crate::Arm::start_with).
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct RunOptions {
-    /// What the check of [`Arm::run_with`](crate::Arm::run_with) refuses: all that guards can, at first. What is
-    /// [started](crate::Arm::start) is not checked.
+    /// Guards of the check in [`Arm::run_with`](crate::Arm::run_with); by default all that need no
+    /// setup. [Started](crate::Arm::start) commands are not checked.
     pub guards: Guards,
-    /// Sends nothing when a stop came after there were so many ([`Arm::stops`](crate::Arm::stops)): a caller that stopped
-    /// the arm while
-    /// the commands were still being made or checked meant them too. At first those before the call.
+    /// Stop count ([`Arm::stops`](crate::Arm::stops)) after which nothing is sent; by default the
+    /// count at the call.
+    ///
+    /// For a caller that computes or checks commands first: a stop in between applies to them too.
     pub stops: Option<u64>,
-    /// Runs commands of an earlier program that still wait in the queue, before these. Off at first.
+    /// True if waiting commands of an earlier program run first; false by default.
     pub keep: bool,
-    /// Most motion that the arm has in its queue, so that it does not go on for long when this program dies: the arm has
-    /// no watchdog. Two commands are in it however long they take. Two seconds at first.
+    /// Longest motion in the arm's queue, which continues if this process dies, because the arm has
+    /// no watchdog. Two seconds by default. Two commands are queued regardless of their duration.
     pub horizon: Duration,
-    /// The same while the laser may be lit. One second at first.
+    /// Same limit while the laser may be lit; one second by default.
     pub laser_horizon: Duration,
-    /// Lets an interrupted run go on although the position after its last finished command is unknown. Off by default.
+    /// True if an interrupted run may continue without a known position after its last finished
+    /// command; false by default.
     pub trust_pose: bool,
-    /// How long a run waits for an arm that does not answer on a line that is there, until it ends; never less than
-    /// [`Options::timeout`](crate::Options::timeout), which is for single calls. Meanwhile
-    /// [`Progress::silent`](crate::Progress::silent) tells. What became of a command is found out when the arm answers again,
-    /// and nothing is sent twice. Thirty seconds at first.
+    /// Time for which a run waits for a silent arm on an open line; thirty seconds by default, and
+    /// at least [`Options::timeout`](crate::Options::timeout), which is for single calls.
+    ///
+    /// [`Progress::silent`](crate::Progress::silent) reports the silence. When the arm answers
+    /// again, the run finds out what became of its commands; nothing is sent twice.
     pub patience: Duration,
-    /// Takes commands from the caller only while those that the arm has not taken last less than this, but for a few, so that
-    /// what comes later can still be chosen. Without it, the default, as many are taken as there is room for: some hundred.
+    /// Duration of commands ahead of the arm up to which the source is asked for more, so that
+    /// later ones can still be chosen.
+    ///
+    /// `None` (default) takes as many as there is room for, some hundred. A few commands are taken
+    /// regardless.
     pub lead: Option<Duration>,
 }
 
@@ -39,9 +48,13 @@ impl Default for RunOptions {
             guards: Guards::default(),
             stops: None,
             keep: false,
+            // Choice: covers a pause of the host, and is little motion if it dies.
             horizon: Duration::from_secs(2),
+            // Choice: shorter, because a laser that burns on unattended is worse than a motion.
             laser_horizon: Duration::from_secs(1),
             trust_pose: false,
+            // Choice: a network or an adapter that recovers within half a minute does not ruin a
+            // long job.
             patience: Duration::from_secs(30),
             lead: None,
         }
@@ -106,14 +119,14 @@ impl RunOptions {
     }
 }
 
-/// What a run has done.
+/// Result of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Ran {
-    /// How many commands the arm took and finished.
+    /// Number of commands that the arm accepted and finished.
     pub commands: u64,
-    /// Index of the first.
+    /// Index of the first command.
     pub first: Option<QueueIndex>,
-    /// Index of the last.
+    /// Index of the last command.
     pub last: Option<QueueIndex>,
 }

@@ -1,4 +1,8 @@
-//! What a run knows of its commands before it sends them.
+//! Planning of a run: durations and positions of its commands before they are sent.
+//!
+//! The stream needs the duration of each command to keep the horizon, and a laser run its position.
+//! Both come from a [`Preflight`] that follows the commands. Reading its start costs some frames,
+//! so it is skipped for runs so short that nothing depends on it.
 
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -20,21 +24,21 @@ use crate::preflight::{CheckedProgram, Guards, Preflight, pose_of};
 use crate::stream::{Beginning, Item};
 use crate::{Error, ErrorCode, Result};
 
-/// So few are in the arm whatever they take: their times are of no use.
+/// Commands always queued regardless of duration, so their durations are not computed.
 const ALWAYS: usize = 2;
-/// So many are looked at beforehand, to read only what they depend on.
+/// Commands inspected in advance, to read only the settings they depend on. Choice: a full queue.
 const AHEAD: usize = 32;
-/// So many are always handed on before the arm has taken them: a line carries several at a time.
+/// Commands always handed on before the arm has taken them: a line carries several at once. Choice.
 const A_FEW: usize = 4;
-/// A longer or unknown duration counts as an hour.
+/// Upper bound of a duration in sums; unknown durations count as an hour.
 const UNKNOWN: Micros = 3_600_000_000;
 
-/// What a run has done with the laser.
+/// Laser state left by a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Light {
-    /// It has burnt.
+    /// True if it has burnt.
     burnt: bool,
-    /// The laser was switched on last and stays on: the caller left it on deliberately.
+    /// True if the last laser command switched it on: the caller left it on deliberately.
     left_on: bool,
 }
 
@@ -47,19 +51,19 @@ impl Light {
         self.left_on |= burns && raises_laser_pin(command);
     }
 
-    /// Whether the laser is to be off now.
+    /// True if the run has to switch the laser off at its end.
     pub(super) fn goes_out(self) -> bool {
         self.burnt && !self.left_on
     }
 }
 
-/// Commands that were handed on and that the arm has not taken.
+/// Commands handed on that the arm has not taken.
 #[derive(Debug, Default)]
 pub(super) struct Ahead {
     times: VecDeque<Micros>,
-    /// Their sum.
+    /// Sum of `times`.
     lasts: Micros,
-    /// All that were handed on.
+    /// Number of commands handed on.
     handed: u64,
 }
 
@@ -71,8 +75,9 @@ impl Ahead {
         self.times.push_back(time);
     }
 
-    /// Whether they last so long, and are more than a few, when the arm has taken so many.
+    /// True if more than a few are ahead and last at least `lead`, after the arm has taken `taken`.
     pub(super) fn is_long(&mut self, taken: u64, lead: Duration) -> bool {
+        // More than memory holds cannot be in flight, so the bound is never reached.
         let left = usize::try_from(self.handed.saturating_sub(taken)).unwrap_or(usize::MAX);
         while self.times.len() > left {
             self.lasts -= self.times.pop_front().unwrap_or_default();
@@ -81,15 +86,15 @@ impl Ahead {
     }
 }
 
-/// A command that waits.
+/// Command waiting in the run.
 #[derive(Debug)]
 pub(super) struct Planned {
     command: Set,
-    /// The command with its time and end, if it was checked before.
+    /// Command with its duration and end position, if checked before.
     item: Option<Item>,
-    /// It has passed the fence, from where the run begins.
+    /// True if it passed the fence from the start of the run.
     in_fence: bool,
-    /// The task had it, and has given it back: it was counted and passed all checks.
+    /// True if the task returned it: it was counted, and passed all checks.
     given_back: bool,
 }
 
@@ -123,18 +128,18 @@ impl Planned {
     }
 }
 
-/// Where a run leads.
+/// Positions along a run.
 #[derive(Debug)]
 pub(super) enum Route {
     Unknown,
     /// Each command is planned as it comes.
     Planned(Box<Preflight>),
-    /// All of it was planned: where it begins and ends.
+    /// All commands were planned: start and end.
     Checked([Option<ArmState>; 2]),
 }
 
 impl Route {
-    /// Follows the commands from where `check` is, whatever it would refuse.
+    /// Follows the commands from the position of `check`, without refusing any.
     pub(super) fn along(check: Preflight) -> Self {
         let check = check.guards(Guards::NONE).fence(Fence::default());
         Self::Planned(Box::new(check))
@@ -144,7 +149,7 @@ impl Route {
         Self::Checked([program.start(), program.end()].map(Option::<&ArmState>::copied))
     }
 
-    /// Where the arm stands before the first command.
+    /// Returns the state before the first command.
     fn start(&self) -> Option<&ArmState> {
         match self {
             Self::Unknown => None,
@@ -153,7 +158,7 @@ impl Route {
         }
     }
 
-    /// Where the arm stands after the last command.
+    /// Returns the state after the last command.
     fn end(&self) -> Option<&ArmState> {
         match self {
             Self::Unknown => None,
@@ -162,21 +167,24 @@ impl Route {
         }
     }
 
-    /// What is known of the next command.
+    /// Returns the next command with its duration and end position, as far as known.
     fn item(&mut self, command: &Set) -> Item {
         match self {
             Self::Planned(check) => match check.check(command) {
                 Ok(step) => Item::of(command, &step),
+                // The plan refuses it: it is sent with an unknown duration, and the arm decides.
                 Err(_) => Item::unknown(command),
             },
+            // Without a plan the duration is unknown, and the stream sends what the queue takes.
             _ => Item::unknown(command),
         }
     }
 }
 
 impl<C: CommandSource> Run<C> {
-    /// Reads what the times of the commands depend on, unless they are too few to matter.
+    /// Reads the settings that durations depend on, unless there are too few commands to matter.
     pub(super) async fn plan(&mut self) -> Result<()> {
+        // Planned already, by `along`, `start_checked` or an earlier `wait`.
         if std::mem::replace(&mut self.planned, true) {
             if self.pending.is_empty() {
                 self.look_ahead(1);
@@ -188,7 +196,7 @@ impl<C: CommandSource> Run<C> {
             .map(|planned| planned.command)
             .collect();
         self.arm.permission().check(&ahead)?;
-        // What burns is cut by its time, however few there are.
+        // Burning commands are split by duration, so they need one however few there are.
         let burns = ahead.iter().any(|command| self.arm.laser().burns(command));
         if self.pending.len() <= ALWAYS && !burns {
             return Ok(());
@@ -202,12 +210,13 @@ impl<C: CommandSource> Run<C> {
         Ok(())
     }
 
-    /// What is known of the arm before anything is sent, so that it is not asked once more.
+    /// Returns the known state of the arm before the first command, so that the stream need not
+    /// read it.
     pub(super) async fn beginning(&mut self) -> Result<Option<Beginning>> {
         let Some(look) = self.look.take() else {
             return Ok(None);
         };
-        // What waits there changes until it is begun.
+        // With commands in the queue the state changes before the run begins.
         if look.waiting() > 0 || !look.is_fresh(self.arm.clock()) {
             return Ok(None);
         }
@@ -228,18 +237,20 @@ impl<C: CommandSource> Run<C> {
         }))
     }
 
-    /// All of it is done, and nothing holds the arm: it stands where it was led.
+    /// Notes the end of a completed run: the arm is at rest at its end position.
     pub(super) fn note_end(&self, took: Duration) {
         if let (Some(end), Some(last)) = (self.route.end(), self.ran.last) {
             self.arm.known().note_standing(last.0, pose_of(end));
         }
+        // A single unknown duration makes the sum meaningless.
         if self.lasts < Micros::MAX {
             let should = Duration::from_micros(self.lasts);
             self.arm.picture().note_pace(should, took);
         }
     }
 
-    /// Takes the right to run by the arm's fence, if it has one. One that goes on does so from where it was.
+    /// Acquires the right to run within the fence, if any. A resumed run continues from its
+    /// predicted position.
     pub(super) async fn within_fence<'a>(
         &mut self,
         arm: &'a Arm,
@@ -268,7 +279,7 @@ impl<C: CommandSource> Run<C> {
         Ok(Some(turn))
     }
 
-    /// What is known of the beginning is checked before anything is sent.
+    /// Checks the first commands against the fence before anything is sent.
     pub(super) fn check_ahead(&mut self) -> Result<()> {
         let Some(fenced) = &mut self.fenced else {
             return Ok(());
@@ -281,7 +292,7 @@ impl<C: CommandSource> Run<C> {
         Ok(())
     }
 
-    /// Waits until the source has told something, or its end; it is kept for later.
+    /// Waits until the source has a command or ends; the command is kept.
     pub(super) async fn come(&mut self) {
         if self.pending.is_empty()
             && let Some(command) = poll_fn(|cx| self.poll_source(cx)).await
@@ -299,9 +310,9 @@ impl<C: CommandSource> Run<C> {
         Poll::Ready(next)
     }
 
-    /// True unless all there is are commands that do not move the arm, those of a belt for one.
+    /// False if the commands are known to be few and none moves the arm, like those of a belt.
     pub(super) fn may_move_arm(&mut self) -> bool {
-        // A source that is planned already keeps what it has not given: its speed may still change.
+        // A planned source keeps its commands: their speed may still change.
         if !self.planned {
             self.look_ahead(AHEAD);
         }
@@ -309,7 +320,7 @@ impl<C: CommandSource> Run<C> {
         !self.ended || self.pending.is_empty() || self.pending.iter().any(moves)
     }
 
-    /// What the source has by now.
+    /// Takes the commands that the source has ready.
     fn look_ahead(&mut self, count: usize) {
         let mut cx = Context::from_waker(Waker::noop());
         while self.pending.len() < count
@@ -319,8 +330,8 @@ impl<C: CommandSource> Run<C> {
         }
     }
 
-    /// The next command, if the source has it, unless the laser may not burn and it would, or it is refused: then the run ends
-    /// before it.
+    /// Returns the next command, if the source has it. Ends the run before a command that is
+    /// refused or burns without permission.
     pub(super) fn next(&mut self) -> Poll<Option<Item>> {
         let planned = match self.pending.pop_front() {
             Some(planned) => planned,
@@ -371,6 +382,7 @@ impl<C: CommandSource> Run<C> {
         }
         match &mut self.fenced {
             Some(fenced) if !planned.in_fence => fenced.check(command).map(drop),
+            // Checked before the start of the run, or no fence at all.
             _ => Ok(()),
         }
     }

@@ -1,4 +1,5 @@
-//! Where a run's commands come from: an iterator, which has the next one at once, or a feeder, which may have nothing for now.
+//! Sources of commands for a run: an iterator, which always has the next one ready, or a feeder,
+//! which may have nothing for now.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,20 +14,21 @@ use crate::arm::Arm;
 use crate::arm::driver::Message;
 use crate::stream::NextOffer;
 
-/// A source that has nothing for now is asked again when the arm has finished something, or after so long.
+/// Interval at which a waiting source is polled again, unless the arm has finished a command
+/// before. Choice.
 const MOMENT: Duration = Duration::from_millis(10);
 
-/// Where the commands of a [`Run`](crate::Run) come from. Every iterator is one.
+/// Source of commands for a [`Run`](crate::Run). Every iterator implements it.
 pub trait CommandSource {
-    /// The next command, or `None` after the last; pending while there is none for now.
+    /// Returns the next command, or `None` after the last; pending if none is ready.
     fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<Option<Set>>;
 
-    /// How many there are, if that is known.
+    /// Returns the number of commands; `None` if unknown.
     fn total(&self) -> Option<u64> {
         None
     }
 
-    /// No more of them is wanted.
+    /// Called when the run takes no more commands.
     fn close(&mut self) {}
 }
 
@@ -38,15 +40,16 @@ impl<I: Iterator<Item = Set>> CommandSource for I {
     fn total(&self) -> Option<u64> {
         match self.size_hint() {
             (least, Some(most)) if least == most => Some(least as u64),
+            // An iterator that does not know its length exactly could mislead a progress bar.
             _ => None,
         }
     }
 }
 
-/// What a feeder, the run that it feeds and the connection's task all know.
+/// State shared by a feeder, its run and the connection's task.
 #[derive(Debug)]
 pub(in crate::arm) struct Supply {
-    /// Most commands that were pushed and that the arm has not finished.
+    /// Most commands that may be pushed and not finished.
     ahead: u64,
     state: Mutex<State>,
     changed: Notify,
@@ -57,13 +60,13 @@ struct State {
     waiting: VecDeque<Set>,
     pushed: u64,
     finished: u64,
-    /// The feeder has said that it has nothing for now.
+    /// True while the feeder reports that nothing is ready.
     rests: bool,
-    /// The clock of an arm in virtual time stands until the feeder tells the next command.
+    /// True while the clock of an arm in virtual time waits for the next command.
     stands: bool,
-    /// The feeder has no more.
+    /// True after the last command.
     ended: bool,
-    /// The run wants no more.
+    /// True if the run takes no more.
     over: bool,
     taker: Option<Waker>,
 }
@@ -73,7 +76,7 @@ impl Supply {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes it, and wakes the run.
+    /// Changes the state, and wakes the run.
     fn change(&self, change: impl FnOnce(&mut State)) {
         let taker = {
             let mut state = self.state();
@@ -85,7 +88,7 @@ impl Supply {
         }
     }
 
-    /// The arm has finished so many.
+    /// Notes the number of finished commands.
     pub(in crate::arm) fn finished(&self, finished: u64) {
         let before = std::mem::replace(&mut self.state().finished, finished);
         if before != finished {
@@ -93,7 +96,7 @@ impl Supply {
         }
     }
 
-    /// Whether the arm's clock stands until the feeder tells more.
+    /// Notes that the arm's clock waits for the feeder.
     pub(in crate::arm) fn set_stands(&self, stands: bool) {
         self.state().stands = stands;
     }
@@ -102,11 +105,12 @@ impl Supply {
         self.state().stands
     }
 
-    /// When the next command comes to a stream that was offered so many.
+    /// Returns when a stream that was offered `offered` commands may expect the next.
     pub(in crate::arm) fn next_offer(&self, offered: u64) -> NextOffer {
         let state = self.state();
         if state.pushed > offered || state.ended {
             NextOffer::AtOnce
+        // The feeder is at its limit, so a command has to finish first.
         } else if state.pushed >= state.finished.saturating_add(self.ahead) {
             NextOffer::AfterOne
         } else if state.rests {
@@ -117,7 +121,7 @@ impl Supply {
     }
 }
 
-/// The run's end of a supply.
+/// Run's end of a supply.
 #[derive(Debug)]
 pub(in crate::arm) struct Fed(Arc<Supply>);
 
@@ -155,7 +159,8 @@ impl Drop for Fed {
     }
 }
 
-/// Tells commands to a [`Streaming`](crate::Streaming) run, one by one. Dropping it ends the program after those that were told.
+/// Sender of commands to a [`Streaming`](crate::Streaming) run. Dropping it ends the program after
+/// the pushed commands.
 #[derive(Debug)]
 pub struct Feeder {
     supply: Arc<Supply>,
@@ -163,7 +168,7 @@ pub struct Feeder {
 }
 
 impl Feeder {
-    /// Both ends, for so many commands that the arm has not finished; at least one.
+    /// Creates both ends, for up to `ahead` unfinished commands; at least one.
     pub(super) fn new(arm: &Arm, ahead: usize) -> (Self, Fed) {
         let supply = Arc::new(Supply {
             ahead: ahead.max(1) as u64,
@@ -175,7 +180,8 @@ impl Feeder {
         (Self { supply, arm }, fed)
     }
 
-    /// How many commands may be pushed now; `None` when the run has ended, or takes no more because one was refused.
+    /// Returns how many commands may be pushed now; `None` if the run has ended or takes no more
+    /// because a command was refused.
     #[must_use]
     pub fn free(&self) -> Option<usize> {
         let state = self.supply.state();
@@ -184,18 +190,18 @@ impl Feeder {
         (!state.over).then_some(free)
     }
 
-    /// How many commands the arm has finished, as far as was read.
+    /// Returns the number of finished commands, at the last reading.
     #[must_use]
     pub fn finished(&self) -> u64 {
         self.supply.state().finished
     }
 
-    /// Waits until a command may be pushed; `false` when none is wanted any more.
+    /// Waits until a command may be pushed; `false` if the run takes no more.
     pub async fn has_room(&self) -> bool {
         loop {
             let changed = self.supply.changed.notified();
             tokio::pin!(changed);
-            // From here on no change is missed.
+            // Registered before the check, so that no change is missed.
             changed.as_mut().enable();
             match self.free() {
                 Some(0) => changed.await,
@@ -204,7 +210,8 @@ impl Feeder {
         }
     }
 
-    /// The next command. It is kept where there is no [room](Self::free) for it, and dropped where none is wanted.
+    /// Pushes the next command. Beyond the [room](Self::free) it is kept; after the end of the run
+    /// it is dropped.
     pub fn push(&self, command: Set) {
         self.supply.change(|state| {
             state.rests = false;
@@ -215,20 +222,24 @@ impl Feeder {
         });
     }
 
-    /// Reports that nothing is ready yet, and waits for a moment: until the arm has finished something, or 10 ms. The clock of
-    /// an arm in virtual time goes on meanwhile; without this it stands until the next command, or for a second.
+    /// Reports that nothing is ready yet, and waits until the arm has finished a command, at most
+    /// 10 ms.
+    ///
+    /// The clock of an arm in virtual time continues meanwhile; otherwise it waits up to a second
+    /// for the next command.
     pub async fn rest(&self) {
         let changed = self.supply.changed.notified();
         tokio::pin!(changed);
         changed.as_mut().enable();
         self.supply.change(|state| state.rests = true);
-        // A task with so many messages before it is awake, and looks.
+        // With a full inbox the task is awake anyway, and asks the supply.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
+        // Either way the caller decides again; there is no outcome to report.
         let _ = timeout(MOMENT, changed).await;
         self.supply.change(|state| state.rests = false);
     }
 
-    /// There are no more.
+    /// Ends the program after the pushed commands.
     pub fn end(&self) {
         self.supply.change(|state| state.ended = true);
     }

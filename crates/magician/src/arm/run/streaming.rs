@@ -1,4 +1,4 @@
-//! Programs that are told while they run.
+//! Streaming runs: commands pushed by a [`Feeder`] while they run.
 
 use super::source::Fed;
 use super::{Feeder, Ran, Run, RunOptions};
@@ -6,7 +6,7 @@ use crate::arm::Arm;
 use crate::preflight::Guards;
 use crate::{Progress, Result};
 
-/// Commands that a [`Feeder`] tells while they run, from [`Arm::stream`].
+/// Run whose commands a [`Feeder`] pushes, from [`Arm::stream`].
 #[derive(Debug)]
 #[must_use = "it only runs while it is waited for"]
 pub struct Streaming {
@@ -15,14 +15,17 @@ pub struct Streaming {
 }
 
 impl Arm {
-    /// A program that is told command by command while it runs, and may have no end. The arm does not wait between commands as
-    /// long as the feeder does not: it is told up to `ahead` commands that the arm has not finished.
+    /// Starts a program that is pushed command by command while it runs, possibly without end.
     ///
-    /// Each command is checked ([`RunOptions::guards`]) as those before it leave the arm, and sent as room and horizon allow. One
-    /// that is refused ends the program: those before it are done, and [`Streaming::wait`] returns why, with the
-    /// [step](crate::Error::step). While the feeder has nothing, the arm finishes what it has and stands; a laser that a
-    /// command switched on goes dark then, and comes on again with the next command. One that burns before, or is lit through
-    /// its pins, would burn on: that is refused.
+    /// The arm does not pause between commands as long as the feeder does not: up to `ahead`
+    /// unfinished commands may be pushed.
+    ///
+    /// Each command is checked ([`RunOptions::guards`]) from the end of those before it, and sent
+    /// as room and horizon allow. A refused command ends the program: those before it are done, and
+    /// [`Streaming::wait`] returns the error with the [step](crate::Error::step). While the feeder
+    /// has nothing, the arm finishes its commands and rests. A laser that a command switched on is
+    /// off then, and on again with the next command. A laser that was lit before, or is lit through
+    /// its pins, would stay on: that is refused.
     ///
     /// ```
     /// use magician::{Arm, RunOptions, build};
@@ -57,18 +60,18 @@ impl Arm {
 }
 
 impl Streaming {
-    /// Runs what it is told, and returns when the feeder has ended and the last command has finished; `progress` is called now
-    /// and then.
+    /// Runs the pushed commands, and returns when the feeder has ended and the last command has
+    /// finished. `progress` is called now and then.
     ///
     /// # Errors
-    /// As [`Arm::run_with`] and [`Run::wait`]. It cannot be gone on with.
+    /// As [`Arm::run_with`] and [`Run::wait`]. The run cannot be continued.
     pub async fn wait(mut self, progress: impl FnMut(Progress)) -> Result<Ran> {
         let run = &mut self.run;
         run.come().await;
         if let Some(first) = run.pending.front() {
             let (arm, first) = (run.arm.clone(), [*first.command()]);
             arm.permission().check(&first)?;
-            // One that burns already would burn on while the feeder has nothing.
+            // A laser lit before would stay on while the feeder has nothing.
             arm.laser().check_off().await?;
             if self.guards.alarms || self.guards.require_homed {
                 arm.front_end().check_alarms(&first, self.guards).await?;

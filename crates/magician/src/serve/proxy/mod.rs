@@ -1,4 +1,5 @@
-//! Several programs at one arm: endpoints that lead through a [`Proxy`](crate::proxy::Proxy) to the line of an arm.
+//! Sharing an arm: endpoints that lead through a [`Proxy`](crate::proxy::Proxy) to the line of an
+//! arm.
 
 mod service;
 #[cfg(feature = "trace")]
@@ -21,40 +22,42 @@ use crate::{Error, RawLine};
 use service::ProxyService;
 use wire::Wire;
 
-/// Rounds in one turn before the runtime looks at what else there is, such as the end.
+/// Rounds before the runtime polls other futures, such as the end. Choice.
 const ROUNDS: u32 = 32;
-/// How long the end of a jog may take when the proxy ends.
+/// Longest time to end a jog during shutdown. Choice.
 const STAND_BY: Duration = Duration::from_secs(2);
 
-/// What a [`ProxyServer`] has to tell.
+/// Event of a [`ProxyServer`].
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum ProxyNotice<'a> {
-    /// What passed, or did not.
+    /// Traffic that passed or was refused.
     Traffic {
-        /// What.
+        /// Event of the proxy.
         event: &'a Event,
-        /// What the client is called that it is about; `None`: the arm, or the proxy itself.
+        /// Name of the client it concerns; `None` for the arm or the proxy itself.
         client: Option<&'a str>,
     },
-    /// A client connected, left, was refused or made room.
+    /// A client connected, left, was refused, or was closed for another.
     Client(&'a Notice),
-    /// The line to the arm is lost, and looked for; clients get no replies until it is back.
+    /// The line to the arm is lost and being reopened; clients get no replies until it is back.
     LineLost(&'a Error),
     /// The line to the arm is back.
     LineFound,
-    /// The trace cannot be written and ends here; the proxy goes on.
+    /// The trace could not be written and ends; the proxy continues.
     TraceEnded(&'a io::Error),
-    /// The proxy ends, and the arm did not confirm the end of a jog that one of its clients began.
+    /// The proxy has ended, but the arm did not confirm the end of a jog that one of its clients
+    /// started.
     JogNotConfirmed,
 }
 
-/// Who hears what a [`ProxyServer`] has to tell. It should be quick: all clients wait for it. Closures hear, too.
+/// Observer of a [`ProxyServer`]; closures implement it. It should be quick, because all clients
+/// wait for it.
 pub trait ProxyObserver: Send {
-    /// One thing.
+    /// Called for each event.
     fn notice(&mut self, notice: ProxyNotice<'_>);
 
-    /// All that happened in this turn has been told: what belongs together may be written.
+    /// Called after all events of a round, when buffered output may be written.
     fn flush(&mut self) {}
 }
 
@@ -64,8 +67,8 @@ impl<F: FnMut(ProxyNotice<'_>) + Send> ProxyObserver for F {
     }
 }
 
-/// Shares one arm between programs: each sees an arm of its own at its endpoint. How requests of several become those of one
-/// says [`proxy`](crate::proxy).
+/// Server that shares one arm among programs: each program sees its own arm at its endpoint.
+/// [`proxy`](crate::proxy) describes how their requests are combined.
 ///
 /// It needs a tokio runtime with I/O and time enabled, and is one future.
 ///
@@ -84,7 +87,7 @@ impl<F: FnMut(ProxyNotice<'_>) + Send> ProxyObserver for F {
 /// # }
 /// ```
 pub struct ProxyServer {
-    /// Dropped before the rest: what leads to the arm is gone before the arm.
+    /// Dropped first, so that no endpoint accepts clients for an arm that is gone.
     endpoints: Option<BoundEndpoints>,
     service: ProxyService,
     wire: Wire,
@@ -100,10 +103,11 @@ impl fmt::Debug for ProxyServer {
 }
 
 impl ProxyServer {
-    /// Opens the endpoints in front of this line. In the settings the line is replaced by this one's.
+    /// Opens the endpoints in front of this line. `settings.line` is replaced by the properties of
+    /// the line.
     ///
     /// # Errors
-    /// [`ServeError`] when an endpoint cannot be opened; then none stays open.
+    /// [`ServeError`] if an endpoint cannot be opened; none then stays open.
     pub fn open(
         line: RawLine,
         endpoints: &Endpoints,
@@ -122,37 +126,38 @@ impl ProxyServer {
         })
     }
 
-    /// What programs connect to, in the order in which it was asked for.
+    /// Returns the endpoints in the order of the request.
     #[must_use]
     pub fn endpoints(&self) -> Vec<Endpoint> {
         let endpoints = self.endpoints.as_ref();
         endpoints.map_or_else(Vec::new, BoundEndpoints::endpoints)
     }
 
-    /// Has this hear what happens, in the place of the one before.
+    /// Sets the observer, replacing the previous one.
     #[must_use]
     pub fn observed(mut self, observer: impl ProxyObserver + 'static) -> Self {
         self.service.observe(Box::new(observer));
         self
     }
 
-    /// Writes all that passes to a trace file ([`trace`](magician_record::trace)): a link for each client, and one for the
-    /// arm, whose name begins with `arm `.
+    /// Writes all traffic to a trace file ([`trace`](magician_record::trace)): a link for each
+    /// client, and one for the arm, whose name begins with `arm `.
     ///
     /// # Errors
-    /// The beginning of the file cannot be written.
+    /// Errors of the writer at the start of the file.
     #[cfg(feature = "trace")]
     pub fn traced(mut self, writer: impl io::Write + Send + 'static) -> io::Result<Self> {
         self.service.trace(trace::ProxyTrace::new(writer)?);
         Ok(self)
     }
 
-    /// Serves until `end` is ready, and gives what that comes to. Then, as when an endpoint breaks down, the endpoints are
-    /// closed and jogs that were begun through them are ended, which takes two seconds at most. A future that is dropped before
-    /// ends no jog.
+    /// Serves until `end` is ready, and returns its output.
+    ///
+    /// Then, and after a failed endpoint, the endpoints are closed and jogs started through them
+    /// are ended, which takes at most two seconds. Dropping the future earlier ends no jog.
     ///
     /// # Errors
-    /// [`ServeError`] when an endpoint breaks down. A line to the arm that is lost is looked for.
+    /// [`ServeError`] if an endpoint fails. A lost line to the arm is reopened.
     pub async fn serve_until<T>(mut self, end: impl Future<Output = T>) -> Result<T, ServeError> {
         let mut end = pin!(end);
         let ended = unconstrained(poll_fn(|cx| {
@@ -169,12 +174,13 @@ impl ProxyServer {
         ended
     }
 
-    /// Closes the endpoints and ends the jogs that were begun through them.
+    /// Closes the endpoints and ends the jogs started through them.
     async fn end(mut self) {
         self.endpoints = None;
         self.service.close_all();
         let stands = poll_fn(|cx| match self.turn(cx) {
             Ok(()) if self.service.proxy.is_letting_go() => Poll::Pending,
+            // Without jogs, and after a failed endpoint, there is nothing to wait for.
             _ => Poll::Ready(()),
         });
         if timeout(STAND_BY, stands).await.is_err() {
@@ -182,7 +188,7 @@ impl ProxyServer {
         }
     }
 
-    /// Does all that can be done now and sees to being woken for the rest.
+    /// Does everything that is possible now, and registers to be woken for the rest.
     fn turn(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
         let turned = self.rounds(cx);
         self.service.show();
@@ -191,7 +197,7 @@ impl ProxyServer {
 
     fn rounds(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
         for _ in 0..ROUNDS {
-            // What has come comes first: it may be what a timeout is about to give up.
+            // Received bytes come first: they may answer a request that is about to time out.
             let came = self.wire.read(cx, &mut self.service);
             if let Some(endpoints) = &mut self.endpoints {
                 endpoints.poll(cx, &mut self.service)?;
@@ -203,11 +209,12 @@ impl ProxyServer {
                 return Ok(());
             }
         }
+        // Still busy after all rounds: yield, and continue at the next poll.
         cx.waker().wake_by_ref();
         Ok(())
     }
 
-    /// Whether nothing is due; then the task is woken when something will be.
+    /// True if nothing is due; the task is then woken for the next deadline.
     fn sleeps(&mut self, cx: &mut Context<'_>) -> bool {
         let Some(at) = self.service.proxy.poll_timeout() else {
             return true;
@@ -216,7 +223,7 @@ impl ProxyServer {
         if at <= now {
             return false;
         }
-        // Rounded up: an instant that has not quite come would be waited for in vain.
+        // Rounded up: a timer that fires before the deadline would have to be set again.
         let at = Instant::now() + Duration::from_micros(at - now) + Duration::from_micros(1);
         self.timer.as_mut().reset(at);
         self.timer.as_mut().poll(cx).is_pending()

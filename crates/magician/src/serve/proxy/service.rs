@@ -1,3 +1,5 @@
+//! Proxy on the wall clock, as a service behind endpoints.
+
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -12,7 +14,7 @@ use super::trace::{ProxyTrace, wall_clock};
 use super::{ProxyNotice, ProxyObserver};
 use crate::proxy::{Chunk, Client, Event, Proxy, Settings};
 
-/// What the endpoints lead to: the proxy on the wall clock, with its observer and its trace.
+/// Proxy on the wall clock, with its observer and trace.
 pub(super) struct ProxyService {
     pub(super) proxy: Proxy,
     begun: Instant,
@@ -21,7 +23,7 @@ pub(super) struct ProxyService {
     observer: Box<dyn ProxyObserver>,
     #[cfg(feature = "trace")]
     trace: Option<ProxyTrace>,
-    /// What the arm's line is called in the trace.
+    /// Name of the arm's line in the trace.
     #[cfg(feature = "trace")]
     arm: String,
 }
@@ -54,8 +56,9 @@ impl ProxyService {
         self.observer.notice(notice);
     }
 
-    /// Microseconds since this began.
+    /// Returns the microseconds since the start.
     pub(super) fn now(&self) -> u64 {
+        // 584,000 years of microseconds fit, so the bound is never reached.
         u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 
@@ -88,7 +91,7 @@ impl ProxyService {
         self.tell(ProxyNotice::LineFound);
     }
 
-    /// Everybody leaves.
+    /// Disconnects all clients.
     pub(super) fn close_all(&mut self) {
         let clients: Vec<Client> = self.names.keys().copied().collect();
         for client in clients {
@@ -96,7 +99,7 @@ impl ProxyService {
         }
     }
 
-    /// Shows what has happened.
+    /// Passes new events to the observer.
     pub(super) fn show(&mut self) {
         while let Some(event) = self.proxy.poll_event() {
             let client = concerned(&event).and_then(|client| self.names.get(&client));
@@ -108,7 +111,7 @@ impl ProxyService {
         self.observer.flush();
     }
 
-    /// A trace that cannot be written ends; the proxy does not.
+    /// Records bytes. A trace that fails is ended; the proxy continues.
     #[cfg(feature = "trace")]
     fn record(&mut self, client: Option<Client>, direction: Direction, bytes: &[u8]) {
         let Some(trace) = &mut self.trace else {
@@ -142,7 +145,7 @@ fn client(link: LinkId) -> Client {
     Client(link.0)
 }
 
-/// Which client something is about.
+/// Returns the client that an event concerns, if any.
 fn concerned(event: &Event) -> Option<Client> {
     match event {
         Event::Request { client, .. }
@@ -151,6 +154,7 @@ fn concerned(event: &Event) -> Option<Client> {
         | Event::Dropped { client, .. } => Some(*client),
         Event::Foreign { from, .. } => *from,
         Event::Own { .. } | Event::Unclaimed { .. } => None,
+        // Unreachable in a published build too: the crates depend on each other by exact version.
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }
@@ -167,7 +171,7 @@ impl Service for ProxyService {
 
     fn close(&mut self, link: LinkId) {
         self.proxy.close(client(link));
-        // While the name is known.
+        // While the client's name is still known.
         self.show();
         let name = self.names.remove(&client(link));
         #[cfg(feature = "trace")]

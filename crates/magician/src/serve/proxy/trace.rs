@@ -1,3 +1,5 @@
+//! Trace of a proxy.
+
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::time::SystemTime;
@@ -5,7 +7,7 @@ use std::time::SystemTime;
 use magician_protocol::Direction;
 use magician_record::trace::{TraceLink, TraceWriter};
 
-/// The trace: an interface for everybody by name, the arm's line among them.
+/// Trace with an interface for each client and for the arm's line, by name.
 pub(super) struct ProxyTrace {
     writer: TraceWriter<Box<dyn Write + Send>>,
     places: BTreeMap<String, TraceLink>,
@@ -38,14 +40,14 @@ impl ProxyTrace {
         self.writer.record(place, time, direction, bytes)
     }
 
-    /// The client of this name disconnected: the rest of its frame is not a frame.
+    /// Ends the interface of a client. The rest of an unfinished frame is written as it is.
     pub(super) fn close(&mut self, name: &str) -> io::Result<()> {
         let place = self.places.get(name);
         place.map_or(Ok(()), |place| self.writer.close(*place))
     }
 }
 
-/// Microseconds since 1970.
+/// Returns the microseconds since 1970.
 pub(super) fn wall_clock() -> u64 {
     let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
     u64::try_from(since.as_micros()).unwrap_or(u64::MAX)

@@ -1,3 +1,5 @@
+//! Line from a proxy to its arm, which is reopened when lost.
+
 use std::future::Future;
 use std::pin::Pin;
 use std::task::{Context, Poll};
@@ -7,21 +9,21 @@ use super::service::ProxyService;
 use crate::proxy::Chunk;
 use crate::{Error, RawLine};
 
-/// Between two attempts to open a line that was lost.
+/// Interval of attempts to reopen a lost line. Choice.
 const PAUSE: Duration = Duration::from_millis(250);
 const BUFFER: usize = 4096;
 
-/// The line to the arm, which may be lost and found.
+/// Line to the arm, open or being reopened.
 pub(super) struct Wire {
     state: WireState,
-    /// On its way out, and how much of it has gone.
+    /// Chunk being written, and the number of its bytes already written.
     out: Option<(Chunk, usize)>,
 }
 
 enum WireState {
     Open(Box<RawLine>),
     Lost(Pin<Box<dyn Future<Output = RawLine> + Send>>),
-    /// Only between the two.
+    /// Only during a change of state.
     Changing,
 }
 
@@ -33,7 +35,7 @@ impl Wire {
         }
     }
 
-    /// Takes what the arm says; whether anything happened.
+    /// Reads from the arm; true if anything happened.
     pub(super) fn read(&mut self, cx: &mut Context<'_>, service: &mut ProxyService) -> bool {
         let mut bytes = [0; BUFFER];
         let came = match &mut self.state {
@@ -61,7 +63,7 @@ impl Wire {
         }
     }
 
-    /// Says to the arm what there is to say; whether anything went out.
+    /// Writes pending requests to the arm; true if any were sent.
     pub(super) fn write(&mut self, cx: &mut Context<'_>, service: &mut ProxyService) -> bool {
         let mut went = false;
         while let WireState::Open(line) = &mut self.state {
@@ -92,15 +94,17 @@ impl Wire {
     }
 
     fn lose(&mut self, service: &mut ProxyService, error: &Error) {
+        // The rest of a half-written frame would be garbage on the next line.
         self.out = None;
         if let WireState::Open(line) = std::mem::replace(&mut self.state, WireState::Changing) {
             self.state = WireState::Lost(Box::pin(find_again(*line)));
         }
+        // After the change of state, because an observer may ask for it.
         service.lose_line(error);
     }
 }
 
-/// Opens the line again as soon as it is there.
+/// Reopens the line as soon as possible.
 async fn find_again(mut line: RawLine) -> RawLine {
     loop {
         if line.reopen().await.is_ok() {

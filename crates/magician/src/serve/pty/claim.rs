@@ -1,17 +1,16 @@
-//! Which process serves a path and its pseudo-terminal, as long as the server lives and however it ends. Known on Linux
-//! only.
+//! Detection of the process that serves a path and its pseudo-terminal. Linux only.
 //!
-//! An existing link proves nothing: a killed server leaves it behind, and the system soon reuses the number of its
-//! terminal. So a server holds a name that the system releases with the process, an abstract socket's; and a record lock
-//! on the clients' end, by which another process can find it. Clients keep each other out by other means (flock,
-//! TIOCEXCL).
+//! An existing symlink proves nothing: a killed server leaves it behind, and the system soon reuses
+//! the number of its terminal. So a server holds two marks that the system releases with the
+//! process, however it ends: an abstract socket name, and a record lock on the clients' end, which
+//! shows other processes its owner. Clients exclude each other by other means (flock, TIOCEXCL).
 
 use std::os::fd::OwnedFd;
 use std::path::Path;
 
 use rustix::fs::{FlockOperation, fcntl_lock};
 
-/// A path that no other process serves meanwhile.
+/// Exclusive claim of a path among processes.
 #[derive(Debug)]
 pub(super) struct Claim {
     #[cfg(target_os = "linux")]
@@ -19,7 +18,7 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// Takes the path; none if another server has it.
+    /// Claims a path; `None` if another server has it.
     #[cfg(target_os = "linux")]
     pub(super) fn take(path: &Path) -> Option<Self> {
         use std::io::ErrorKind;
@@ -29,13 +28,13 @@ impl Claim {
         let address = name_of(path).map(SocketAddr::from_abstract_name);
         let name = match address {
             Some(Ok(address)) => UnixDatagram::bind_addr(&address),
-            // There is no such folder, which is for others to say.
+            // The folder does not exist; a later step reports that.
             None | Some(Err(_)) => return Some(Self { _name: None }),
         };
         match name {
             Ok(name) => Some(Self { _name: Some(name) }),
             Err(error) if error.kind() == ErrorKind::AddrInUse => None,
-            // A system without such names has no second server to refuse.
+            // Without abstract names, two servers cannot be distinguished.
             Err(_) => Some(Self { _name: None }),
         }
     }
@@ -46,7 +45,7 @@ impl Claim {
     }
 }
 
-/// What the server of a path is called: the same by whatever way the folder is reached.
+/// Returns the socket name for a path, independent of how its folder is reached.
 #[cfg(target_os = "linux")]
 fn name_of(path: &Path) -> Option<String> {
     use std::os::unix::ffi::OsStrExt;
@@ -56,11 +55,11 @@ fn name_of(path: &Path) -> Option<String> {
         here if here.as_os_str().is_empty() => Path::new("."),
         parent => parent,
     };
-    // The number of a folder that is gone is soon another's, while the server that had it may still be ending: its path tells
-    // the two apart.
+    // The inode number of a removed folder is soon reused, while the server of the old one may
+    // still be shutting down. The path distinguishes the two.
     let place = std::fs::canonicalize(parent).ok()?.join(path.file_name()?);
     let folder = std::fs::metadata(parent).ok()?;
-    // FNV-1a, because such names are short and paths may be long.
+    // FNV-1a hash: socket names are short, and paths may be long.
     let sum = (place.as_os_str().as_bytes().iter()).fold(0xcbf2_9ce4_8422_2325, |sum, byte| {
         (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
     });
@@ -68,19 +67,20 @@ fn name_of(path: &Path) -> Option<String> {
     Some(format!("magician-pty/{device:x}/{number:x}/{sum:016x}"))
 }
 
-/// Marks the terminal with the process that serves it. Closing any descriptor of it in this process ends that, so it is
-/// to be said again then.
+/// Marks the terminal with this process by a record lock. Closing any descriptor of the terminal in
+/// this process releases it, so it has to be repeated then.
 pub(super) fn mark(slave: &OwnedFd) {
-    // Where there are no such locks the server has no name.
+    // Without such locks only the name of the server stays unknown.
     let _ = fcntl_lock(slave, FlockOperation::NonBlockingLockExclusive);
 }
 
-/// The process that serves the terminal, if that is known. The system's table is read, because to open the terminal would look to its
-/// server as if a client came.
+/// Returns the process that serves the terminal, if known. This reads the system's lock table,
+/// because opening the terminal would look like a new client to its server.
 #[cfg(target_os = "linux")]
 pub(super) fn server_of(device: &Path) -> Option<u32> {
     use std::os::unix::fs::{FileTypeExt, MetadataExt};
 
+    // A dangling link, left by a server whose terminal is gone.
     let found = std::fs::metadata(device).ok()?;
     if !found.file_type().is_char_device() {
         return None;
@@ -98,7 +98,8 @@ pub(super) fn server_of(_: &Path) -> Option<u32> {
     None
 }
 
-/// Reads lines as `3: POSIX  ADVISORY  WRITE 4159 00:1a:3 0 EOF`; those of waiting processes have an arrow before its kind.
+/// Parses lines such as `3: POSIX  ADVISORY  WRITE 4159 00:1a:3 0 EOF`; an arrow before the kind
+/// marks a waiting process.
 #[cfg(target_os = "linux")]
 fn holder(table: &str, file: &str) -> Option<u32> {
     table.lines().find_map(|line| {

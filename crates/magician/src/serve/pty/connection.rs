@@ -1,3 +1,5 @@
+//! Pseudo-terminal with its symlink and clients.
+
 use std::future::Future;
 use std::io;
 use std::path::Path;
@@ -15,30 +17,31 @@ use super::terminal::Terminal;
 use super::watch::{self, Seen, Watch};
 
 const BUFFER: usize = 4096;
-/// inotify reports a close before the kernel releases the terminal, so that the client may still be counted: the check is
-/// repeated after these times.
+/// Delays of repeated checks for clients. inotify reports a close before the kernel releases the
+/// terminal, so the closing client may still be counted. Choice.
 const RECHECKS: [Duration; 3] = [
     Duration::from_millis(2),
     Duration::from_millis(20),
     Duration::from_millis(200),
 ];
 
-/// What a client opens: a pseudo-terminal and the path to it.
+/// Pseudo-terminal and the symlink to it.
 pub(super) struct PtyConnection {
-    // Dropped first: the path is gone before what it leads to.
+    // Dropped first, so that the path never leads to a terminal that is gone.
     symlink: Symlink,
     terminal: Terminal,
     watch: Watch,
     peer: Peer,
     outbox: Outbox,
     occupied: bool,
-    /// The next check for a client that closed the terminal and was still counted, and how many checks there were.
+    /// Next check for a client that closed the terminal but was still counted, and the number of
+    /// checks so far.
     recheck: Option<Pin<Box<Sleep>>>,
     rechecks: usize,
 }
 
 impl PtyConnection {
-    /// Makes a terminal and has the way lead to it.
+    /// Creates a terminal and a symlink to it.
     pub(super) fn open(way: &LinkPath, service: &mut dyn Service) -> Result<Self, ServeError> {
         let failed = |action| move |source: io::Error| ServeError::at(way, action, source);
         way.check()?;
@@ -61,7 +64,7 @@ impl PtyConnection {
         &self.terminal.device
     }
 
-    /// Pulls it out: clients are hung up on.
+    /// Closes the terminal: clients get a hang-up.
     pub(super) fn close(self, service: &mut dyn Service) {
         if self.occupied {
             self.peer.leave(service);
@@ -70,13 +73,13 @@ impl PtyConnection {
         }
     }
 
-    /// Reads and writes, and sees which clients connect and disconnect.
+    /// Reads and writes, and detects clients that connect and disconnect.
     pub(super) fn poll(
         &mut self,
         cx: &mut Context<'_>,
         service: &mut dyn Service,
     ) -> io::Result<()> {
-        // First, because it may replace the descriptor that the rest registers with.
+        // First, because it may replace the descriptor that later calls register.
         while let Poll::Ready(seen) = self.watch.poll(cx)? {
             self.seen(&seen, cx, service)?;
         }
@@ -90,12 +93,14 @@ impl PtyConnection {
         let mut turns = 0;
         loop {
             match service.room(self.peer.link()) {
-                // The arm's clock wakes us when the line has moved on.
+                // The arm's clock wakes the task when there is room.
                 0 => break,
                 room if self.read(cx, service, room)? => {}
+                // No bytes, or no room: either way another event wakes the task.
                 _ => break,
             }
             turns += 1;
+            // More bytes may wait; the other endpoints get a turn first.
             if turns == READS_PER_POLL {
                 cx.waker().wake_by_ref();
                 break;
@@ -104,7 +109,7 @@ impl PtyConnection {
         Ok(())
     }
 
-    /// Reads what clients wrote, at most `most` bytes; false when there was nothing.
+    /// Reads up to `most` bytes from clients; false if there were none.
     fn read(
         &mut self,
         cx: &mut Context<'_>,
@@ -121,7 +126,7 @@ impl PtyConnection {
         Ok(true)
     }
 
-    /// Reads all that clients wrote, whether the line has room for it or not.
+    /// Reads everything that clients wrote, even without room on the line.
     fn read_all(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         let mut bytes = [0; BUFFER];
         for _ in 0..READS_PER_POLL {
@@ -164,10 +169,11 @@ impl PtyConnection {
         Ok(())
     }
 
-    /// Some client closed the terminal. If it was the last, the next finds it as new.
+    /// Handles a client that closed the terminal. After the last one, the next client finds it in
+    /// its initial state.
     fn client_left(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
-        // Its bytes come before those of its successor, so they are read before the terminal is checked for clients;
-        // bytes read later belong to a successor.
+        // Bytes of the client precede those of its successor, so they are read before checking for
+        // clients; bytes read later belong to a successor.
         self.read_all(cx, service)?;
         if !self.terminal.alone(&mut self.watch)? {
             let delay = RECHECKS.get(self.rechecks);

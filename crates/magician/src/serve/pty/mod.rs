@@ -1,4 +1,4 @@
-//! A pseudo-terminal that behaves as the arm's serial port does, whatever its clients do to it.
+//! Pseudo-terminal that behaves like the arm's serial port, whatever its clients do.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,14 +22,14 @@ use connection::PtyConnection;
 use symlink::LinkPath;
 pub(super) use symlink::check;
 
-/// A path that leads to the arm, and is gone while the arm is unplugged.
+/// Path that leads to the arm; it disappears while the arm is unplugged.
 pub(super) struct Pty {
     way: LinkPath,
-    /// The terminal that is there, or was the last.
+    /// Current terminal, or the last one.
     device: PathBuf,
     /// `None` while the arm is unplugged.
     jack: Option<PtyConnection>,
-    /// The path is this server's, also while the arm is unplugged.
+    /// Claim of the path, held also while the arm is unplugged.
     _claim: Claim,
 }
 
@@ -37,6 +37,7 @@ impl Pty {
     pub(super) fn open(path: &Path, service: &mut dyn Service) -> Result<Self, ServeError> {
         let way = LinkPath::new(path)?;
         way.check()?;
+        // Before the terminal is made: an occupied path should cost nothing.
         let claim = way.claim()?;
         let jack = PtyConnection::open(&way, service)?;
         Ok(Self {

@@ -1,3 +1,5 @@
+//! Symlink under which clients find a terminal.
+
 use std::fmt;
 use std::fs;
 use std::io;
@@ -6,12 +8,12 @@ use std::path::{Path, PathBuf};
 use super::super::ServeError;
 use super::claim::{Claim, server_of};
 
-/// The path under which clients are to find the terminal.
+/// Path of the symlink.
 #[derive(Clone)]
 pub(super) struct LinkPath {
-    /// As it was given.
+    /// Path as given.
     given: PathBuf,
-    /// The same, whatever the working directory becomes.
+    /// Absolute path, independent of the working directory.
     absolute: PathBuf,
 }
 
@@ -29,7 +31,7 @@ impl LinkPath {
         &self.given
     }
 
-    /// Takes it for this server, unless another one has it.
+    /// Claims the path for this server, unless another one has it.
     pub(super) fn claim(&self) -> Result<Claim, ServeError> {
         Claim::take(&self.absolute).ok_or_else(|| ServeError::Served {
             path: self.given.clone(),
@@ -37,7 +39,7 @@ impl LinkPath {
         })
     }
 
-    /// Whether a symlink stands there; an error if something else does.
+    /// Returns true if a symlink exists; an error if something else does.
     pub(super) fn check(&self) -> Result<bool, ServeError> {
         match fs::symlink_metadata(&self.absolute) {
             Ok(found) if found.is_symlink() => Ok(true),
@@ -58,27 +60,27 @@ impl fmt::Display for LinkPath {
 
 const LOOK: &str = "look at the path";
 
-/// Whether there is no hope of making a symlink at `path`.
+/// Checks for predictable errors of a symlink at `path`.
 pub(in super::super) fn check(path: &Path) -> Result<(), ServeError> {
     let way = LinkPath::new(path)?;
     way.check()?;
     way.claim().map(drop)
 }
 
-/// What makes the way lead to the terminal; gone when dropped.
+/// Symlink to the terminal; removed on drop.
 pub(super) struct Symlink {
     way: LinkPath,
     device: PathBuf,
 }
 
 impl Symlink {
-    /// Makes a symlink to `device`, in the place of a symlink that is there.
+    /// Creates a symlink to `device`, replacing an existing symlink.
     pub(super) fn announce(way: &LinkPath, device: &Path) -> Result<Self, ServeError> {
         let failed = |source| ServeError::at(way, "make the symlink", source);
         if way.check()? {
             fs::remove_file(&way.absolute).map_err(failed)?;
         }
-        // Not by renaming over it: what has come there since is not ours to replace.
+        // Not by renaming over it: a file created there since the check must not be replaced.
         std::os::unix::fs::symlink(device, &way.absolute).map_err(failed)?;
         Ok(Self {
             way: way.clone(),
@@ -97,7 +99,7 @@ impl Drop for Symlink {
     fn drop(&mut self) {
         let path = &self.way.absolute;
         if fs::read_link(path).is_ok_and(|target| target == self.device) {
-            // If it cannot be removed, it dangles; the next server replaces it.
+            // If it cannot be removed, it dangles, and the next server replaces it.
             let _ = fs::remove_file(path);
         }
     }

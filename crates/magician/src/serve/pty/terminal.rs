@@ -1,3 +1,5 @@
+//! Both ends of a pseudo-terminal.
+
 use std::io;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
@@ -16,8 +18,8 @@ const BOTH: Interest = Interest::READABLE.add(Interest::WRITABLE);
 
 /// Both ends of the pseudo-terminal.
 ///
-/// The server keeps the clients' end open too. Without it the system reports a hang-up while no
-/// client is there, and an exclusive flag that a killed client left could not be cleared.
+/// The server keeps the clients' end open too. Otherwise the system would report a hang-up while
+/// there is no client, and an exclusive flag left by a killed client could not be cleared.
 pub(super) struct Terminal {
     pub(super) device: PathBuf,
     /// `None` only inside [`Terminal::alone`].
@@ -54,17 +56,18 @@ impl Terminal {
             let mut guard = ready!(master.poll_read_ready(cx))?;
             match guard.try_io(|fd| would_block(rustix::io::read(fd, &mut *bytes))) {
                 Ok(result) => return Poll::Ready(result),
+                // The reactor's readiness was stale; `try_io` has cleared it, so ask again.
                 Err(_) => continue,
             }
         }
     }
 
-    /// Reads without asking the reactor, which may not have heard yet that there is something.
+    /// Reads without asking the reactor, which may not know yet that there are bytes.
     pub(super) fn read_now(&self, bytes: &mut [u8]) -> io::Result<usize> {
         would_block(rustix::io::read(self.master()?, bytes))
     }
 
-    /// Tries before it asks the reactor, so that pending means that there is no space.
+    /// Writes before asking the reactor, so that pending means there is no space.
     pub(super) fn poll_write(&self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let master = self.master()?;
         let mut written = would_block(rustix::io::write(master, bytes));
@@ -81,13 +84,14 @@ impl Terminal {
         }
     }
 
-    /// Whether no client has the terminal open. The system reports that as a hang-up, provided the
-    /// server does not hold the clients' end itself, so it lets go for a moment. The flag has to
-    /// be cleared before or the end could not be opened again; that a client which stays may lose
-    /// its exclusive hold is the price.
+    /// Returns true if no client has the terminal open.
+    ///
+    /// The system reports that as a hang-up, but only if the server does not hold the clients' end
+    /// itself, so it closes that for a moment. The exclusive flag has to be cleared first, or the
+    /// end could not be opened again; a remaining client may lose its exclusive access by this.
     pub(super) fn alone(&mut self, watch: &mut Watch) -> io::Result<bool> {
         self.clear_exclusive()?;
-        // Out of the reactor's sight: it would take the hang-up for final.
+        // Hidden from the reactor, which would take the hang-up for final.
         let master = self.master.take().ok_or_else(gone)?.into_inner();
         watch.pause()?;
         self.slave = None;
@@ -100,16 +104,15 @@ impl Terminal {
         hung_up
     }
 
-    /// Drops what was written and not read, on both sides of the terminal's buffers, and makes it
-    /// raw again.
+    /// Drops unread bytes in both buffers of the terminal, and makes it raw again.
     pub(super) fn forget_replies(&self) -> io::Result<()> {
         rustix::termios::tcflush(self.master()?, QueueSelector::OFlush)?;
         rustix::termios::tcflush(self.slave()?, QueueSelector::IFlush)?;
         make_raw(self.slave()?)
     }
 
-    /// Clears the flag by which a client keeps others out (TIOCEXCL). On a pseudo-terminal it
-    /// outlives the client that set it, and only the clients' end can clear it.
+    /// Clears the flag by which a client excludes others (TIOCEXCL). On a pseudo-terminal it
+    /// outlives its client, and only the clients' end can clear it.
     pub(super) fn clear_exclusive(&self) -> io::Result<()> {
         Ok(rustix::termios::ioctl_tiocnxcl(self.slave()?)?)
     }
@@ -127,7 +130,7 @@ fn gone() -> io::Error {
     io::Error::other("the pseudo-terminal is gone")
 }
 
-/// A master reads EIO while no client's end is open, which passes.
+/// Maps EIO, which a master reads while no client end is open, to a read that would block.
 fn would_block(result: rustix::io::Result<usize>) -> io::Result<usize> {
     match result {
         Ok(0) | Err(rustix::io::Errno::IO) => Err(io::ErrorKind::WouldBlock.into()),
@@ -148,7 +151,7 @@ fn open_slave(device: &Path) -> io::Result<OwnedFd> {
     Ok(rustix::fs::open(device, flags, Mode::empty())?)
 }
 
-/// As a serial port that a program has set up: no echo, no translation, 115200 baud (document 1.1).
+/// Configures the terminal like a serial port: no echo, no translation, 115200 baud (document 1.1).
 fn make_raw(slave: &OwnedFd) -> io::Result<()> {
     let mut settings = rustix::termios::tcgetattr(slave)?;
     settings.make_raw();

@@ -1,4 +1,4 @@
-//! Clients that come and go, as Linux tells: by inotify on the terminal's device file.
+//! Detection of clients on Linux: inotify on the terminal's device file.
 
 use std::io;
 use std::mem::MaybeUninit;
@@ -12,7 +12,7 @@ use tokio::io::unix::AsyncFd;
 
 use super::super::reactor::register;
 
-/// Whether clients that come and go cannot be seen.
+/// True if clients cannot be detected.
 pub(super) const BLIND: bool = false;
 
 pub(super) struct Watch {
@@ -20,8 +20,8 @@ pub(super) struct Watch {
     watch: Option<i32>,
 }
 
-/// What happened to the terminal. Equal events in a row are reported as one, and the order is lost: the present clients
-/// have to be asked for.
+/// Events at the terminal. inotify merges equal events in a row, and their order is lost, so the
+/// current clients have to be checked.
 pub(super) struct Seen {
     /// A client opened it.
     pub(super) opened: bool,
@@ -40,7 +40,7 @@ impl Watch {
         Ok(watch)
     }
 
-    /// What the server does itself from here on is not reported.
+    /// Ignores the server's own actions from here on.
     pub(super) fn pause(&mut self) -> io::Result<()> {
         if let Some(watch) = self.watch.take() {
             inotify::remove_watch(self.inotify.get_ref(), watch)?;
@@ -55,7 +55,7 @@ impl Watch {
         Ok(())
     }
 
-    /// What happened since it was last asked.
+    /// Returns the events since the last call.
     pub(super) fn poll(&mut self, cx: &mut Context<'_>) -> io::Result<Poll<Seen>> {
         loop {
             let Poll::Ready(guard) = self.inotify.poll_read_ready(cx) else {
@@ -69,6 +69,7 @@ impl Watch {
                         closed: seen.intersects(CLOSED),
                     }));
                 }
+                // The readiness was stale; `try_io` has cleared it, so ask again.
                 Err(_) => continue,
             }
         }

@@ -1,6 +1,6 @@
-//! Systems that do not tell when a client opens or closes a terminal: every second the exclusive
-//! flag that a killed client may have left is cleared. Replies that were not read wait for the next
-//! client.
+//! Substitute on systems that do not report when a client opens or closes a terminal: every second
+//! the exclusive flag that a killed client may have left is cleared. Unread replies wait for the
+//! next client.
 
 use std::io;
 use std::path::Path;
@@ -9,14 +9,14 @@ use std::time::Duration;
 
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
-/// Whether clients that come and go cannot be seen.
+/// True if clients cannot be detected.
 pub(super) const BLIND: bool = true;
 
 pub(super) struct Watch {
     interval: Interval,
 }
 
-/// What happened to the terminal: a second passed, which is all that can be seen here.
+/// Event at the terminal: a second passed. Nothing else is visible here.
 pub(super) struct Seen {
     pub(super) opened: bool,
     pub(super) closed: bool,

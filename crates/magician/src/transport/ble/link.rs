@@ -1,3 +1,6 @@
+//! Open line to a Bluetooth device: writes are cut into packets, notifications become a byte
+//! stream.
+
 use std::collections::VecDeque;
 use std::future::Future;
 use std::io;
@@ -19,42 +22,42 @@ use crate::transport::Transport;
 type Events<T> = Pin<Box<dyn Stream<Item = T> + Send>>;
 type Writing = Pin<Box<dyn Future<Output = btleplug::Result<()>> + Send>>;
 
-/// Most bytes that wait to be written: more than the frames that travel together have, so that what a connection says
-/// last finds room without waiting.
+/// Capacity for unwritten bytes. Choice: more than all frames of the widest window, so that the
+/// last frames of a connection always fit.
 const ROOM: usize = 512;
 
-/// Where bytes go.
+/// Destination of written bytes.
 pub(super) struct Port {
     pub(super) device: Peripheral,
     pub(super) writes: Characteristic,
     pub(super) kind: WriteType,
-    /// Most bytes in one write.
+    /// Maximum bytes per write.
     pub(super) chunk: usize,
 }
 
-/// An open line to a Bluetooth device.
+/// Open line to a Bluetooth device.
 pub(crate) struct Link {
     port: Arc<Port>,
     notifies: Characteristic,
-    /// What the device and the adapter say, until this is dropped.
+    /// Notifications and adapter events, until the link is dropped.
     told: Option<(Events<ValueNotification>, Events<CentralEvent>)>,
     came: VecDeque<u8>,
     waiting: VecDeque<u8>,
     writing: Option<Writing>,
     runtime: Handle,
-    /// Whether the device is disconnected at the end: only if it was not before, and is not yet.
+    /// True if the device is disconnected on drop: only if this program connected it.
     disconnect: bool,
 }
 
 impl Link {
-    /// Has a connected device notify.
+    /// Subscribes to the notifications of a connected device.
     pub(super) async fn over(
         adapter: &Adapter,
         port: Arc<Port>,
         notifies: Characteristic,
         disconnect: bool,
     ) -> btleplug::Result<Self> {
-        // In this order nothing is missed: neither the first bytes nor that it goes.
+        // This order misses neither the first bytes nor a disconnect.
         let notifications = port.device.notifications().await?;
         let events = adapter.events().await?;
         port.device.subscribe(&notifies).await?;
@@ -73,7 +76,7 @@ impl Link {
         })
     }
 
-    /// Goes on with writing; ready when nothing waits.
+    /// Continues writing; ready if nothing is left.
     fn poll_out(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         loop {
             if let Some(writing) = &mut self.writing {
@@ -93,7 +96,7 @@ impl Link {
         (count > 0).then(|| self.waiting.drain(..count).collect())
     }
 
-    /// Takes in what the device says, until it has nothing more to say.
+    /// Reads all available notifications.
     fn poll_notifications(&mut self, cx: &mut Context<'_>) -> io::Result<()> {
         let Some((notifications, _)) = &mut self.told else {
             return Ok(());
@@ -108,7 +111,7 @@ impl Link {
         Ok(())
     }
 
-    /// Hears whether the device has gone, or Bluetooth with it.
+    /// Checks if the device has disconnected, or Bluetooth was switched off.
     fn poll_events(&mut self, cx: &mut Context<'_>) -> io::Result<()> {
         let id = self.port.device.id();
         let Some((_, events)) = &mut self.told else {
@@ -141,7 +144,7 @@ impl Port {
 
 impl Transport for Link {
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
-        // What was taken to be written goes on whether or not more is.
+        // Accepted bytes are written even if no more are.
         if let Poll::Ready(Err(error)) = self.poll_out(cx) {
             return Poll::Ready(Err(error));
         }
@@ -160,6 +163,7 @@ impl Transport for Link {
             return Poll::Ready(Err(error));
         }
         let room = ROOM.saturating_sub(self.waiting.len());
+        // The caller keeps the rest and writes it again.
         let taken = bytes.get(..room).unwrap_or(bytes);
         if taken.is_empty() && !bytes.is_empty() {
             return Poll::Pending;
@@ -173,8 +177,8 @@ impl Transport for Link {
 }
 
 impl Drop for Link {
-    /// What was taken is written, then the device is let go. The runtime may be ending: then as much of it is done as
-    /// can be begun at once.
+    /// Writes the remaining bytes, then disconnects the device. If the runtime is ending, only as
+    /// much happens as can be started at once.
     fn drop(&mut self) {
         let _inside = self.runtime.enter();
         self.told = None;
@@ -185,7 +189,7 @@ impl Drop for Link {
         let at_once = self.port.kind == WriteType::WithoutResponse;
         let device = self.disconnect.then(|| self.port.device.clone());
         see_off(&self.runtime, async move {
-            // Those without a response need not wait for each other.
+            // Writes without response need not wait for each other.
             if at_once {
                 let mut cx = Context::from_waker(Waker::noop());
                 writes.retain_mut(|writing| writing.as_mut().poll(&mut cx).is_pending());
@@ -193,6 +197,7 @@ impl Drop for Link {
             for writing in writes {
                 let _ = writing.await;
             }
+            // At this point an error has no remedy.
             if let Some(device) = device {
                 let _ = device.disconnect().await;
             }

@@ -1,9 +1,10 @@
-//! Bluetooth LE: one service of the document's Table 1 with two characteristics that carry bytes, one each way.
+//! Bluetooth LE: one service of the document's Table 1, with two characteristics that carry bytes,
+//! one in each direction.
 //!
-//! Which of the two takes bytes is settled by their properties, not by the words of the document (errata E50). A frame
-//! is cut into as many writes as the link asks for, and what is notified is a stream of bytes that cares for frames no
-//! more than a serial line does. The radio link keeps order and repeats what is lost, so it is treated as an ordered
-//! line that is slow to answer.
+//! The properties of the characteristics decide which of them accepts writes, not the words of the
+//! document (errata E50). A frame is split into as many writes as the link requires, and
+//! notifications form a byte stream with no regard to frames, as on a serial line. The radio link
+//! keeps the order and retransmits losses, so it is treated as an ordered line with a high latency.
 
 mod link;
 mod radio;
@@ -25,8 +26,8 @@ use link::Port;
 
 pub(crate) use link::Link;
 
-/// As for a serial line, but an answer may take several connection intervals of up to some 50 ms each, and more when
-/// the radio has to repeat.
+/// Settings of a serial line with longer timeouts: an answer may take several connection intervals
+/// of up to about 50 ms each, and more if the radio retransmits.
 pub(super) const SETTINGS: Settings = Settings {
     initial_timeout: 1_000_000,
     floor: 300_000,
@@ -34,17 +35,18 @@ pub(super) const SETTINGS: Settings = Settings {
     ..Settings::ORDERED
 };
 
-/// How long a device may take to accept a connection and to tell its services.
+/// Longest time for a device to accept a connection and list its services. Choice.
 const CONNECT: Duration = Duration::from_secs(20);
-/// How often it is asked: a first connection that breaks off at once is common on the air.
+/// Connection attempts: a first connection often breaks off at once on the air.
 const ATTEMPTS: usize = 2;
-/// How long a device may take to tell its characteristics, and to begin to notify.
+/// Longest time for a device to list its characteristics and start notifications. Choice.
 const PREPARE: Duration = Duration::from_secs(10);
 
-/// Finds a device by its name or address, connects to it and makes it a line.
+/// Finds a device by its name or address, connects to it, and opens a line.
 pub(super) async fn open(wanted: &str) -> Result<Link> {
     let adapter = radio::adapter().await?;
     let device = search::find(&adapter, wanted).await?;
+    // A device connected by another program must stay connected when we leave.
     let found = device.is_connected().await.unwrap_or(false);
     let opening = Opening {
         wanted,
@@ -53,16 +55,17 @@ pub(super) async fn open(wanted: &str) -> Result<Link> {
     };
     opening.connect(&device).await?;
     let link = opening.prepare(&adapter, &device).await?;
+    // Only after success: a name must not stick to a device that cannot be used.
     radio::remember(wanted, device.id());
     opening.keep();
     Ok(link)
 }
 
-/// A device that is let go again unless it becomes a line.
+/// Device that is disconnected again unless it becomes a line.
 struct Opening<'a> {
     wanted: &'a str,
     device: Option<Peripheral>,
-    /// Whether it was this program that connected to it.
+    /// True if this program connected it.
     ours: bool,
 }
 
@@ -83,7 +86,7 @@ impl Opening<'_> {
         connected.map_err(|error| trouble::of_device(self.wanted, "cannot be connected", error))
     }
 
-    /// Looks at what it offers, and has it notify.
+    /// Discovers its services and subscribes to notifications.
     async fn prepare(&self, adapter: &Adapter, device: &Peripheral) -> Result<Link> {
         let preparing = async {
             let failed =
@@ -127,6 +130,7 @@ impl Drop for Opening<'_> {
         let Some(device) = self.device.take().filter(|_| self.ours) else {
             return;
         };
+        // Outside a runtime nothing can disconnect it; the system does so when the process ends.
         if let Ok(runtime) = Handle::try_current() {
             radio::see_off(&runtime, async move {
                 let _ = device.disconnect().await;
@@ -135,9 +139,10 @@ impl Drop for Opening<'_> {
     }
 }
 
-/// How to write. Without a response where that is allowed: a write with one costs a round over the air for every 20
-/// bytes, and a stop would wait for it. What a response would guard against, a device flooded with more than it takes,
-/// cannot happen where every request is answered before the next; and what is lost all the same is missed there.
+/// Returns the kind of write: without response if allowed. A write with response costs a round trip
+/// over the air per 20 bytes, and a stop would wait for it. A response protects a device from being
+/// flooded, which cannot happen if every request is answered before the next; other losses are
+/// noticed by the missing answer.
 fn kind(properties: CharPropFlags) -> WriteType {
     if properties.contains(CharPropFlags::WRITE_WITHOUT_RESPONSE) {
         WriteType::WithoutResponse
@@ -146,9 +151,10 @@ fn kind(properties: CharPropFlags) -> WriteType {
     }
 }
 
-/// Bytes in one write: three of a packet are its header. The bounds are those of the Bluetooth Core Specification for
-/// the packet of a new link, and for a value.
+/// Returns the bytes per write: a packet minus its header of three bytes. The bounds are those of
+/// the Bluetooth Core Specification for the packet of a new link, and for a value.
 fn chunk(mtu: u16) -> usize {
+    // Clamped, because the value comes unchecked from the system's Bluetooth stack.
     usize::from(mtu).saturating_sub(3).clamp(20, 512)
 }
 

@@ -1,4 +1,4 @@
-//! The computer's side: its adapter, and the connection to what the system has for Bluetooth.
+//! Bluetooth adapter of this computer, and the connection to the system's Bluetooth service.
 
 use std::collections::HashMap;
 use std::future::Future;
@@ -14,11 +14,11 @@ use tokio::time::timeout;
 use super::trouble;
 use crate::Result;
 
-/// How long the system's Bluetooth may take to answer.
+/// Longest time for the system's Bluetooth to answer. Choice.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// What is kept between lines. A connection to the system is never closed by the library that makes it, so a process
-/// that looks for a lost arm all night must not make one each time.
+/// Session kept between lines. The library never closes its connection to the system, so a process
+/// that searches for a lost arm for hours must not make one each time.
 static KEPT: Mutex<Kept> = Mutex::new(Kept {
     session: None,
     devices: None,
@@ -26,11 +26,11 @@ static KEPT: Mutex<Kept> = Mutex::new(Kept {
 
 struct Kept {
     session: Option<Session>,
-    /// The device that a name led to last.
+    /// Device found last for each name.
     devices: Option<HashMap<String, PeripheralId>>,
 }
 
-/// It lives in the runtime that it was made in.
+/// Session, valid in the runtime that created it.
 struct Session {
     runtime: Id,
     manager: Manager,
@@ -41,11 +41,13 @@ fn kept() -> MutexGuard<'static, Kept> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The first adapter that is switched on. None is ever switched on here: it may be off for a reason.
+/// Returns the first adapter that is switched on. None is switched on here: it may be off for a
+/// reason.
 pub(super) async fn adapter() -> Result<Adapter> {
     match timeout(PATIENCE, choose()).await {
         Ok(chosen) => chosen,
         Err(_) => {
+            // The service may have hung up on the session; the next attempt starts a new one.
             kept().session = None;
             Err(trouble::silent(PATIENCE))
         }
@@ -64,6 +66,7 @@ async fn choose() -> Result<Adapter> {
         None => (Manager::new().await.map_err(trouble::of_system)?, None),
     };
     if let Some(adapter) = known
+        // An adapter may have been switched off since.
         && adapter.adapter_state().await.ok() == Some(CentralState::PoweredOn)
     {
         return Ok(adapter);
@@ -71,7 +74,7 @@ async fn choose() -> Result<Adapter> {
     let adapters = manager.adapters().await;
     let mut on = None;
     for adapter in adapters.iter().flatten() {
-        // Some systems say what it is like only after a while.
+        // Some systems report the state of an adapter only after a while.
         if adapter.adapter_state().await.ok() != Some(CentralState::PoweredOff) {
             on = Some(adapter.clone());
             break;
@@ -89,23 +92,24 @@ async fn choose() -> Result<Adapter> {
     })
 }
 
-/// A name leads to the same device again, should several have it.
+/// Remembers the device for a name, in case several have it.
 pub(super) fn remember(wanted: &str, device: PeripheralId) {
     let mut kept = kept();
     let devices = kept.devices.get_or_insert_default();
     devices.insert(wanted.to_owned(), device);
 }
 
-/// The device that a name led to before.
+/// Returns the device last found for a name.
 pub(super) fn remembered(wanted: &str) -> Option<PeripheralId> {
     kept().devices.as_ref()?.get(wanted).cloned()
 }
 
-/// Runs a last task for callers that cannot wait: begun at once, carried through by the runtime if that goes on.
+/// Runs a final task for callers that cannot wait: started at once, and completed by the runtime if
+/// that continues.
 pub(super) fn see_off(runtime: &Handle, last: impl Future<Output = ()> + Send + 'static) {
     let begun = Handle::try_current().is_ok_and(|current| current.id() == runtime.id());
     let mut last = Box::pin(last);
-    // Outside the runtime it may have ended, and what needs its clock must not be begun.
+    // The runtime may have ended, and a future that needs its clock must not be polled outside.
     if begun {
         let mut cx = Context::from_waker(Waker::noop());
         if last.as_mut().poll(&mut cx).is_ready() {

@@ -1,4 +1,4 @@
-//! Which characteristic is written to, and which one notifies.
+//! Selection of the characteristics for writes and for notifications.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use btleplug::api::{CharPropFlags, Characteristic, Service};
 
 use crate::{Error, ErrorCode, Result};
 
-/// The service of the document's Table 1, and what it calls the ports for reading and for writing.
+/// Service of the document's Table 1, and its characteristics for reading and for writing.
 pub(super) const SERVICE: u128 = 0x0003_CDD0_0000_1000_8000_0080_5F9B_0131;
 const READ: u128 = 0x0003_CDD1_0000_1000_8000_0080_5F9B_0131;
 const WRITE: u128 = 0x0003_CDD2_0000_1000_8000_0080_5F9B_0131;
@@ -14,12 +14,11 @@ const WRITE: u128 = 0x0003_CDD2_0000_1000_8000_0080_5F9B_0131;
 const WRITABLE: CharPropFlags = CharPropFlags::WRITE.union(CharPropFlags::WRITE_WITHOUT_RESPONSE);
 const NOTIFIES: CharPropFlags = CharPropFlags::NOTIFY.union(CharPropFlags::INDICATE);
 
-/// Which characteristic takes writes and which notifies, in the order of preference among what the properties allow: as
-/// the document has it
-/// from the host's side, the other way round, one for both.
+/// Pairs of characteristics for writes and notifications, in order of preference among the pairs
+/// that the properties allow: as in the document from the host's view, swapped, one for both.
 const WAYS: [(u128, u128); 4] = [(WRITE, READ), (READ, WRITE), (WRITE, WRITE), (READ, READ)];
 
-/// The characteristic to write to and the one that notifies.
+/// Returns the characteristic for writes and the one for notifications.
 pub(super) fn settle(
     wanted: &str,
     services: &BTreeSet<Service>,
@@ -72,7 +71,7 @@ mod tests {
     const NOTIFY: CharPropFlags = CharPropFlags::NOTIFY;
     const BOTH: CharPropFlags = CharPropFlags::WRITE.union(CharPropFlags::INDICATE);
 
-    /// A service with characteristics by the last digit of their number.
+    /// Builds a service with characteristics named by the last digit of their number.
     fn offering(all: &[(u8, CharPropFlags)]) -> BTreeSet<Service> {
         let named = |digit| format!("0003cdd{digit}-0000-1000-8000-00805f9b0131");
         let characteristics = all.iter().map(|&(digit, properties)| Characteristic {

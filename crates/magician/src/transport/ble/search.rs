@@ -1,4 +1,4 @@
-//! Finding a device by name or address.
+//! Search for a device by name or address.
 
 use std::time::Duration;
 
@@ -11,38 +11,38 @@ use super::roles::SERVICE;
 use super::{radio, trouble};
 use crate::{Error, ErrorCode, Result};
 
-/// How long a device is looked for; those that save power say that they are there every two seconds or so.
+/// Duration of a scan. Choice: devices that save power advertise about every two seconds.
 const SCAN: Duration = Duration::from_secs(10);
-/// How often it is looked at what was heard.
+/// Interval at which found devices are examined. Choice.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// A device that was heard of.
+/// Device found.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Seen {
     name: Option<String>,
     address: String,
-    /// What the system calls it; where it hides addresses, what to write instead of one.
+    /// Id given by the system, for systems that hide the address.
     id: String,
-    /// It says that it has the service of an arm.
+    /// True if it advertises the service of an arm.
     arm: bool,
-    /// It is connected or was heard just now; the system may also remember it.
+    /// True if it is connected or was just found; the system may also list devices from earlier.
     present: bool,
-    /// It is the one that the name led to before.
+    /// True if it was the last one found for this name.
     before: bool,
 }
 
-/// What the name means among them.
+/// Result of matching a name.
 #[derive(Debug, PartialEq)]
 enum Meaning {
-    /// This one.
+    /// Index of the only match.
     One(usize),
-    /// None as yet.
+    /// No match yet.
     None,
-    /// Any of these.
+    /// Indices of several matches.
     Several(Vec<usize>),
 }
 
-/// The device with this name or address.
+/// Finds the device with this name or address.
 pub(super) async fn find(adapter: &Adapter, wanted: &str) -> Result<Peripheral> {
     let (mut devices, mut seen) = look(adapter, wanted).await?;
     let mut meaning = meaning(&seen, wanted, false);
@@ -61,17 +61,18 @@ pub(super) async fn find(adapter: &Adapter, wanted: &str) -> Result<Peripheral> 
     match meaning {
         Meaning::One(index) if index < devices.len() => Ok(devices.swap_remove(index)),
         Meaning::Several(indices) => Err(several(wanted, &seen, &indices)),
+        // No device, or an index that the list has lost meanwhile.
         _ => Err(not_found(wanted, &seen)),
     }
 }
 
-/// What the system knows of at present.
+/// Lists the devices that the system knows.
 async fn look(adapter: &Adapter, wanted: &str) -> Result<(Vec<Peripheral>, Vec<Seen>)> {
     let before = radio::remembered(wanted);
     let all = adapter.peripherals().await.map_err(trouble::of_system)?;
     let (mut devices, mut seen) = (Vec::new(), Vec::new());
     for device in all {
-        // One that has gone meanwhile.
+        // The device has disappeared meanwhile.
         let Ok(Some(properties)) = device.properties().await else {
             continue;
         };
@@ -80,7 +81,7 @@ async fn look(adapter: &Adapter, wanted: &str) -> Result<(Vec<Peripheral>, Vec<S
         seen.push(Seen {
             arm: (properties.services.iter()).any(|one| one.as_u128() == SERVICE),
             present: connected || properties.rssi.is_some(),
-            // A device without a name is called by its address on some systems.
+            // Some systems name a nameless device by its address.
             name: (properties.advertisement_name.or(properties.local_name))
                 .filter(|name| !same(name, &address)),
             address,
@@ -92,8 +93,8 @@ async fn look(adapter: &Adapter, wanted: &str) -> Result<(Vec<Peripheral>, Vec<S
     Ok((devices, seen))
 }
 
-/// Which one is meant; those that the system only remembers count when `absent`. Among several of a name the one of
-/// before is meant, or the only arm.
+/// Matches a name. Devices that the system only remembers match if `absent` is set. Among several
+/// the last one used wins, then the only arm.
 fn meaning(seen: &[Seen], wanted: &str, absent: bool) -> Meaning {
     let fits = |one: &Seen| one.is(wanted) && (absent || one.present);
     let some = |also: &dyn Fn(&Seen) -> bool| -> Vec<usize> {
@@ -134,7 +135,7 @@ impl Seen {
     }
 }
 
-/// Whether a text is an address, written with whichever signs between its bytes.
+/// True if two addresses are equal, whichever separators they use.
 fn same(text: &str, address: &str) -> bool {
     text.replace('-', ":").eq_ignore_ascii_case(address)
 }
@@ -166,8 +167,8 @@ fn several(wanted: &str, seen: &[Seen], indices: &[usize]) -> Error {
     Error::new(ErrorCode::SeveralArms, message)
 }
 
-/// The adapter listens for all that say they are there; it stops when this is dropped. Not only for the service: a
-/// module may not say that it has it before it is connected.
+/// Scan of the adapter for all advertising devices; stops on drop. It is not limited to the
+/// service, because a module may advertise that only after connecting.
 struct Scan {
     adapter: Adapter,
     runtime: Handle,

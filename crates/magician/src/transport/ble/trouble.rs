@@ -1,4 +1,4 @@
-//! What can be wrong with Bluetooth, and what to do about it.
+//! Error messages of Bluetooth, with remedies.
 
 use std::time::Duration;
 
@@ -31,9 +31,9 @@ pub(super) fn silent(waited: Duration) -> Error {
     ))
 }
 
-/// Bluetooth itself cannot be used.
+/// Returns the error for a Bluetooth system that cannot be used.
 pub(super) fn of_system(error: btleplug::Error) -> Error {
-    // The name of the error on D-Bus is only in what it says to developers.
+    // Only the debug output contains the name of the D-Bus error.
     let known = format!("{error:?}");
     let among = |names: &[&str]| names.iter().any(|name| known.contains(name));
     if matches!(error, btleplug::Error::NoAdapterAvailable) {
@@ -84,7 +84,7 @@ fn forbidden(error: &btleplug::Error) -> Error {
     }
 }
 
-/// One device cannot be used.
+/// Returns the error for a device that cannot be used.
 pub(super) fn of_device(wanted: &str, what: &str, error: btleplug::Error) -> Error {
     let known = format!("{error:?}");
     let guarded = ["Authenti", "NotAuthorized", "NotPermitted", "Insufficient"];

@@ -1,5 +1,5 @@
-//! A server on a thread of its own, for tests that talk to it through real descriptors. Every wait
-//! has a deadline far beyond what it can take, and ends as soon as what it waits for is there.
+//! Server on a background thread, for tests that talk to it through real descriptors. Every wait
+//! has a deadline far beyond its usual duration, and ends as soon as its event occurs.
 
 #![allow(dead_code, reason = "each test uses its part")]
 
@@ -18,7 +18,7 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
 pub(crate) struct Served {
     pub(crate) endpoints: Vec<Endpoint>,
-    /// One for each arm.
+    /// Handle of each arm.
     pub(crate) handles: Vec<Handle>,
     notices: Receiver<Notice>,
     stop: Option<oneshot::Sender<()>>,
@@ -30,7 +30,7 @@ pub(crate) fn serve(build: impl FnOnce(Server) -> Server) -> Result<Served, Serv
     serve_arm(Profile::default(), build)
 }
 
-/// Starts a server of this arm and waits until it is ready.
+/// Starts a server for this arm and waits until it is ready.
 pub(crate) fn serve_arm(
     profile: Profile,
     build: impl FnOnce(Server) -> Server,
@@ -38,7 +38,7 @@ pub(crate) fn serve_arm(
     start([build(server(profile))])
 }
 
-/// Starts so many arms in one server, numbered from 1, and waits until all are ready.
+/// Starts `count` arms in one server, numbered from 1, and waits until all are ready.
 pub(crate) fn serve_arms(
     count: u32,
     build: impl Fn(Server) -> Server,
@@ -143,7 +143,7 @@ pub(crate) fn set_name(name: &str) -> Vec<u8> {
     FrameBuf::new(1, Ctrl::SET, name).unwrap().bytes().to_vec()
 }
 
-/// The name in the reply to GetDeviceName.
+/// Returns the name in the reply to GetDeviceName.
 pub(crate) fn name(reply: &[u8]) -> String {
     let frame = magician_protocol::Frame::new(reply).expect("a whole frame");
     assert_eq!(frame.id(), 1);
@@ -151,8 +151,8 @@ pub(crate) fn name(reply: &[u8]) -> String {
     name.trim_end_matches('\0').to_owned()
 }
 
-/// A loopback address that no other test has, in this process or another, held by a socket on a port that no test uses until the
-/// process ends. Other systems have only one loopback address.
+/// Returns a loopback address that no other test uses, in this process or another. A socket on an
+/// unused port reserves it until the process ends. Other systems have only one loopback address.
 #[cfg(target_os = "linux")]
 pub(crate) fn own_host() -> String {
     use std::net::UdpSocket;
@@ -171,14 +171,14 @@ pub(crate) fn own_host() -> String {
     host
 }
 
-/// A client of an arm over TCP.
+/// Connects a client to an arm over TCP.
 pub(crate) fn connect(address: SocketAddr) -> TcpStream {
     let stream = TcpStream::connect(address).unwrap();
     stream.set_read_timeout(Some(DEADLINE)).unwrap();
     stream
 }
 
-/// A client of an arm over UDP.
+/// Creates a client of an arm over UDP.
 pub(crate) fn socket() -> UdpSocket {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     socket.set_read_timeout(Some(DEADLINE)).unwrap();

@@ -1,7 +1,9 @@
-//! The end of the arm's own jog.
+//! Ending the arm's own jog.
 //!
-//! The driver repeats the stop until it is certain: past the queue, again when it is not answered, then positions, the stop again
-//! while they differ, until they are those of an arm at rest. A line that is lost meanwhile does not end that.
+//! The driver repeats the stop until rest is confirmed. It sends a JOGCmd stop that bypasses the
+//! queue, and repeats it if unanswered. Then it reads positions, and sends the stop again while
+//! they still differ, until they are those of an arm at rest. A lost line does not end this: it
+//! continues on the next one.
 
 use magician_protocol::commands::{JogCmd, Pose, PoseL};
 use magician_protocol::{Flag, FrameBuf, JogCommand, Layout};
@@ -13,33 +15,34 @@ use crate::build::Axis;
 use crate::connection::{Micros, Priority, Request};
 use crate::{REST_READ_INTERVAL, RestDetector, Result};
 
-/// Pause after something that failed at once.
+/// Pause after a request that failed immediately. Choice, against a busy loop.
 const PAUSE: Micros = 50_000;
-/// A stop that was answered and has no effect for so long is said again.
+/// Time after which an answered stop without effect is sent again.
 const AGAIN: Micros = 500_000;
-/// An arm that still moves so long after it answered the stop is moved by something else.
+/// Time after the first answer at which motion has another cause. Choice: as the braking time of
+/// any stop.
 const BRAKING: Micros = 5_000_000;
 
-/// How far an end has come.
+/// Progress of ending a jog.
 #[derive(Default)]
 pub(super) struct Ending {
     /// True if the rail has to come to rest, which the pose does not show.
     rail: bool,
-    /// A stop or a look is out.
+    /// True while a stop or a read is in flight.
     under_way: bool,
-    /// The stop was not answered. A read comes before the next one: its answer proves that none to the lost stop can
-    /// come, so that the next answer is known for what it is.
+    /// True if the stop was not answered. A read then precedes the next stop: its answer proves
+    /// that no reply to the lost stop can arrive, so the next reply belongs to the next stop.
     unheard: bool,
-    /// When to do the next thing.
+    /// Time of the next action.
     at: Micros,
-    /// When the stop was answered last, and for the first time.
+    /// Time of the last answered stop, and of the first.
     said: Option<Micros>,
     first: Option<Micros>,
     rest: RestDetector,
 }
 
 impl Ending {
-    /// The end of a jog of this axis.
+    /// Creates the ending of a jog on this axis.
     pub(super) fn of(axis: Axis) -> Self {
         Self {
             rail: axis == Axis::L,
@@ -51,7 +54,7 @@ impl Ending {
         (!self.under_way).then_some(self.at)
     }
 
-    /// Forgets what was said: it has to be said again.
+    /// Forgets the answered stop, so that it is sent again.
     fn unsay(&mut self) {
         *self = Self {
             rail: self.rail,
@@ -60,7 +63,8 @@ impl Ending {
         };
     }
 
-    /// What was read of the arm; for the rail its position stands for the pose.
+    /// Decodes a position. For the rail, its position takes the place of x in a pose, so that one
+    /// detector serves both.
     fn pose(&self, answer: Result<FrameBuf>) -> Option<Pose> {
         let reply = answer.ok()?;
         let reply = reply.frame();
@@ -86,6 +90,7 @@ impl Driver {
             return;
         };
         ending.under_way = true;
+        // After an unanswered stop too: see `unheard`.
         let look = ending.said.is_some() || ending.unheard;
         let rail = ending.rail;
         let deadline = self.at(now.saturating_add(PATIENCE));
@@ -99,7 +104,7 @@ impl Driver {
         }
     }
 
-    /// The stop of a jog was answered, or not.
+    /// Handles the end of a stop request.
     pub(in crate::arm::driver) fn jog_stopped(&mut self, answer: Result<FrameBuf>) {
         let now = self.now();
         let Some(ending) = &mut self.jogging.ending else {
@@ -112,6 +117,7 @@ impl Driver {
                 ending.first.get_or_insert(now);
                 ending.at = now;
             }
+            // No answer: its reply may still come, and must not be taken for that of the next stop.
             Err(_) => {
                 ending.unheard = true;
                 ending.at = now.saturating_add(PAUSE);
@@ -119,7 +125,7 @@ impl Driver {
         }
     }
 
-    /// A look at where the arm is has ended.
+    /// Handles the end of a position read.
     pub(in crate::arm::driver) fn jog_pose(&mut self, answer: Result<FrameBuf>) {
         let now = self.now();
         let Some(ending) = &mut self.jogging.ending else {
@@ -127,7 +133,7 @@ impl Driver {
         };
         ending.under_way = false;
         let Some(pose) = ending.pose(answer) else {
-            // Perhaps the stop gets through.
+            // The read failed as well, so skip it: perhaps the stop gets through.
             ending.unheard = false;
             ending.at = now.saturating_add(PAUSE);
             return;
@@ -145,6 +151,7 @@ impl Driver {
                 "{}: the arm still moves after a jog was stopped",
                 self.shared.name
             );
+            // The stop was answered; the motion belongs to another program or to a hand.
             return self.jog_is_over(false);
         }
         if since(ending.said) >= AGAIN {
@@ -163,7 +170,8 @@ impl Driver {
     }
 }
 
-/// The end of a jog, past the queue: a queued one would sit behind an alarm while the arm moves on.
+/// Returns the stop of a jog. It bypasses the queue: a queued one would wait behind an alarm while
+/// the arm moves on.
 fn stop() -> Result<Request, magician_protocol::EncodeError> {
     let stop = JogCmd {
         is_joint: Flag::OFF,

@@ -1,4 +1,5 @@
-//! Looks at where the arm's own jog is: what bounds its way shows in its position.
+//! Position reads during the arm's own jog: they show the end of its axis and the approach to a
+//! fence.
 
 use magician_protocol::commands::{Pose, PoseL};
 use magician_protocol::{FrameBuf, Layout, NoArgs};
@@ -10,29 +11,30 @@ use crate::arm::fenced_jog::FencedJog;
 use crate::connection::{Micros, Request};
 use crate::gate::{JogEnd, JogId};
 
-/// Interval of position reads during a jog under a fence.
+/// Interval of position reads during a jog under a fence. Choice: four reads of a serial line's 10
+/// ms each fit into it, and the fence is checked 25 times a second.
 const FENCED_LOOK_INTERVAL: Micros = 40_000;
-/// Interval of position reads during any other jog: a read costs 10 ms of a serial line, and three show an arm that stands at
-/// the end of its axis.
+/// Interval of position reads during any other jog. A read costs 10 ms of a serial line, and three
+/// in a row show an arm at rest at the end of its axis.
 const LOOK_INTERVAL: Micros = 200_000;
-/// Shortest time between two reads that are compared. The controller moves in periods of 20 ms, and the slowest jog (1 % of 1 mm/s)
-/// by more than binary32 resolves.
+/// Shortest time between two compared reads. The controller moves in periods of 20 ms, and even the
+/// slowest jog (1 % of 1 mm/s) moves further than binary32 resolves in this time.
 const STUCK_TIME: Micros = 180_000;
-/// Reads in succession that are equal to the one before when a jog does not move. One is not enough: a jog that turns round
-/// passes each place twice, at equal times before and after its turning point.
+/// Equal successive reads after which a jog counts as blocked. One is not enough: a jog that
+/// reverses passes each position twice, at equal times before and after its turning point.
 const STUCK_READS: u32 = 2;
 
-/// Looks at where a jog under way is.
+/// Position reads of the current jog.
 pub(super) struct Looks {
     jog: JogId,
     /// True if it moves the rail, which the pose does not show.
     rail: bool,
     fence: Option<FencedJog>,
-    /// When to look next; `None` while a look is out.
+    /// Time of the next read; `None` while one is in flight.
     at: Option<Micros>,
-    /// Last position that was compared, and when it was read.
+    /// Last compared position, with its time.
     seen: Option<(Place, Micros)>,
-    /// How many reads in succession were equal to the one before.
+    /// Number of successive reads equal to the one before.
     equal: u32,
 }
 
@@ -43,7 +45,7 @@ enum Place {
     Rail(f32),
 }
 
-/// The request for a position.
+/// Returns the request for a position.
 pub(super) fn place_request(rail: bool) -> Option<Request> {
     let request = if rail {
         Request::get::<PoseL>(&NoArgs)
@@ -90,9 +92,10 @@ impl Looks {
         self.at = Some(now.saturating_add(interval));
     }
 
-    /// True if the jog does not move any more.
+    /// True if the jog has stopped moving.
     fn is_stuck(&mut self, place: Place, now: Micros) -> bool {
         match self.seen {
+            // A sooner read is skipped: two within one period of the controller are equal anyway.
             Some((before, at)) if now.saturating_sub(at) >= STUCK_TIME => {
                 self.equal = if place == before { self.equal + 1 } else { 0 };
                 self.seen = Some((place, now));
@@ -103,8 +106,8 @@ impl Looks {
         self.equal >= STUCK_READS
     }
 
-    /// What bounds the jog: the end of its axis, or the fence. A look that was lost leaves the fence without a place; without a
-    /// fence it says nothing.
+    /// Returns the bound of the jog: the end of its axis, or the fence. With a fence, a lost read
+    /// ends the jog at once, because its position is unknown; without one it means nothing.
     fn bound(
         &mut self,
         place: Option<Place>,
@@ -116,9 +119,9 @@ impl Looks {
         }
         let fence = self.fence.as_ref()?;
         match place {
-            // An arm that is faster than it says has to stop sooner.
+            // An arm faster than its settings has to be stopped sooner.
             Some(Place::Arm(pose)) => Some((fence.latest_after(asked, &pose), JogEnd::Fence)),
-            // A fence bounds no rail: what it bounds is where the arm is.
+            // A fence bounds the arm, not the rail.
             Some(Place::Rail(_)) => None,
             None => Some((now, JogEnd::Fence)),
         }
@@ -139,7 +142,7 @@ impl Driver {
         }
     }
 
-    /// Its position, as of the request.
+    /// Handles the position as of the request.
     pub(in crate::arm::driver) fn jog_seen(
         &mut self,
         answer: Result<FrameBuf>,

@@ -1,8 +1,9 @@
-//! Jogs as the gate decides: which of them begin, when they end, and who is told.
+//! Jogs as decided by the gate: start, deadline, end, and notification of their guards.
 //!
-//! The [`Gate`](crate::gate::Gate) has the deadline of a jog and its reason. The driver has one timer for it, looks where the arm's
-//! own jog is (`looks.rs`), and repeats its stop until it is certain (`ending.rs`). A jog in pieces is sent and brought to rest
-//! by its own task (`arm/bounded_jog`); the gate ends it as any other.
+//! The [`Gate`](crate::gate::Gate) decides which jog may begin and when it ends, and why. The
+//! driver has one timer for its deadline, reads where the arm's own jog is (`looks.rs`), and
+//! repeats its stop until rest is confirmed (`ending.rs`). A bounded jog is sent and brought to
+//! rest by its own task (`arm/bounded_jog`); the gate ends it like any other.
 
 mod ending;
 mod looks;
@@ -22,34 +23,35 @@ use crate::gate::{GateEffect, JogEnd, JogId, JogKind, JogRequest};
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
-/// Longest time for an answer to the stop, or to a look at the pose. Then the driver repeats it.
+/// Longest time for an answer to the stop, or to a position read, before the driver repeats it.
+/// Choice: three repetitions a second, as for [`Arm::stop_jog`](crate::Arm::stop_jog).
 const PATIENCE: Micros = 300_000;
-/// Least time that a jog goes on before the arm has answered to its beginning: its holder does not have it yet, and cannot keep
-/// it up.
+/// Minimum hold time until the arm has answered the start of a jog, because its holder cannot renew
+/// it before. Choice: two retransmissions fit.
 const BEGIN_TIME: Micros = 600_000;
 
-/// A jog that is asked for, and what begins it once the gate lets it.
+/// Request for a jog, and its first command.
 pub(in crate::arm) struct JogStart {
     pub(in crate::arm) asks: JogRequest,
-    /// `None` for a jog in pieces: its task sends them once this is answered.
+    /// `None` for a bounded jog: its task sends the pieces once this is answered.
     pub(in crate::arm) own: Option<OwnJog>,
     pub(in crate::arm) deadline: Instant,
-    /// Stops before this was begun.
+    /// Stops before the request.
     pub(in crate::arm) stops: u64,
     pub(in crate::arm) phase: watch::Sender<Phase>,
-    /// Closed by a caller that gives up.
+    /// Closed if the caller gives up.
     pub(in crate::arm) reply: oneshot::Sender<Result<()>>,
 }
 
-/// The arm's own jog.
+/// Jog command of the arm.
 pub(in crate::arm) struct OwnJog {
     pub(in crate::arm) request: Request,
-    /// Bound of its way; `None` if no fence is in it.
+    /// Bound by the fence; `None` if the jog does not reach it.
     pub(in crate::arm) fence: Option<FencedJog>,
 }
 
 impl JogStart {
-    /// The error of one that a stop came before.
+    /// Returns the error for a request that a stop overtook.
     fn stopped(&self) -> Error {
         match &self.own {
             Some(own) => explain(&own.request.frame().frame(), Failure::Stopped),
@@ -61,7 +63,7 @@ impl JogStart {
     }
 }
 
-/// The jogs that the gate knows, and what the driver does about them.
+/// Jogs that the gate knows, and the driver's work on them.
 #[derive(Default)]
 pub(super) struct Jogging {
     known: Vec<Known>,
@@ -69,11 +71,11 @@ pub(super) struct Jogging {
     ending: Option<Ending>,
 }
 
-/// A jog that the gate has not said to be over.
+/// Jog that has not been reported as over.
 struct Known {
     asks: JogRequest,
     phase: watch::Sender<Phase>,
-    /// `None` once its command went out.
+    /// Pending start; `None` once the command was sent.
     start: Option<Box<JogStart>>,
 }
 
@@ -95,7 +97,7 @@ impl Jogging {
 }
 
 impl Driver {
-    /// When a jog has to be looked after.
+    /// Returns the time at which a jog needs attention.
     pub(super) fn jog_timeout(&self) -> Option<Micros> {
         if let Some(ending) = &self.jogging.ending {
             return ending.poll_timeout();
@@ -106,7 +108,7 @@ impl Driver {
         deadline.into_iter().chain(looks).min()
     }
 
-    /// True while a jog is kept up.
+    /// True while a jog is being renewed.
     pub(super) fn jog_runs(&self) -> bool {
         self.shared.gate().running().is_some()
     }
@@ -123,7 +125,8 @@ impl Driver {
         if let Some(error) = self.refuse_jog(&start) {
             return drop(start.reply.send(Err(error)));
         }
-        // The speed of whatever moves the arm would go over to the axis of its own jog. Pieces are planned from rest.
+        // An arm carries the speed of its current motion over to the axis of its own jog, so the
+        // gate waits for rest. The pieces of a bounded jog are planned from rest anyway.
         let moves = start.own.is_some() && {
             let picture = self.shared.picture();
             picture.motion().is_moving() || picture.motion().is_braking()
@@ -141,7 +144,7 @@ impl Driver {
         self.carry_out_gate();
     }
 
-    /// Why a jog cannot begin, if it cannot.
+    /// Returns the reason why a jog cannot begin, if any.
     fn refuse_jog(&mut self, start: &JogStart) -> Option<Error> {
         if start.stops != self.shared.stops() {
             return Some(start.stopped());
@@ -158,7 +161,7 @@ impl Driver {
         })
     }
 
-    /// Does what the gate has decided.
+    /// Carries out the decisions of the gate.
     pub(super) fn carry_out_gate(&mut self) {
         loop {
             let effect = self.shared.gate().poll_effect();
@@ -178,6 +181,7 @@ impl Driver {
                     let known = self.jogging.forget(jog);
                     if let Some(start) = known.and_then(|known| known.start) {
                         let error = self.why_refused(&start, why);
+                        // The caller may have given up.
                         let _ = start.reply.send(Err(error));
                     }
                 }
@@ -201,7 +205,7 @@ impl Driver {
         let mut ending = Some(Ending::default());
         if let Some(known) = known {
             known.phase.send_replace(Phase::Ending(why));
-            // The task of a jog in pieces stops it.
+            // The task of a bounded jog stops it.
             ending = known
                 .is_own()
                 .then(|| Ending::of(known.asks.direction.axis));
@@ -218,11 +222,13 @@ impl Driver {
                 let message = message!("the arm still moves after the jog before was stopped");
                 Error::new(ErrorCode::StopUnconfirmed, message)
             }
+            // Stopped, released or failed: for the caller all of them are an end before the
+            // beginning.
             _ => start.stopped(),
         }
     }
 
-    /// Begins a jog whose turn has come, unless something came in between.
+    /// Begins a jog whose turn has come, unless something intervened.
     fn begin_jog(&mut self, jog: JogId) {
         let known = self.jogging.known(jog);
         let Some(start) = known.and_then(|known| known.start.take()) else {
@@ -259,7 +265,7 @@ impl Driver {
         self.submit(request, deadline, To::Jog(reply, jog));
     }
 
-    /// The arm has answered to the beginning of a jog, or not.
+    /// Handles the answer to the start of a jog.
     pub(super) fn jog_began(
         &mut self,
         answer: Result<()>,
@@ -268,40 +274,42 @@ impl Driver {
     ) {
         let failed = answer.is_err();
         if !failed {
-            // From here on its holder can keep it up. What is over meanwhile stays so.
+            // From here on its holder can renew it. An error means that it has ended meanwhile,
+            // which stays so.
             let _ = self.shared.gate().keep(jog, self.now());
         }
+        // A caller that has gone holds no guard, so nothing would renew the jog.
         if to.send(answer).is_err() || failed {
             self.shared.gate().end_one(jog, JogEnd::Failed);
             self.carry_out_gate();
         }
     }
 
-    /// A stop goes out: no jog that was asked for before goes on or begins.
+    /// Ends all jogs requested so far, because a stop is sent.
     pub(super) fn stop_jogs(&mut self) {
         self.shared.gate().stop();
         self.carry_out_gate();
     }
 
-    /// Ends whatever jog the arm may be in, of whomever.
+    /// Ends any jog the arm may be in, whichever program started it.
     pub(super) fn end_any_jog(&mut self) {
         self.shared.gate().stop_any();
         self.carry_out_gate();
     }
 
-    /// The line broke: a jog of the arm's own has to be ended over the next.
+    /// Marks the arm's own jog to be ended on the next line, because this one broke.
     pub(super) fn interrupt_jog(&mut self) {
         self.shared.gate().lose_line();
         self.carry_out_gate();
     }
 
-    /// The connection ends, and so do its jogs.
+    /// Ends all jogs with the connection.
     pub(super) fn close_jogs(&mut self) {
         self.shared.gate().close();
         self.carry_out_gate();
     }
 
-    /// Ends a jog whose deadline has come, looks where it is, and goes on with ending it.
+    /// Ends a jog whose deadline has passed, reads its position, and continues ending it.
     pub(super) fn mind_jog(&mut self, now: Micros) {
         if self.jogging.known.is_empty() && self.jogging.ending.is_none() {
             return;
