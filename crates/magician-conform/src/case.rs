@@ -19,8 +19,8 @@ pub struct Case {
     pub pattern: String,
     /// Statement that the case proves, as a sentence.
     pub title: String,
-    /// Source: a section of the document or of the model (`docs/MODEL.md`), an erratum or a habit
-    /// of hosts (both in `docs/ERRATA.md`), a recorded frame (`vector`) or pose.
+    /// Source: a section of the document or of the model (`docs/reference/MODEL.md`), an erratum or a habit
+    /// of hosts (both in `docs/reference/ERRATA.md`), a recorded frame (`vector`) or pose.
     pub source: String,
     /// Confidence in the source.
     pub confidence: Confidence,

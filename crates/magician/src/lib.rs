@@ -13,7 +13,7 @@
 //!   UDP, discovery.
 //!
 //! Lengths are in mm, angles in degrees and times in seconds unless a name says otherwise. Errata
-//! (E37) are listed in `docs/ERRATA.md` of the repository, model sections in `docs/MODEL.md`.
+//! (E37) are listed in `docs/reference/ERRATA.md` of the repository, model sections in `docs/reference/MODEL.md`.
 //!
 //! This is a convenience, not a safety function. The protocol has no heartbeat: if the host dies,
 //! the arm finishes the commands that are in its queue.

@@ -148,7 +148,7 @@ impl fmt::Display for Port {
 /// Lists the serial ports of this computer, likely arms first.
 ///
 /// The USB adapters behind them are known on Linux (from sysfs), macOS (from `ioreg`) and Windows
-/// (from `reg query`). docs/PLATFORMS.md says which of these have been tested: Linux, and Windows
+/// (from `reg query`). docs/guide/PLATFORMS.md says which of these have been tested: Linux, and Windows
 /// under Wine.
 ///
 /// The list is empty in a build without the feature `lines`.

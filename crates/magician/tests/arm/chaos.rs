@@ -70,7 +70,7 @@ fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     share.map(apart).fold(f64::INFINITY, f64::min)
 }
 
-/// Outcomes of runs; docs/GUARANTEES.md says what each error code promises.
+/// Outcomes of runs; docs/reference/GUARANTEES.md says what each error code promises.
 #[derive(Default)]
 struct Endings {
     finished: usize,

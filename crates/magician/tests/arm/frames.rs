@@ -1,4 +1,4 @@
-//! Frames that each command costs on the line: checks the table of docs/FRAMES.md.
+//! Frames that each command costs on the line: checks the table of docs/reference/FRAMES.md.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use tokio::time::sleep;
 
 use crate::bench::fast;
 
-const PAGE: &str = include_str!("../../../../docs/FRAMES.md");
+const PAGE: &str = include_str!("../../../../docs/reference/FRAMES.md");
 
 /// Returns every command that `Arm::run` accepts, with its name.
 fn all() -> Vec<(&'static str, Set)> {
@@ -119,7 +119,7 @@ async fn the_table_of_the_docs_is_what_is_counted() {
     }
     assert!(
         PAGE.contains(&table),
-        "the table of docs/FRAMES.md is to be:\n{table}"
+        "the table of docs/reference/FRAMES.md is to be:\n{table}"
     );
 }
 

@@ -1,6 +1,6 @@
 //! Cost and feel of each kind of jog, as a table:
 //! `cargo test -p magician --test arm jog_figures -- --ignored --nocapture`. The results are in
-//! docs/MEASUREMENTS.md.
+//! docs/evidence/MEASUREMENTS.md.
 
 use std::time::Duration;
 
