@@ -1,3 +1,5 @@
+//! JSON shape of values (feature `serde`): an object with one entry for each field present.
+
 use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
 
 use crate::layout::{FieldValue, Fields};
@@ -5,7 +7,7 @@ use crate::text::Lossy;
 use crate::{DecodeError, Description, Layout, MAX_PARAMS, Writer};
 
 impl Serialize for FieldValue<'_> {
-    /// Numbers as numbers, but NaN and the infinities as strings; bytes as hex; enums and flags
+    /// Serialises numbers as numbers (NaN and infinities as strings), bytes as hex, enums and flags
     /// as their wire numbers.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -51,11 +53,12 @@ fn serialize_fields<S: Serializer>(
     map.end()
 }
 
-/// The fields of a layout as a map.
+/// Serialises the fields of a layout as a map.
 pub(crate) fn serialize_layout<L: Layout, S: Serializer>(
     layout: &L,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
+    // Through the wire form, so that typed values and frames have the same JSON.
     let mut params = [0; MAX_PARAMS];
     let mut writer = Writer::new(&mut params);
     layout.encode(&mut writer);
@@ -64,7 +67,7 @@ pub(crate) fn serialize_layout<L: Layout, S: Serializer>(
 }
 
 impl Serialize for Description<'_> {
-    /// The fields that the frame carries, as a map.
+    /// Serialises the fields that the frame carries as a map.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serialize_fields(self.values(), serializer)
     }
