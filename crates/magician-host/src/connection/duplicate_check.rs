@@ -14,7 +14,8 @@ use super::job::Purpose;
 use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Micros};
 
-/// Attempts per reading before it is given up. A choice: the command then waits for its lifetime.
+/// Attempts per reading before it is given up.
+// A choice: the command then waits for its lifetime.
 const TRIES: u32 = 4;
 
 /// Conditions for sending the next queued command.

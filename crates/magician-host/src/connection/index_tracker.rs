@@ -3,8 +3,8 @@
 use super::Micros;
 use super::law::QueueReading;
 
-/// Time after which a queue that stays as empty as it was ever seen counts as drained. A choice: if
-/// a foreign command runs longer, readings are inconclusive, but commands flow again.
+/// Time after which a queue that stays as empty as it was ever seen counts as drained.
+// A choice: if a foreign command runs longer, readings are inconclusive, but commands flow again.
 const STANDING: Micros = 1_000_000;
 /// Equal readings needed on an unordered link, where a single one may be old.
 const LOOKS: u32 = 2;

@@ -99,11 +99,11 @@ impl fmt::Display for Breach {
     }
 }
 
-/// Consecutive steps of +1 after which the law counts as followed. A choice: two could be chance
-/// with another host.
+/// Consecutive steps of +1 after which the law counts as followed.
+// A choice: two could be chance with another host.
 const ENOUGH: u32 = 3;
-/// Consecutive mismatches after which it counts as broken. A choice: another host causes single
-/// ones.
+/// Consecutive mismatches after which it counts as broken.
+// A choice: another host causes single ones.
 const TOO_MANY: u32 = 3;
 /// Resets contradicted by the next index after which it counts as broken.
 const FALSE_RESETS: u32 = 2;

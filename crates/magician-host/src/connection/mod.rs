@@ -185,17 +185,18 @@ use uptime::Uptime;
 /// Microseconds since an origin of the caller's choice.
 pub type Micros = u64;
 
-/// Largest number of requests waiting in one lane. A choice: enough for all handles of a driver,
-/// and a bound on memory.
+/// Largest number of requests waiting in one lane.
+// A choice that bounds memory: a full lane refuses with `Failure::Busy`.
 const LANE: usize = 64;
 /// Initial capacity of a lane and of the events. A frame is large, and sessions seldom need more.
 const USUAL: usize = 8;
-/// Largest window, requests. A choice that bounds the interval of uncertain indices after a loss.
+/// Largest window, requests.
+// A choice that bounds the interval of uncertain indices after a loss.
 const MAX_WINDOW: usize = 8;
 /// Number of recent commands whose send time is remembered, to recognise late replies.
 const GIVEN: usize = 8;
-/// Interval between reads of the left space while the queue drains after a Clear. A choice: short
-/// against a motion, long enough to leave the line to others.
+/// Interval between reads of the left space while the queue drains after a Clear.
+// A choice: short against a motion, long enough to leave the line to others.
 const DRAIN_PAUSE: Micros = 10_000;
 
 /// Traffic counters of a connection.

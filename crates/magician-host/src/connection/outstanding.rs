@@ -48,7 +48,8 @@ pub(crate) struct Outstanding {
     ordered: bool,
 }
 
-/// Outstanding frames above which only stops are sent. A choice that bounds memory on a dead line.
+/// Outstanding frames above which only stops are sent.
+// A choice that bounds memory on a dead line.
 const CAPACITY: usize = 256;
 /// Outstanding frames above which not even stops are sent: the line has been dead for long.
 const STOPS: usize = 4 * CAPACITY;

@@ -2,8 +2,8 @@
 
 use super::Micros;
 
-/// Backlog on the line up to which another frame is handed out, ns. A choice: it adds 1 ms to a
-/// stop's delay and covers the caller's own delays.
+/// Backlog on the line up to which another frame is handed out, ns.
+// A choice: it adds 1 ms to a stop's delay and covers the caller's own delays.
 const AHEAD: u64 = 1_000_000;
 
 /// Tracks how long the frames handed out keep a serial line busy.

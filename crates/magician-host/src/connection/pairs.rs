@@ -12,8 +12,8 @@ use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Law, Micros, Priority};
 
 /// Number of replies for which reads wait their turn after the first loss from a pair; doubled by
-/// each further loss. A choice: a controller that takes one frame at a time then costs a few
-/// doubts.
+/// each further loss.
+// A choice: a controller that takes one frame at a time then costs a few doubts.
 const FIRST_PAUSE: u64 = 256;
 /// Largest number of doublings: [`FIRST_PAUSE`] then is days of a full line.
 const MOST_DOUBLINGS: u32 = 20;

@@ -97,7 +97,6 @@ impl Connection {
         let (true, Ok(QueuedCmdIndex(index))) = (queues, index) else {
             return;
         };
-        // A refusal or a reply without an index reveals nothing.
         if self.ends_doubt_late(frame, index, now) {
             return;
         }
@@ -331,7 +330,6 @@ impl Connection {
         if self.settings.ordered {
             // Earlier replies have all arrived: the first index of the new count may equal the last
             // of the old.
-            //
             self.tracker.begin_anew();
         }
         self.tracker.restart(current.unwrap_or(0));

@@ -296,7 +296,7 @@ impl Settings {
         echo: 0,
         // Model section 14.
         capacity: 32,
-        // Before anything is measured: slower than any link in use, and well below deadlines.
+        // The timeouts are choices; `floor` above says what bounds them from below.
         initial_timeout: 500_000,
         floor: 100_000,
         ceiling: 2_000_000,

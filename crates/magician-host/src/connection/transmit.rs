@@ -13,7 +13,8 @@ use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Law, Micros, Priority, Request, Ticket};
 
 /// Consecutive requests of the stream after which a waiting read has its turn; fewer if several
-/// reads wait. A choice: reads keep a share of the line without halving the stream.
+/// reads wait.
+// A choice: reads get at least every fifth frame.
 const STREAK: u32 = 4;
 /// Queued commands in a window above 1, without a request of another kind, after which a fence is
 /// sent: only a reply of another kind, or a moment without any in flight, confirms them.

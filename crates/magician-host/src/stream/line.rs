@@ -1,14 +1,15 @@
-//! Which segments may be lost between others without changing what is drawn.
+//! Segments that may be lost between others without changing the drawing.
 
 use super::item::Entry;
 use super::{KEPT, Stream};
 
-/// As far as a line may pass a vertex that was lost on it, mm: a fourth of what the arm repeats a place to.
+/// Largest distance of a lost vertex from the line that replaces it, mm: a quarter of the arm's
+/// repeatability.
 pub const STRAIGHT: f64 = 0.05;
 
 impl Stream {
-    /// Whether a segment leaves the same line whatever is lost of what is not beyond doubt: each line from a place where the
-    /// arm may then stand passes all that is left out.
+    /// True if the same line is drawn whichever unconfirmed segments are lost: each line to the new
+    /// vertex, from a position where the arm may then stand, passes all vertices left out.
     pub(super) fn keeps_line(&self, entry: &Entry) -> bool {
         let Some(to) = entry.vertex() else {
             return false;
@@ -47,7 +48,7 @@ impl Stream {
     }
 }
 
-/// How far a place is from a straight line between two.
+/// Distance of a point from the segment between two others, mm.
 pub(super) fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
     let gone = [0, 1, 2].map(|axis| place[axis] - from[axis]);
@@ -56,7 +57,7 @@ pub(super) fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     apart(gone, way.map(|way| share * way))
 }
 
-/// How far two places are from each other.
+/// Distance of two points, mm.
 pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
     let squares = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b));
     squares.sum::<f64>().sqrt()
