@@ -16,9 +16,8 @@ pub const REST_READ_INTERVAL: Micros = PERIOD + 5_000;
 /// passes through zero shows one pose for less.
 pub const REST_TIME: Micros = 2 * PERIOD;
 /// Number of equal poses required.
-///
-/// An arm that reverses passes each position twice, at equal times before and after the reversal,
-/// and never a third time.
+// An arm that reverses passes each position twice, at equal times before and after the reversal,
+// and never a third time.
 const EQUAL_READS: u8 = 3;
 const PERIOD: Micros = MotionLaw::MAGICIAN.period_us() as Micros;
 

@@ -21,9 +21,8 @@ const CAPACITY: usize = 472;
 /// Size of the shortest frame (header, Len, id, Ctrl, checksum), bytes.
 const SHORTEST: usize = 6;
 /// Budget of additions for the search for swallowed frames, per candidate.
-///
-/// Together with the candidate's own checksum it keeps the worst input, a run of 0xAA, below 256
-/// additions a byte.
+// Together with the candidate's own checksum it keeps the worst input, a run of 0xAA, below 256
+// additions a byte.
 const SEARCH: usize = 80;
 
 /// Reason why a frame candidate (two header bytes and what follows) was rejected.

@@ -2,8 +2,8 @@
 
 use crate::commands::{EMotor, EMotorS};
 
-/// Largest speed read as an integer, pulses/s. A choice far above any stepper, below all usual
-/// floats.
+/// Largest speed read as an integer, pulses/s.
+// A choice far above any stepper, below all usual floats.
 const FASTEST: u32 = 1 << 24;
 
 /// Speed of a host that wrote it as a float (errata E41). `None` if `speed` is a plausible integer,

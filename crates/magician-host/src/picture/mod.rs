@@ -48,8 +48,7 @@ use crate::gate::Motors;
 use crate::stream::ArmPace;
 
 /// Shortest motion from which the arm's pace is judged.
-///
-/// Shorter ones are dominated by the delays of the line.
+// Shorter ones are dominated by the delays of the line.
 const TELLING: Duration = Duration::from_millis(100);
 
 /// State of an arm, from the frames sent over one connection and the arm's replies.

@@ -10,8 +10,7 @@ use magician_protocol::{AlarmSet, Frame, Layout, QueuedCmdIndex, Readable};
 use crate::connection::Micros;
 
 /// Largest number of events kept for a caller that does not poll.
-///
-/// A single reply can make more than a hundred, one for each alarm.
+// A single reply can make more than a hundred, one for each alarm.
 const MOST_EVENTS: usize = 512;
 
 /// A pin: its EIO address, 1 to 20, and the function assigned to it (`build::multiplex`).

@@ -15,8 +15,7 @@ pub(super) const VALIDITY: Micros = 1_000_000;
 /// Time for which the steps of one call share a reading of the queue, us.
 const LOOK_VALIDITY: Micros = 100_000;
 /// Largest deviation of an arm that was not moved, mm and degrees.
-///
-/// Above the rounding of the reported pose and below any motion by hand.
+// Above the rounding of the reported pose and below any motion by hand.
 const NEAR: f64 = 0.05;
 
 /// A reading of the queue.
