@@ -1,4 +1,5 @@
-//! A line of 115200 baud, to the byte and in virtual time: how full it is, and how soon a stop is on it.
+//! A line of 115200 baud, to the byte and in virtual time: its utilisation, and the delay of a
+//! stop.
 
 use std::time::Duration;
 
@@ -16,27 +17,27 @@ use crate::connection::{
 use crate::pair::Dice;
 
 const BAUD: u32 = 115_200;
-/// A CP command's 23 bytes on the line, us.
+/// Time of the 23 bytes of a CP command on the line, us.
 const CP_TIME: Micros = 1_997;
 
-/// A host on a paced line, with the time at which each frame begins to pass.
+/// A host on a paced line, with the instants at which frames begin to pass.
 pub(super) struct Paced {
     pub(super) host: Connection,
     arm: Runner,
     pub(super) now: Micros,
-    /// When the line to the arm is free, ns.
+    /// Instant at which the line to the arm is free, ns.
     free: u64,
     pub(super) results: Vec<(Ticket, Result<(), Failure>)>,
     pub(super) answered: u32,
     vertex: u32,
     pub(super) waiting: usize,
-    /// When the first byte of the latest stop was on the line.
+    /// Instant of the first byte of the latest stop.
     stop_begins: Option<Micros>,
-    /// The arm takes one frame at a time: another one that comes before the reply is lost.
+    /// True if the arm accepts one frame at a time, and loses others that arrive before the reply.
     pub(super) takes_one: bool,
-    /// Frames that the arm took and has not answered.
+    /// Frames that the arm accepted and has not answered.
     unanswered: u32,
-    /// Frames that were lost so.
+    /// Frames lost for that reason.
     pub(super) lost: u32,
 }
 
@@ -121,7 +122,7 @@ impl Paced {
         }
     }
 
-    /// To the next instant at which something happens, at most to `end`.
+    /// Advances to the next event, at most to `end`.
     pub(super) fn step(&mut self, end: Micros) {
         self.exchange();
         let arm = self.arm.poll_timeout().map(HostInstant::as_micros);
@@ -153,7 +154,8 @@ impl Paced {
     }
 }
 
-/// Commands a second with reads of pose, index and left space at 20 Hz, and the longest that a read took.
+/// Commands per second with reads of pose, index and left space at 20 Hz, and the longest duration
+/// of a read.
 fn rate(window: usize, turnaround: Micros) -> (f64, Micros) {
     let mut paced = Paced::new(window, turnaround, Some(BAUD));
     let begun = paced.now;
@@ -208,7 +210,7 @@ fn one_at_a_time_is_as_fast_as_stop_and_wait_can_be() {
     }
 }
 
-/// How long stops wait for the line in a saturated stream, from their submission to their first byte: the longest.
+/// Longest wait of a stop in a saturated stream, from submission to its first byte.
 fn longest_wait(baud: Option<u32>) -> Micros {
     let mut dice = Dice::new(5);
     let mut longest = 0;
@@ -237,6 +239,6 @@ fn a_stop_waits_for_the_frame_under_way_and_a_millisecond() {
     let longest = longest_wait(Some(BAUD));
     println!("a stop waits for at most {longest} us");
     assert!(longest <= CP_TIME + 1_000, "{longest}");
-    // Without pacing it waits for all that was handed to the system.
+    // Without pacing, it waits for everything handed to the operating system.
     assert!(longest_wait(None) > CP_TIME + 1_000);
 }
