@@ -45,6 +45,7 @@ pub fn raises_laser_pin(command: &Set) -> bool {
     };
     match command {
         Set::IoDo(output) => is_laser(output.address.into()) && output.level.is_on(),
+        // PWM exists on EIO 4 alone of the two pins; the supply has only levels.
         Set::IoPwm(output) => output.address == LASER_POWER && is_above_zero(output.duty_cycle),
         Set::PtpPoCmd(command) => raised(&command.po),
         Set::PtpPoWithLCmd(command) => raised(&command.po),
@@ -59,10 +60,12 @@ fn is_above_zero(share: f32) -> bool {
 /// As [`burns`], for a frame. A frame that could burn and cannot be decoded counts as burning.
 pub fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
     let row = Row::with_id(frame.id());
+    // Reads never burn, and unknown ids have no known effect.
     if !acts(frame) || !row.is_some_and(|row| row.may_burn) {
         return false;
     }
     let command = Set::decode(frame.id(), frame.params());
+    // Undecodable parameters: assume the worst.
     command.map_or(true, |command| burns(&command, laser_pins))
 }
 

@@ -91,6 +91,7 @@ impl Message {
 
 /// Removes formats from placeholders: `{height:.1}` becomes `{height}`.
 fn without_formats(template: &str) -> Cow<'_, str> {
+    // Most templates have no placeholders: return them without a copy.
     if !template.contains(['{', '}']) {
         return template.into();
     }
@@ -118,6 +119,7 @@ pub fn message_decimals(template: &str, name: &str) -> Option<usize> {
     let (_, format) = { template.split('{') }
         .filter_map(|place| place.split('}').next()?.split_once(':'))
         .find(|(place, _)| *place == name)?;
+    // Only decimals are supported: widths and signs have no meaning in other languages.
     format.strip_prefix('.')?.parse().ok()
 }
 
@@ -169,6 +171,7 @@ impl ToMessageValue for Message {
     fn to_message_value(&self, _decimals: Option<usize>) -> MessageValue {
         match self.template() {
             Some(_) => MessageValue::Message(self.clone()),
+            // A quotation: front ends must not look for a translation of it.
             None => MessageValue::Text(self.as_str().to_owned()),
         }
     }

@@ -28,6 +28,7 @@ impl Line {
         Self {
             injector: Injector::new(faults, seed),
             under_way: VecDeque::new(),
+            // A millisecond each way, about what a real line adds.
             delay: 1_000,
             lose_next: false,
         }
@@ -57,6 +58,7 @@ impl Line {
                 other => return Some(other),
             }
         }
+        // Not only the first: after a change of faults or delays, later bytes may be due earlier.
         let at = self.under_way.iter().position(|(at, _)| *at <= now)?;
         let (_, bytes) = self.under_way.remove(at)?;
         Some(Passed::Bytes(bytes))
@@ -217,6 +219,7 @@ impl Pair {
     pub fn power_cycle(&mut self) {
         self.arm = Controller::new(self.profile.clone());
         self.booted = self.now;
+        // Settings, queue and indices start anew, and so does the deframer at the arm's end.
         self.boots += 1;
         self.arm_ear = Deframer::new();
     }
@@ -274,6 +277,7 @@ impl Pair {
         {
             self.accepted.push((view.params().to_vec(), index));
         }
+        // Executed but unanswered commands are what a host finds hardest.
         if !self.mute && !self.unplugged {
             self.to_host.put(self.now, reply.bytes());
         }
@@ -327,6 +331,8 @@ impl Pair {
             while let Some(event) = self.host.poll_event() {
                 match event {
                     Event::Done { ticket, result } => {
+                        // A second result would hide the first, so it is an error of the
+                        // connection.
                         let before = self.results.insert(ticket, result);
                         assert!(before.is_none(), "a ticket comes back once");
                     }
@@ -366,7 +372,9 @@ impl Pair {
         // A thousand steps without progress are a loop of events that cause each other.
         assert!(self.standing < 1000, "time stands still at {next}");
         self.now = next.max(self.now);
+        // Time first, then bytes and timers, as for a real arm.
         self.arm.advance(self.arm_clock());
+        // The arm drops half a frame after a silence, too (errata E04).
         if self.arm_expires().is_some_and(|at| at <= self.now) {
             self.arm_ear.expire();
             self.arm_hears(&[]);

@@ -335,6 +335,7 @@ pub trait Voice {
 
     /// True if the caller can follow the act in the present situation; other acts are omitted.
     fn takes(&self, act: &Act) -> bool {
+        // By default a front end can do everything.
         let _ = act;
         true
     }
@@ -369,6 +370,7 @@ pub trait Voice {
         let mut all = Vec::new();
         for remedy in remedies.iter().filter(|remedy| self.takes(&remedy.act)) {
             let act = self.act(&remedy.act);
+            // Two acts may have the same words in a front end that lacks one of them.
             if acts.contains(&act) {
                 continue;
             }

@@ -88,6 +88,7 @@ pub fn conveyor_by(index: Stepper, mm: f32, mm_per_s: f32) -> Set {
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) above [`CONVEYOR_FASTEST`] in either direction,
 /// and for NaN.
 pub fn conveyor_speed(mm_per_s: f32) -> Result<f32> {
+    // The comparison is false for NaN, which is refused as well.
     if f64::from(mm_per_s).abs() <= CONVEYOR_FASTEST {
         Ok(mm_per_s)
     } else {

@@ -14,6 +14,7 @@ use crate::{Error, Result};
 /// errata E34).
 #[must_use]
 pub fn wait(time: Duration) -> Set {
+    // Saturates: a wait that does not fit the field is longer than any program anyway.
     let timeout = u32::try_from(time.as_millis()).unwrap_or(u32::MAX);
     WaitCmd { timeout }.into()
 }
@@ -123,6 +124,7 @@ pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
 /// ```
 #[must_use]
 pub fn servo(address: u8, pulse_ms: f32) -> Set {
+    // A servo expects a pulse every 20 ms, which is 50 Hz.
     pwm(address, 50.0, 100.0 * pulse_ms / 20.0)
 }
 
@@ -162,6 +164,7 @@ pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
             level: output.high.into(),
         })
         .collect();
+    // The rail position takes four bytes of the frame, the size of one output.
     let on_rail = matches!(command, Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_));
     let most = if on_rail {
         MOST_OUTPUTS
@@ -192,6 +195,7 @@ pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
         Set::PtpPoCmd(ptp) => switching!(PtpPoCmd, ptp),
         Set::PtpWithLCmd(ptp) => switching!(PtpPoWithLCmd, ptp, l),
         Set::PtpPoWithLCmd(ptp) => switching!(PtpPoWithLCmd, ptp, l),
+        // Only point-to-point moves have a form with outputs.
         other => return Err(no_move(&other)),
     })
 }

@@ -192,6 +192,7 @@ impl From<JogDirection> for JogCmd {
             Axis::J2 => (Flag::ON, Axis2Plus, Axis2Minus),
             Axis::J3 => (Flag::ON, Axis3Plus, Axis3Minus),
             Axis::J4 => (Flag::ON, Axis4Plus, Axis4Minus),
+            // The frame does not matter to the rail; the joint flag is a choice.
             Axis::L => (Flag::ON, RailPlus, RailMinus),
         };
         let cmd = if direction.forward { plus } else { minus };
@@ -235,6 +236,7 @@ impl TryFrom<&Set> for JogDirection {
             }
             other => match other.axis() {
                 Some((number, forward)) => (axes[number], forward),
+                // A value beyond the protocol's: the arm's behaviour is unknown.
                 None => return Err(wrong("unknown axis")),
             },
         };

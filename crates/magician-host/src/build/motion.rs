@@ -109,6 +109,7 @@ pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
 /// [`path_speed`](super::path_speed) sets the speed.
 #[must_use]
 pub fn path_to(x: f32, y: f32, z: f32) -> Set {
+    // Reserved in CPCmd, and laser power in CPLECmd (errata E32).
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, 0.0);
     CpCmd {
         cp_mode,
@@ -167,6 +168,7 @@ pub fn engrave_by(dx: f32, dy: f32, dz: f32, power: f32) -> Set {
 /// and clears the alarm that the arm raises at power-up.
 #[must_use]
 pub fn home() -> Set {
+    // Reserved, and sent as 0 (errata E22).
     HomeCmd { reserved: 0 }.into()
 }
 

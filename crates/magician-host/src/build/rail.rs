@@ -68,6 +68,7 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
     match command {
         Set::PtpCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         Set::PtpWithLCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
+        // The list fits the frame without a rail position, but not with one.
         Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MOST_OUTPUTS => Err(Error::invalid(
             format!("a move with the rail can switch at most {MOST_OUTPUTS} outputs"),
         )),
@@ -91,6 +92,7 @@ pub(super) fn no_move(command: &Set) -> Error {
 pub fn rail_to(l: f32, pose: &Pose) -> Set {
     let [x, y, z, r] = pose.joint_angle;
     PtpWithLCmd {
+        // There is no command for the carriage alone, so the arm is told to stay at its joints.
         ptp_mode: PtpMode::MovjAngle,
         x,
         y,
@@ -105,6 +107,7 @@ pub fn rail_to(l: f32, pose: &Pose) -> Set {
 #[must_use]
 pub fn rail_by(dl: f32) -> Set {
     PtpWithLCmd {
+        // Increments of 0 keep the joints whatever they are, so no pose is needed.
         ptp_mode: PtpMode::MovjAngleInc,
         x: 0.0,
         y: 0.0,

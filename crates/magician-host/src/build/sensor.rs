@@ -103,6 +103,7 @@ impl Sensed for ColorSensor {
             _ if r > g && r > b => Some(Color::Red),
             _ if g > r && g > b => Some(Color::Green),
             _ if b > r && b > g => Some(Color::Blue),
+            // A tie, or darkness: no colour is right.
             _ => None,
         }
     }

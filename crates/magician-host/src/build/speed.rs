@@ -36,6 +36,7 @@ pub fn joint_speed(velocity: [f32; 4], acceleration: [f32; 4]) -> Set {
 pub fn line_speed(velocity: f32, acceleration: f32) -> Set {
     PtpCoordinateParams {
         xyz_velocity: velocity,
+        // One parameter less for callers, in the proportion that the arm has at power-up.
         r_velocity: velocity / 2.0,
         xyz_acceleration: acceleration,
         r_acceleration: acceleration / 2.0,
@@ -50,6 +51,7 @@ pub fn path_speed(velocity: f32, acceleration: f32) -> Set {
     CpParams {
         plan_acc: acceleration,
         junction_vel: velocity,
+        // The field is a period only if the host clocks the path (`real_time_track`).
         acc_or_period: acceleration,
         real_time_track: Flag::OFF,
     }

@@ -21,6 +21,7 @@ pub fn tool(bias: ToolBias) -> Set {
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for another name; the message lists these.
 pub fn tool_named(name: &str) -> Result<Set> {
+    // Names of the vendor's tools; other tools have a bias of their own.
     ToolBias::named(name).map(tool).ok_or_else(|| {
         let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
         Error::invalid(format!(
@@ -77,6 +78,7 @@ pub fn pump_off() -> Set {
 #[must_use]
 pub fn laser(on: bool) -> Set {
     SetEndEffectorLaser {
+        // Both flags, because either alone leaves the laser off.
         enable_ctrl: on.into(),
         on: on.into(),
     }

@@ -18,6 +18,8 @@ impl Key {
     pub(crate) fn of(frame: &Frame<'_>) -> Self {
         Self {
             id: frame.id(),
+            // The controller sets the error bit in its reply (errata E05), so it is not part of the
+            // key.
             ctrl: Ctrl(frame.ctrl().0 & !Ctrl(0).with_error().0),
         }
     }
@@ -101,6 +103,7 @@ impl Outstanding {
         let at = self.copies.iter().position(|copy| copy.key == key)?;
         let copy = self.copies.remove(at);
         if self.ordered {
+            // Rule 3: the controller answers in order, so older frames stay unanswered.
             self.copies.drain(..at);
         }
         copy

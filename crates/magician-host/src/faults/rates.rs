@@ -271,6 +271,7 @@ impl FromStr for Faults {
                 )));
             };
             let key = key.trim();
+            // Before the check for repetition, so that an unknown key is the error reported.
             faults.set(key, value.trim())?;
             if seen.contains(&key) {
                 return Err(Error::invalid(format!("'{key}' is given twice")));
@@ -284,9 +285,11 @@ impl FromStr for Faults {
 
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Mutable only because the table has one accessor for reading and writing.
         let (mut own, mut usual) = (*self, Self::default());
         for (key, rate) in RATES {
             let rate = *rate(&mut own);
+            // `{:e}` would write 1e0.
             if rate == 1.0 {
                 write!(f, "{key}=1,")?;
             } else if rate != 0.0 {

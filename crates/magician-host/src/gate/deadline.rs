@@ -28,6 +28,7 @@ impl Deadline {
 
     /// Adds a bound. The earliest one counts: a later bound does not extend the jog.
     pub(super) fn bound(&mut self, at: Micros, why: JogEnd) {
+        // On a tie the first reason stays.
         if self.bound.is_none_or(|(bound, _)| at < bound) {
             self.bound = Some((at, why));
         }
@@ -36,6 +37,7 @@ impl Deadline {
     /// Instant and reason of the end.
     pub(super) fn next(&self) -> (Micros, JogEnd) {
         match self.bound {
+            // On a tie the holder's silence is the reason.
             Some((at, why)) if at < self.kept_until => (at, why),
             _ => (self.kept_until, JogEnd::NotKept),
         }

@@ -61,6 +61,7 @@ impl Darkness {
     /// State after another frame is sent. Further frames that switch the laser off change nothing;
     /// a command for the queue ends the state.
     pub(super) fn after(known: Option<Self>, now: Micros, request: &Frame<'_>) -> Option<Self> {
+        // A queued command may light the laser again at any time.
         if request.ctrl().queued() {
             return None;
         }
@@ -99,6 +100,7 @@ fn puts_out(request: &Frame<'_>) -> Option<bool> {
     if !request.ctrl().write() {
         return None;
     }
+    // A forced stop ends the path, and with it the laser's power.
     if request.id() == QueuedCmdForceStopExec::ROW.id {
         return Some(true);
     }

@@ -99,11 +99,13 @@ pub(super) fn as_value(row: &Row, request: &Frame<'_>) -> Option<FrameBuf> {
     let one_layout = row.value.zip(row.set);
     let one_layout = one_layout.is_some_and(|(value, set)| value.name == set.name);
     let asks = row.query.is_some_and(|query| !query.fields.is_empty());
+    // Values selected by an address are read, not derived.
     if !one_layout || asks {
         return None;
     }
     let command = Set::decode(row.id, request.params()).ok()?;
     let frame = FrameBuf::set(&command, Ctrl::SET).ok()?;
     let exact = frame.frame().params() == request.params();
+    // A short form or a refused number may be stored differently by the arm.
     (exact && check_numbers(&command).is_ok()).then_some(frame)
 }

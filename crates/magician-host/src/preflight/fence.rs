@@ -37,6 +37,7 @@ impl Preflight {
     /// ```
     #[must_use]
     pub fn fence(mut self, fence: Fence) -> Self {
+        // An empty fence bounds nothing, and must not refuse motions from unknown positions.
         self.fence = Some(fence).filter(|fence| !fence.is_empty());
         self
     }
@@ -73,6 +74,7 @@ impl Preflight {
                 let why = message!("a plain jog does not stop at the fence");
                 Err(unchecked(why).remedy(Action::Jog, "stops before it"))
             }
+            // Afterwards the arm's coordinates, and so its fence, are elsewhere.
             Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(message!(
                 "ResetPose changes the arm's own position, and with it that of its fence"
             ))
@@ -98,6 +100,7 @@ impl Preflight {
             Set::CpLeCmd(segment) => Some(f64::from(segment.velocity_or_power)),
             // A switched laser burns at full power; only paths and PWM have a power of their own.
             Set::SetEndEffectorLaser(laser) => {
+                // The switched laser has no power setting.
                 (laser.enable_ctrl.is_on() && laser.on.is_on()).then_some(100.0)
             }
             Set::IoPwm(output) if self.laser_pins && output.address == LASER_POWER => {
@@ -149,6 +152,7 @@ impl Preflight {
     /// Refuses a motion with rules of its own.
     pub(super) fn known_way(&self, command: &Set) -> Result<()> {
         match self.known_start() {
+            // Restated, because waiting would not help this command.
             Err(_) => Err(unchecked(message!(
                 "the end position of {command} is unknown; use a move instead",
                 command = command.row().set_name

@@ -44,6 +44,7 @@ pub struct Guards {
 
 impl Default for Guards {
     fn default() -> Self {
+        // Off, because alarm 0x00 also stands on a homed arm whose alarms were not cleared.
         Self::ALL.require_homed(false)
     }
 }

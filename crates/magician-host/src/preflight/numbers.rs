@@ -18,6 +18,7 @@ pub(crate) fn check(command: &Set) -> Result<()> {
 /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with value and range.
 pub fn check_power(command: &Set) -> Result<()> {
     let row = command.row();
+    // The caller asked for raw commands, so only the danger of fire is checked.
     if !row.may_burn {
         return Ok(());
     }
@@ -26,6 +27,7 @@ pub fn check_power(command: &Set) -> Result<()> {
 }
 
 fn is_power(field: &Field) -> bool {
+    // Ratios of speed are capped ranges, so `Within` in percent is a share of power.
     matches!(field.range, Range::Within(..)) && field.unit == "percent"
 }
 

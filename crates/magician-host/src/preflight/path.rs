@@ -66,6 +66,7 @@ impl Path {
     pub(super) fn add(&mut self, look_ahead: LookAhead, segment: CpSegment) -> u64 {
         self.look_ahead = Some(look_ahead);
         self.open.push_back(segment);
+        // The arm cannot look further ahead, so the first segment's end speed is final.
         if self.open.len() > AHEAD {
             self.settle(&look_ahead);
         }
@@ -85,6 +86,7 @@ impl Path {
     }
 
     fn tell(&mut self, only_settled: bool) -> u64 {
+        // What was reported is never taken back: `saturating_sub` keeps the sum monotonic.
         let open = if only_settled { 0 } else { self.to_rest() };
         let more = (self.settled.saturating_add(open)).saturating_sub(self.told);
         self.told = self.told.saturating_add(more);

@@ -119,6 +119,7 @@ impl CheckedProgram {
     pub fn time(&self) -> Duration {
         let times = self.items.iter().map(|item| item.time);
         match times.fold(0, u64::saturating_add) {
+            // Saturated by a command without a known end.
             u64::MAX => Duration::MAX,
             time => Duration::from_micros(time),
         }
@@ -156,6 +157,7 @@ impl Item {
     pub fn unknown(command: &Set) -> Self {
         Self {
             command: *command,
+            // Without a check the worst is assumed: an unknown time fills the horizon.
             time: u64::MAX,
             end: None,
             laser: true,

@@ -46,6 +46,7 @@ impl Preflight {
         let planner = self.planner(self.now.settings.speeds());
         let (mode, point) = match command {
             Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
+            // Paths are judged at full speed: where the arm really is depends on what follows.
             Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
             _ => return self.stopping_of(&self.way(&from, command)?),
         };
@@ -72,6 +73,7 @@ impl Preflight {
     fn stopping_of(&self, motion: &Trajectory) -> Option<Stopping> {
         let planner = self.planner(self.now.settings.speeds());
         let all = motion.duration_us();
+        // A motion without duration has no speed.
         if all == 0 {
             return None;
         }
@@ -80,6 +82,7 @@ impl Preflight {
         for nth in 0..LOOKS {
             let [before, after] = [nth, nth + 1].map(|nth| motion.curve(at(nth)).pose);
             let seconds = (at(nth + 1) - at(nth)) as f64 / 1e6;
+            // At least a microsecond, the resolution of the arm's clock, to avoid dividing by 0.
             speed = speed.max(before.distance_to(&after) / seconds.max(1e-6));
             let stands = planner
                 .brake(motion, at(nth), FORCED_STOP)

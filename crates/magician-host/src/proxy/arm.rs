@@ -160,6 +160,7 @@ impl ArmLine {
             epoch,
             serial: self.sent,
             since: now,
+            // The same timeout as a connection's, although nothing is retransmitted.
             timer: now.saturating_add(self.estimator.timeout()),
         });
         self.sent
@@ -183,6 +184,7 @@ impl ArmLine {
             ordered,
             ..
         } = self;
+        // On an ordered line a reply proves all older ones lost (rule 3 of `connection`).
         let gone = |flight: &mut Flight| *ordered && !outstanding.awaits(flight.ticket);
         let lost = late
             .extract_if(.., gone)
@@ -193,6 +195,8 @@ impl ArmLine {
 
     /// Frees the line for others; only the client that sent the request still waits for this reply.
     pub(super) fn let_come_late(&mut self, mut flight: Flight) {
+        // Clients that joined a read ask for themselves, because their wait is over sooner that
+        // way.
         flight.takers.truncate(1);
         self.late.push(flight);
     }
@@ -221,6 +225,7 @@ impl ArmLine {
             .extract_if(.., |flight| flight.timer <= now)
             .collect();
         if !overdue.is_empty() {
+            // Once per overdue batch: losses in the same moment are one event.
             self.estimator.back_off();
         }
         overdue

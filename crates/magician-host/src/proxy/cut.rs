@@ -50,11 +50,13 @@ impl Cutter {
         while let Some(event) = self.deframer.next(&mut bytes) {
             if let Event::Frame { offset, frame } = event {
                 let frame = FrameBuf::from(frame);
+                // Bytes before the frame belong to nothing, so report them first, in order.
                 self.foreign(offset, &mut piece);
                 self.take(frame.bytes().len(), |_| ());
                 piece(Piece::Frame(frame));
             }
         }
+        // Bytes that the deframer has passed will never be part of a frame.
         self.foreign(self.deframer.offset(), &mut piece);
     }
 

@@ -123,6 +123,7 @@ impl Chunk {
 
 impl From<&FrameBuf> for Chunk {
     fn from(frame: &FrameBuf) -> Self {
+        // A frame is never larger than a chunk.
         let all = Self::split(frame.bytes()).next();
         all.unwrap_or(Self {
             bytes: [0; MAX_FRAME],

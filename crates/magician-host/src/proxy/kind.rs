@@ -15,6 +15,7 @@ pub(super) fn stops(frame: &Frame<'_>) -> bool {
     ];
     let at_once = frame.ctrl().write() && !frame.ctrl().queued();
     match Row::with_id(frame.id()) {
+        // These act at once whatever the queued bit says.
         Some(row) if row.sets(frame.ctrl()) && STOPS.contains(&row.id) => true,
         _ => at_once && jog(frame).is_some_and(|jog| jog.cmd == JogCommand::Stop),
     }
@@ -25,6 +26,7 @@ pub(super) fn stops(frame: &Frame<'_>) -> bool {
 pub(super) fn can_be_shared(frame: &Frame<'_>) -> bool {
     Row::with_id(frame.id()).is_some_and(|row| {
         let complete = row.query.is_none_or(|query| query.fields.is_empty());
+        // An empty query of a row with an address has no meaning of its own.
         row.only_looks(frame.ctrl()) && (complete || !frame.params().is_empty())
     })
 }

@@ -79,6 +79,7 @@ impl Member {
     }
 
     pub(super) fn remove(&mut self, ticket: Ticket) -> Option<Slot> {
+        // Not always the first: a stop overtakes earlier requests.
         let at = self.slots.iter().position(|slot| slot.ticket == ticket)?;
         self.slots.remove(at)
     }

@@ -47,11 +47,13 @@ impl Clock {
 
     pub(super) fn leap(&mut self, now: Micros, time: Duration) -> ArmInstant {
         let arm = self.at(now) + time;
+        // After a leap the clock stands, so that the host's own delays cost the arm no time.
         *self = Self::Stands(arm);
         arm
     }
 
     pub(super) fn run(&mut self, now: Micros) {
+        // A running clock keeps its origin: setting it again would lose fractions.
         if let Self::Stands(arm) = *self {
             *self = Self::Runs(arm, now);
         }

@@ -212,6 +212,7 @@ impl Events {
     pub(super) fn push(&mut self, event: StreamEvent) {
         let kind = std::mem::discriminant(&event);
         match (self.0.iter_mut()).find(|old| std::mem::discriminant(*old) == kind) {
+            // The newest of a kind replaces the older one, so that a slow reader costs no memory.
             Some(old) => *old = event,
             None => self.0.push_back(event),
         }

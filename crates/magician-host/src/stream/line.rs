@@ -11,12 +11,14 @@ impl Stream {
     /// True if the same line is drawn whichever unconfirmed segments are lost: each line to the new
     /// vertex, from a position where the arm may then stand, passes all vertices left out.
     pub(super) fn keeps_line(&self, entry: &Entry) -> bool {
+        // Anything but a dark absolute segment would do something else from another start.
         let Some(to) = entry.vertex() else {
             return false;
         };
         let confirmed = self.confirmed;
         let is_certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= confirmed);
         let gone = self.entries.iter().take_while(|entry| !entry.is_waiting());
+        // On the stack: this runs for each command sent.
         let (mut places, mut count) = ([[0.0; 3]; KEPT + 1], 0);
         let mut start = self.place;
         for entry in gone {
@@ -36,6 +38,7 @@ impl Stream {
         if let Some(first) = places.first_mut() {
             *first = start;
         }
+        // The arm may stand at any of these positions when it takes the new segment.
         (0..places.len()).all(|nth| {
             let (_, rest) = places.split_at(nth);
             let Some((from, passed)) = rest.split_first() else {
@@ -53,6 +56,7 @@ pub(super) fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
     let gone = [0, 1, 2].map(|axis| place[axis] - from[axis]);
     let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
+    // The lower bound avoids 0/0 for a segment without length.
     let share = (dot(gone, way) / dot(way, way).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     apart(gone, way.map(|way| share * way))
 }

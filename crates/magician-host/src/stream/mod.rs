@@ -235,6 +235,7 @@ impl Stream {
     #[must_use]
     pub fn new(settings: StreamSettings) -> Self {
         let settings = StreamSettings {
+            // A window of 0 would send nothing.
             window: settings.window.max(1),
             ..settings
         };
@@ -321,6 +322,7 @@ impl Stream {
     /// Command with this index. `None` if unknown, or once it is known to be finished.
     #[must_use]
     pub fn item_at(&self, index: u64) -> Option<&Item> {
+        // Finished commands are released, so an old index is not found.
         let at = self.entries.find(|entry| entry.index() == Some(index))?;
         self.entries.get(at).map(|entry| &entry.item)
     }
@@ -389,6 +391,7 @@ impl Stream {
         if self.room() == 0 {
             return Err(Refused::Full);
         }
+        // The controller would execute it immediately, before what waits.
         if !item.command.row().queueable {
             return Err(Refused::NotQueueable);
         }
@@ -398,6 +401,7 @@ impl Stream {
         if checked.is_err_and(|error| matches!(error.range, Range::AtMost(..))) {
             return Err(Refused::TooLong);
         }
+        // The laser stays as it is through commands that do not switch it.
         self.lit = switched(&item.command).unwrap_or(self.lit);
         self.entries.push(Entry::new(item, self.lit));
         Ok(())
@@ -496,6 +500,7 @@ impl Stream {
     }
 
     fn fail(&mut self, failure: StreamFailure) {
+        // Only the first failure counts; those that follow are its consequences.
         if !self.is_over() {
             self.note_interruption();
             self.phase = Phase::Over;
