@@ -222,7 +222,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     /// Notes that a connection has shown a claim and is served from now on. It gives way to no
     /// connection unless claims can be idle. Returns the connection that gives way to it.
     ///
-    /// Nothing changes for a connection that is not in the table.
+    /// Has no effect on a connection outside the table.
     ///
     /// # Errors
     /// [`NoPlace`]; the connection keeps its standing.
@@ -274,7 +274,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.places.remove(&gone).map(|_| gone)
     }
 
-    /// Removes a stranger of this origin if there are too many, except the one that needs the room.
+    /// Removes a stranger of this origin if there are too many, except `newest`.
     fn make_room(&mut self, origin: Origin, newest: K) -> Option<K> {
         if self.strangers_from(origin).count() <= self.most_strangers(origin) {
             return None;

@@ -57,7 +57,8 @@ fn is_above_zero(share: f32) -> bool {
     share.is_nan() || share > 0.0
 }
 
-/// As [`burns`], for a frame. A frame that could burn and cannot be decoded counts as burning.
+/// True as for [`burns`], but for a frame. A frame that could burn and cannot be decoded counts as
+/// burning.
 pub fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
     let row = Row::with_id(frame.id());
     // Reads never burn, and unknown ids have no known effect.
@@ -177,7 +178,7 @@ mod tests {
         ]
     }
 
-    /// One command of each class, whether it burns with a laser on the pins, and without.
+    /// Commands of each class, with true if they burn: with a laser on the pins, and without.
     fn table() -> Vec<(Set, bool, bool)> {
         let mut table = vec![
             (laser(1, 1), true, true),

@@ -15,7 +15,7 @@ use magician_protocol::{
 };
 use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
-/// One direction of the line: faults, then a delay.
+/// Single direction of the line: faults, then a delay.
 struct Line {
     injector: Injector,
     under_way: VecDeque<(Micros, Vec<u8>)>,
@@ -170,8 +170,8 @@ impl Pair {
         }
     }
 
-    /// Replaces the arm by one that gives this index to its first queued command. Real arms were
-    /// seen to begin with 2.
+    /// Replaces the arm by another, which gives this index to its first queued command. Real arms
+    /// were seen to begin with 2.
     #[cfg(test)]
     pub(crate) fn count_from(&mut self, first: u64) {
         self.profile.queue.first_index = first;
@@ -293,7 +293,7 @@ impl Pair {
         self.booted + at.as_micros()
     }
 
-    /// Instant at which a partial frame at the arm expires. `None` if there is none.
+    /// Instant at which a partial frame at the arm expires. `None` without a partial frame.
     fn arm_expires(&self) -> Option<Micros> {
         let pending = self.arm_ear.pending();
         pending.then_some(self.arm_heard + INTER_BYTE_TIMEOUT_MS * 1000)

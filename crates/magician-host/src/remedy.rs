@@ -15,7 +15,7 @@ use std::fmt;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remedy {
-    /// What to do.
+    /// The act.
     pub act: Act,
     /// Effect, as a predicate without a full stop that follows the name of the act. Empty if the
     /// act is self-explanatory.
@@ -363,8 +363,8 @@ pub trait Voice {
         }
     }
 
-    /// Joins remedies to one sentence: `--fit shrinks it; --scale 0.5 fits there`. `None` if there
-    /// are none. Acts with the same words appear once.
+    /// Joins remedies to one sentence: `--fit shrinks it; --scale 0.5 fits there`. `None` if the
+    /// list is empty. Acts with the same words appear once.
     fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
         let mut acts: Vec<String> = Vec::new();
         let mut all = Vec::new();

@@ -230,7 +230,8 @@ open_enums! {
 }
 
 impl PtpMode {
-    /// True if the numbers are a pose (x, y, z and r), absolute or relative. False for an unknown mode.
+    /// True if the numbers are a pose (x, y, z and r), absolute or relative. False for an unknown
+    /// mode.
     #[must_use]
     pub const fn is_pose(self) -> bool {
         matches!(

@@ -238,7 +238,8 @@ impl Row {
     pub const fn danger(&self) -> Option<&'static str> {
         match (self.dangerous, self.id) {
             (false, _) => None,
-            // A program in the flash runs by the key at the base, with no host there (model section 12).
+            // A program in the flash runs by the key at the base, with no host there (model section
+            // 12).
             (true, 243) => Some(
                 "has what follows written to the arm's flash, where it runs later by the arm's key",
             ),

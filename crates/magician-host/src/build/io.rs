@@ -153,7 +153,7 @@ pub struct Output {
 /// They replace the outputs that the move had.
 ///
 /// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is not a point-to-point
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for any other command than a point-to-point
 /// move, and for too many outputs.
 pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
     let list: Vec<PoCmd> = outputs

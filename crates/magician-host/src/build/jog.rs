@@ -143,7 +143,7 @@ impl FromStr for Axis {
     }
 }
 
-/// Error of a text that is not the name of an axis.
+/// Error of a text that names no axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnknownAxis;
 

@@ -48,7 +48,7 @@ pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
 /// ```
 ///
 /// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is not a point-to-point
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for any other command than a point-to-point
 /// move, or has more than 56 outputs.
 pub fn with_rail(command: Set, l: f32) -> Result<Set> {
     macro_rules! on_rail {
@@ -92,7 +92,7 @@ pub(super) fn no_move(command: &Set) -> Error {
 pub fn rail_to(l: f32, pose: &Pose) -> Set {
     let [x, y, z, r] = pose.joint_angle;
     PtpWithLCmd {
-        // There is no command for the carriage alone, so the arm is told to stay at its joints.
+        // There is no command for the carriage alone, so this command keeps the arm at its joints.
         ptp_mode: PtpMode::MovjAngle,
         x,
         y,

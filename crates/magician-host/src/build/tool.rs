@@ -16,7 +16,7 @@ pub fn tool(bias: ToolBias) -> Set {
     tool_to_wire(bias).into()
 }
 
-/// As [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
+/// Sets the tool as [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for another name; the message lists these.

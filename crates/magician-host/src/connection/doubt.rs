@@ -81,7 +81,8 @@ impl Connection {
             (_, Policy::Doubt) if planted(PlantedBug::ResendBlindly) => job.due = true,
             (_, Policy::Doubt) => {
                 let job = self.flight.remove(at);
-                // Beside other unaccounted commands the readings cannot tell which one is missing.
+                // Beside other unaccounted commands the readings do not show which of them is
+                // missing.
                 if self.alone() && !self.witness.is_broken() {
                     self.enter_doubt(job);
                 } else {
@@ -168,7 +169,7 @@ impl Connection {
                 }
                 _ => self.uncertain(doubt.job),
             },
-            // The lost reply is reconstructed, so the caller cannot tell it from a received one.
+            // The lost reply is reconstructed, so the caller sees it as if it had arrived.
             Verdict::Taken(index) => {
                 let certain = self.tracker.find(index, doubt.job.order);
                 self.tracker.confirm();
@@ -265,7 +266,7 @@ impl Connection {
             }
         }
         if let Some(doubt) = self.doubt.take() {
-            // Its fate would need readings of a queue that the stop is about to clear.
+            // Settling the doubt would need readings of a queue that the stop is about to clear.
             self.uncertain(doubt.job);
         }
         let dropped = |job: &Job| job.priority == Priority::Stream && !spares(job);

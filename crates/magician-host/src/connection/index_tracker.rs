@@ -70,7 +70,7 @@ pub(super) struct IndexTracker {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Floor {
-    /// Nothing is known.
+    /// Unknown.
     Unknown,
     /// The queue was empty before the first accepted index.
     Empty,
@@ -260,7 +260,7 @@ impl IndexTracker {
     }
 
     /// Interval of indices that may belong to `unanswered` commands in flight and to accepted ones
-    /// that are not certain.
+    /// without certainty.
     pub(super) fn doubt(&self, unanswered: u64) -> (Option<u64>, Option<u64>) {
         let from = self.confirmed.or(self.rest);
         let from = from.map(|index| index.saturating_add(1));
@@ -284,7 +284,7 @@ impl IndexTracker {
         (self.rest, self.guessed) = (None, false);
     }
 
-    /// As [`forget`](Self::forget), and no earlier reply can arrive any more.
+    /// Does the same as [`forget`](Self::forget) when no earlier reply can arrive any more.
     pub(super) fn begin_anew(&mut self) {
         self.forget();
         self.heard = None;
@@ -341,7 +341,7 @@ impl IndexTracker {
         self.base.head(current)
     }
 
-    /// Derives the queue's head from a left space. `None` if that is not possible.
+    /// Derives the queue's head from a left space. `None` while too little is known.
     pub(super) fn look(&self, left: u32) -> Option<QueueReading> {
         if !self.sure || self.draining {
             return None;
@@ -378,9 +378,8 @@ impl IndexTracker {
                 self.base = self.floor;
             }
         } else if self.draining && left == self.most {
-            // As empty as it was ever seen: the queue has fewer places than assumed, or a long
-            // command of
-            // another host runs. Nothing is known, but commands may flow again.
+            // The queue is as empty as it was ever seen: it has fewer places than assumed, or a
+            // long command of another host runs. Nothing is known, but commands may flow again.
             let (_, since) = *(self.stands.get_or_insert((left, now)));
             self.draining = now.saturating_sub(since) < STANDING;
         } else {
@@ -480,7 +479,7 @@ mod tests {
 
     #[test]
     fn nothing_is_concluded_from_a_queue_of_unknown_depth() {
-        // 31 places, never seen to be 32: a waiting command cannot be told from none.
+        // 31 places, never seen to be 32: a waiting command may be a missing place.
         let mut tracker = IndexTracker::new(32);
         tracker.read_left(31, true, 0);
         tracker.accept(1, 1);

@@ -1,7 +1,7 @@
 //! Lost lines, and the checks before a restored line is used.
 //!
 //! A line may break with a command in doubt, and what is at its end afterwards may be the same
-//! controller, one that was reset, or one whose queue another connection cleared. So after
+//! controller, a restarted one, or one whose queue another connection cleared. So after
 //! [`Connection::restored`] the controller's clock, current index and left space are read before
 //! anything of the stream is sent.
 
@@ -40,11 +40,12 @@ impl Connection {
     /// Reports that the line is lost. Until [`restored`](Self::restored) nothing is sent, and new
     /// requests wait.
     ///
-    /// Requests submitted before are not sent any more, on any line: those that may have been taken
-    /// end as [`Failure::Uncertain`], all others as [`Failure::Lost`]. The exception is a queued
-    /// command that was in doubt or in flight alone: it waits, at most until its deadline, and the
-    /// readings on the restored line settle it. If the controller's clock was never read there is
-    /// no exception and all indices are forgotten, because a reset in between would go unnoticed.
+    /// Requests submitted before are not sent any more, on any line: commands that may have been
+    /// taken end as [`Failure::Uncertain`], all others as [`Failure::Lost`]. The exception is a
+    /// queued command that was in doubt or in flight alone: it waits, at most until its deadline,
+    /// and the readings on the restored line settle it. If the controller's clock was never read
+    /// there is no exception and all indices are forgotten, because a reset in between would go
+    /// unnoticed.
     pub fn interrupt(&mut self) {
         self.deframer = Deframer::new();
         self.pace.begin_anew();
@@ -73,7 +74,7 @@ impl Connection {
             self.enter_doubt(job);
         }
         if !clocked {
-            // Nothing of the old line can arrive on a new ordered one, not even the last index
+            // A new ordered line carries no reply of the old one, not even the last index
             // again.
             if self.settings.ordered {
                 self.tracker.begin_anew();
@@ -106,7 +107,7 @@ impl Connection {
         self.note_clear();
     }
 
-    /// Removes the single queued command that is unaccounted for. `None` if there is none, or
+    /// Removes the single queued command that is unaccounted for. `None` without one, or
     /// several.
     fn take_single(&mut self) -> Option<Job> {
         if let Some(Doubt { job, .. }) = self.doubt.take() {

@@ -11,7 +11,7 @@ use crate::gate::switches_off;
 pub(super) enum Purpose {
     /// Submitted by the caller.
     Caller,
-    /// Its reply proves that older replies can no longer arrive.
+    /// Fence: its reply proves that older replies can no longer arrive.
     Fence,
     /// Reads the current index for a command in doubt.
     Current,
@@ -23,7 +23,7 @@ pub(super) enum Purpose {
     Drain,
 }
 
-/// What to do when a reply does not arrive.
+/// Policy for a reply that does not arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Policy {
     /// Retransmit.

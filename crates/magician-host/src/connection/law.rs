@@ -33,7 +33,7 @@ pub enum Law {
     Unknown,
     /// The arm numbers them as errata E37 says.
     Followed,
-    /// It does not. Lost replies are not recovered, and commands travel one at a time.
+    /// The arm breaks the law. Lost replies are not recovered, and commands travel one at a time.
     Broken(Breach),
 }
 
@@ -41,7 +41,7 @@ pub enum Law {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Breach {
-    /// Consecutive commands got indices that are not consecutive.
+    /// Consecutive commands got indices with a gap or out of order.
     Step {
         /// Index of the earlier command.
         before: u64,

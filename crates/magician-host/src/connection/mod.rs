@@ -79,7 +79,7 @@
 //! | | its reply, with any other index | uncertain |
 //! | | no reply in time, or a reply to a later frame | in doubt; uncertain if the law is broken |
 //! | in flight, in a window | its reply, with the next index | taken; confirmed at the next *settle point* |
-//! | | any other event, for it or its neighbours | uncertain, with all that are not confirmed |
+//! | | any other event, for it or its neighbours | uncertain, with all unconfirmed ones |
 //! | in doubt | two equal readings of current index and left space: not taken | in flight again; [`Failure::Lost`] if the line broke meanwhile; [`Failure::Stopped`] after a stop |
 //! | | … : taken | taken, confirmed |
 //! | | … : neither; or a Clear, reset, stop or the deadline came first; or the law is broken | uncertain |
@@ -348,7 +348,7 @@ impl Connection {
         self.tracker.is_guess()
     }
 
-    /// Whether this arm follows the index law, on which all conclusions from indices rest.
+    /// State of the index law for this arm, on which all conclusions from indices rest.
     #[must_use]
     pub fn law(&self) -> Law {
         self.witness.law()
@@ -524,7 +524,7 @@ impl Connection {
         self.deframer.pending() && !planted(PlantedBug::NoInterByteTimeout)
     }
 
-    /// Returns the next event. `None` if there is none at present.
+    /// Returns the next event. `None` if the queue of events is empty.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }

@@ -80,7 +80,7 @@ impl Outstanding {
         self.copies.push_back(copy);
     }
 
-    /// True if a reply with this key could belong to a request that is not `waited_for`.
+    /// True if a reply with this key could belong to a request outside of `waited_for`.
     pub(crate) fn haunted(&self, key: Key, waited_for: impl Fn(Ticket) -> bool) -> bool {
         let mut copies = self.copies.iter();
         copies.any(|copy| copy.key == key && !waited_for(copy.ticket))
@@ -115,7 +115,7 @@ impl Outstanding {
             .retain(|copy| copy.at.saturating_add(lifetime) > now);
     }
 
-    /// Instant at which the oldest frame will be dropped. `None` if there is none.
+    /// Instant at which the oldest frame will be dropped. `None` without outstanding frames.
     pub(crate) fn next_expiry(&self, lifetime: Micros) -> Option<Micros> {
         let oldest = self.copies.iter().map(|copy| copy.at).min()?;
         Some(oldest.saturating_add(lifetime))

@@ -57,7 +57,7 @@ impl Pace {
         self.baud.map_or(0, time)
     }
 
-    /// Instant at which a waiting frame will be admitted. `None` if there is none.
+    /// Instant at which a waiting frame will be admitted. `None` if no frame waits.
     pub(super) fn wakes(&self) -> Option<Micros> {
         self.wakes
     }

@@ -54,7 +54,7 @@ impl Connection {
         }
         // Jobs that this reply proves lost are handled first: they were sent earlier, and the
         // answered
-        // job counts among those that may be in the queue in their place.
+        // job may be in the queue in the place of one of them.
         let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))
             .filter(|_| planted(PlantedBug::JudgeInWindow));
         if let Some(at) = judged_apart {
@@ -134,7 +134,7 @@ impl Connection {
         }
     }
 
-    /// Sets the last index, over datagrams, to the one that the controller gave last to any host.
+    /// Sets the last index, over datagrams, to the last one given to any host.
     pub(super) fn rebase(&mut self, to: u64) {
         self.tracker.accept(to, self.order);
         self.tracker.confirm();
@@ -235,7 +235,7 @@ impl Connection {
             self.outstanding.sent(copy);
             self.came_late(index, now);
             if alone && self.tracker.is_beyond(index) {
-                // It was taken, and another one before it: its own second copy.
+                // The command was taken, and before it another one: its own second copy.
                 self.unaccounted(index.saturating_sub(1));
                 self.rebase(index);
                 return self.done(job.ticket, Ok(*frame));

@@ -207,11 +207,11 @@ pub enum Failure {
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Event {
     /// A request has ended. If a lost reply to a queued command was recovered by reading the queue,
-    /// the frame is the one that was lost.
+    /// the frame is the lost one.
     Done {
         /// Ticket of the request.
         ticket: Ticket,
-        /// Reply, or the reason why there is none.
+        /// Reply, or the failure.
         result: Result<FrameBuf, Failure>,
     },
     /// The controller was reset: its indices or its clock went backwards. Its queue is lost, and

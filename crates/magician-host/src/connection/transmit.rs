@@ -31,7 +31,7 @@ pub(crate) const FENCES: [&Row; 6] = [
 
 /// Output.
 impl Connection {
-    /// Returns the next frame to write. `None` if there is none at present.
+    /// Returns the next frame to write. `None` if nothing may be sent at present.
     pub fn poll_transmit(&mut self, now: Micros) -> Option<FrameBuf> {
         if self.link == Link::Down {
             return None;
@@ -83,7 +83,8 @@ impl Connection {
                 let job = self.flight.remove(at);
                 Some(self.send(job, now))
             }
-            // One stop at a time: their order matters, and each must be answered before the next.
+            // Stops go one at a time: their order matters, and each must be answered before the
+            // next.
             Some(_) => None,
             None => {
                 let job = self.lanes[Priority::Stop as usize].pop_front()?;
@@ -225,7 +226,7 @@ impl Connection {
         Some(self.send(job, now))
     }
 
-    /// Sends a fence unless one is in flight. There are none on an unordered link.
+    /// Sends a fence unless one is in flight. Unordered links have no fences.
     fn send_fence(&mut self, now: Micros) -> Option<FrameBuf> {
         let fenced = self.flight.iter().any(|job| job.purpose == Purpose::Fence);
         if fenced || !self.settings.ordered {
@@ -274,7 +275,7 @@ impl Connection {
             self.tracker.sends();
             self.begin_duplicate_check(now, job.sent);
         } else {
-            // Its reply will settle the queued commands sent so far.
+            // The reply to this frame will settle the queued commands sent so far.
             self.settled = self.order;
         }
         job.order = self.order;

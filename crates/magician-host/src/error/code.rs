@@ -154,7 +154,7 @@ named! {
         /// The queue is held without an active alarm: by an alarm that is gone, or because a
         /// program stopped it.
         Held = "held",
-        /// Whether the arm took the command is unknown.
+        /// The arm may or may not have taken the command.
         Uncertain = "uncertain",
         /// The arm was reset, and its queue is lost.
         Reset = "reset",

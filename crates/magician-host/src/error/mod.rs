@@ -528,7 +528,7 @@ impl Error {
     }
 
     /// Creates an error for a line that failed while in use, or whose peer refused a request
-    /// (`PermissionDenied`) or ended (`ConnectionAborted`, with a text of its own).
+    /// (`PermissionDenied`) or ended (`ConnectionAborted`, with its own text).
     pub fn gone(name: &str, source: io::Error) -> Self {
         let message = match source.kind() {
             io::ErrorKind::PermissionDenied => {

@@ -1,4 +1,4 @@
-//! One direction of a bad line.
+//! Fault injection for a single direction of a line.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ const PIECES: u64 = 4;
 /// Longest time between two pieces, and longest wait of a chunk for the next one to join, us.
 const APART: Micros = 2_000;
 /// Separates the random numbers of chunks from those of bytes.
-// So which bytes are hit does not depend on the faults of chunks.
+// Faults of chunks then do not change which bytes are hit.
 const OTHER_DICE: u64 = 0x5EED_0000_C4C4_C4C4;
 
 /// Output of a line.
@@ -89,7 +89,7 @@ impl Tally {
     }
 }
 
-/// One direction of a line with faults. Bytes go in by [`push`](Self::push) and come out of
+/// A single direction of a line with faults. Bytes go in by [`push`](Self::push) and come out of
 /// [`poll`](Self::poll), immediately or at [`poll_timeout`](Self::poll_timeout).
 #[derive(Clone, Debug)]
 pub struct Injector {
@@ -193,7 +193,7 @@ impl Injector {
         next.into_iter().chain(late).min()
     }
 
-    /// Index and time of the next individually delayed chunk. `None` if there is none.
+    /// Index and time of the next individually delayed chunk. `None` without such chunks.
     fn next_late(&self) -> Option<(usize, Micros)> {
         let times = self.late.iter().map(|(at, _)| *at).enumerate();
         times.min_by_key(|(_, at)| *at)
@@ -227,7 +227,7 @@ impl Injector {
         self.held = None;
     }
 
-    /// Forwards a chunk that is not lost, with stalls, delays, cuts and duplicates.
+    /// Forwards a surviving chunk, with stalls, delays, cuts and duplicates.
     fn forward(&mut self, now: Micros, chunk: Vec<u8>) {
         if chunk.is_empty() {
             return;
@@ -346,7 +346,7 @@ impl Injector {
         // Byte that waits to be swapped with the next one.
         let mut later = None;
         for (at, &byte) in bytes.iter().enumerate() {
-            // One number decides among all faults of a byte, whose rates exclude each other.
+            // A single number decides among all faults of a byte, whose rates exclude each other.
             let mut chance = self.dice.share();
             let mut is = |rate: f64| {
                 let hit = chance < rate;

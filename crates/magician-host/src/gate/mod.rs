@@ -1,5 +1,5 @@
-//! The motion gate: decides when motion without an end of its own may begin, and makes sure that it
-//! ends.
+//! The motion gate: decides when motion that does not end by itself may begin, and makes sure that
+//! it ends.
 //!
 //! A jog ([`JogCmd`](magician_protocol::commands::JogCmd)) continues to the end of its axis, a
 //! conveyor or stepper for ever, and the arm has no watchdog. So every such motion passes through a
@@ -26,7 +26,7 @@
 //! jog continues when the program dies. A fence is not a third kind, but a bound on the arm's own
 //! jog.
 //!
-//! The laser has a mechanism of its own with the same purpose: burning needs a permission, and
+//! The laser has a separate mechanism with the same purpose: burning needs a permission, and
 //! every end switches the laser off (see [`burns`](fn@crate::burns) and
 //! [`ArmPicture::may_be_lit`](crate::ArmPicture::may_be_lit)). It does not pass through the gate,
 //! because a burning path is queued together with its end.
@@ -60,7 +60,7 @@ pub struct JogId(pub u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Holder(pub u64);
 
-/// What a jog does on the arm if nothing more is sent.
+/// Behaviour of a jog on the arm if nothing more is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JogKind {
     /// The arm's own jog: continues to the end of its axis. If the line breaks, its stop is sent
@@ -91,17 +91,17 @@ pub struct JogRequest {
 pub enum JogEnd {
     /// The holder released it, or its guard was dropped.
     Released,
-    /// It was not kept up in time.
+    /// The holder did not keep it up in time.
     NotKept,
     /// The arm did not confirm the beginning.
     Failed,
     /// A reply was lost, so the arm's state is unknown.
     Doubt,
-    /// It reached the end of the axis.
+    /// The end of the axis was reached.
     Limit,
     /// A stop was sent.
     Stopped,
-    /// It is near the arm's fence.
+    /// The arm's fence is near.
     Fence,
     /// Another jog takes its place.
     Replaced,
@@ -193,7 +193,7 @@ impl Gate {
         Self::default()
     }
 
-    /// Returns the next effect, oldest first. `None` if there is none.
+    /// Returns the next effect, oldest first. `None` if all were returned.
     pub fn poll_effect(&mut self) -> Option<GateEffect> {
         self.effects.pop_front()
     }
@@ -331,7 +331,7 @@ impl Gate {
         self.end(JogEnd::Stopped);
     }
 
-    /// As [`stop`](Self::stop), for an arm that may be in a jog unknown to the gate.
+    /// Does the same as [`stop`](Self::stop) for an arm that may be in a jog unknown to the gate.
     pub fn stop_any(&mut self) {
         self.stop();
         if matches!(self.motion, Motion::Rest | Motion::Unheld) {
@@ -415,7 +415,7 @@ impl Gate {
         self.motion = Motion::Rest;
     }
 
-    /// Jog in motion that is not ending. `None` if there is none.
+    /// Jog in motion that is not ending. `None` without a jog.
     #[must_use]
     pub fn running(&self) -> Option<JogId> {
         match self.motion {

@@ -28,7 +28,7 @@ pub struct HomingTracker {
     alarms: Option<AlarmSet>,
     /// Alarms active when homing was sent: homing may run and end under them.
     before: AlarmSet,
-    /// True if a homing was seen that is not recorded yet.
+    /// True if a homing was seen and not recorded yet.
     is_new: bool,
     /// True if motions were queued behind the homing, so that the arm's pose says nothing about it.
     followed: bool,

@@ -11,7 +11,7 @@
 //! stop, an arm seen at rest, a running program.
 //!
 //! Where the picture is unsure, it errs towards burning and towards motion: both lead to a stop
-//! that may be superfluous, never to one that is missing.
+//! that may be superfluous, never to a missing one.
 
 mod darkness;
 mod homing;
@@ -162,7 +162,7 @@ impl ArmPicture {
         }
     }
 
-    /// Returns the next event, oldest first. `None` if there is none.
+    /// Returns the next event, oldest first. `None` if all were returned.
     pub fn poll_event(&mut self) -> Option<PictureEvent> {
         self.readings.events.pop_front()
     }

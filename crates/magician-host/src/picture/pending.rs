@@ -45,7 +45,7 @@ impl fmt::Debug for Pending {
 }
 
 impl Pending {
-    /// Its effect on the laser after it has finished. `None` if it has none.
+    /// Effect on the laser after the end of the command. `None` if it leaves the laser unchanged.
     pub(super) fn light_at_its_end(&self) -> Option<Light> {
         self.light.filter(|light| !light.burns || !self.inert)
     }

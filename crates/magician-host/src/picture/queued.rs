@@ -49,7 +49,7 @@ impl QueuedPace {
 /// Origin of a queued command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A single call, whose commands run with those that follow.
+    /// A single call, whose commands run together with later ones.
     Caller,
     /// A run, or a caller that has gone. Commands left by these in a stopped queue are not for the
     /// next caller to start.
@@ -87,7 +87,7 @@ impl OwnCommands {
         *self = Self::default();
     }
 
-    /// Number of unfinished commands that may be run with those that follow. `running` is true if
+    /// Number of unfinished commands that may run together with later ones. `running` is true if
     /// the queue runs them anyway.
     #[must_use]
     pub fn waiting(&self, current: u64, running: bool) -> u64 {

@@ -42,7 +42,7 @@ impl Preflight {
         self
     }
 
-    /// The fence. `None` if there is none.
+    /// The fence. `None` without one.
     #[must_use]
     pub fn held_fence(&self) -> Option<&Fence> {
         self.fence.as_ref()
@@ -149,7 +149,7 @@ impl Preflight {
         }
     }
 
-    /// Refuses a motion with rules of its own.
+    /// Refuses a motion whose rules are not known here.
     pub(super) fn known_way(&self, command: &Set) -> Result<()> {
         match self.known_start() {
             // Restated, because waiting would not help this command.

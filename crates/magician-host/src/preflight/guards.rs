@@ -28,8 +28,8 @@ pub struct Guards {
     /// Refuses jogs in a program: they continue until a limit ends them with an alarm, and a queued
     /// stop comes too late. Jog with `Arm::set` and `Arm::stop_jog`.
     pub jog: bool,
-    /// Refuses a laser that burns while the arm waits, homes or moves by joints, and one that is
-    /// left on at the end. It may burn along lines, arcs and continuous paths.
+    /// Refuses a laser that burns while the arm waits, homes or moves by joints, and a laser that
+    /// is left on at the end. It may burn along lines, arcs and continuous paths.
     ///
     /// The power of a path counts until a segment without power or
     /// [`laser(false)`](crate::build::laser). The firmware probably switches the laser off when the

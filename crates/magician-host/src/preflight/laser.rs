@@ -24,7 +24,7 @@ enum Doing {
     Travelling,
     /// Moves along a line or arc.
     Drawing,
-    /// Takes no time, or is a segment with a power of its own.
+    /// Takes no time, or is a segment with its own power.
     Other,
 }
 

@@ -53,7 +53,7 @@ pub static PLANNED: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUs
 
 /// Checks commands before a byte of them is sent, and calculates how long each takes.
 ///
-/// It refuses values that are not finite or out of range, speeds of zero, targets and whole paths
+/// It refuses values out of range or not finite, speeds of zero, targets and whole paths
 /// out of reach (the corners of a jump, an arc, each segment of a path), and a laser left burning.
 /// [`Guards`] lists the checks that can be switched off.
 ///
@@ -228,7 +228,7 @@ impl Preflight {
     /// Additional time of a motion that lasts this many whole periods.
     fn moved_for(&mut self, lasting: u64) -> u64 {
         match lasting {
-            // Its first period has partly passed already.
+            // The first period has partly passed already.
             0 => 0,
             FOREVER => FOREVER,
             _ => lasting.saturating_sub(std::mem::take(&mut self.into_period)),

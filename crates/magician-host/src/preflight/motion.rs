@@ -67,7 +67,7 @@ impl Preflight {
                 self.home_is_set = true;
                 Ok(0)
             }
-            // It moves the arm by rules of its own, to an unknown position.
+            // Motions by other rules, to an unknown position.
             other if other.row().effect == Effect::Motion => {
                 self.known_way(other)?;
                 self.at = None;
@@ -85,7 +85,7 @@ impl Preflight {
         self.model.planner(self.now.settings.tool(), speeds)
     }
 
-    /// Notes a motion that this arm's limits permit but not those that every arm keeps.
+    /// Notes a motion that this arm's limits permit but which exceeds what every arm keeps.
     fn note_doubt(&mut self, plan: &Result<Plan, MotionError>) {
         let certain = self.model.certain;
         if self.model.limits != certain
@@ -160,7 +160,8 @@ impl Preflight {
         Ok(plan.trajectory.duration_us())
     }
 
-    /// As [`arrive_by`](Self::arrive_by), for a motion at the speeds it was planned with.
+    /// Completes a motion as [`arrive_by`](Self::arrive_by), and checks its speed, which is the
+    /// planned one.
     fn arrive_in_time(&mut self, plan: Result<Plan, MotionError>) -> Result<u64> {
         if let Ok(plan) = &plan {
             self.slow_enough(&plan.trajectory)?;

@@ -86,7 +86,7 @@ impl Path {
     }
 
     fn tell(&mut self, only_settled: bool) -> u64 {
-        // What was reported is never taken back: `saturating_sub` keeps the sum monotonic.
+        // Reported time is never taken back: `saturating_sub` keeps the sum monotonic.
         let open = if only_settled { 0 } else { self.to_rest() };
         let more = (self.settled.saturating_add(open)).saturating_sub(self.told);
         self.told = self.told.saturating_add(more);

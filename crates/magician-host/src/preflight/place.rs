@@ -106,7 +106,7 @@ impl Preflight {
 }
 
 /// Nearest position in reach at the same height and heading, or at the nearest heading that the
-/// base can turn to. `None` if there is none at that height.
+/// base can turn to. `None` if that height is out of reach.
 fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
     let heading = libm::atan2(y, x).to_degrees();
     let heading = heading.clamp(limits.j1.min, limits.j1.max).to_radians();

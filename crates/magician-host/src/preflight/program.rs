@@ -130,7 +130,8 @@ impl Preflight {
     /// Checks a whole program, including its end, from here.
     ///
     /// # Errors
-    /// As [`check`](Self::check), with the [step](crate::Error::step), and [`finish`](Self::finish).
+    /// As [`check`](Self::check), with the [step](crate::Error::step), and
+    /// [`finish`](Self::finish).
     pub fn program(self, commands: &[Set]) -> Result<CheckedProgram> {
         let mut program = CheckedProgram::begin(self);
         program.extend(commands)?;

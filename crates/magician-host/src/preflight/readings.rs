@@ -92,7 +92,7 @@ pub fn pose_of(state: &ArmState) -> Pose {
     }
 }
 
-/// Readings that a program needs besides those that every program needs.
+/// Additional readings that a program needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Needs {
     /// Home point.

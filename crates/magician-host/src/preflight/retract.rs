@@ -10,7 +10,7 @@ use crate::build::{line_speed, line_to, move_to, speed};
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
-/// Longest lift at the speeds in force; a slower one gets speeds of its own.
+/// Longest lift at the speeds in force; a slower one gets other speeds.
 // A choice: a pen is then up within two seconds of a stop.
 const PATIENCE: Duration = Duration::from_millis(800);
 /// Speed (mm/s) and acceleration (mm/s2) of such a lift, within the arm's ceilings (model section

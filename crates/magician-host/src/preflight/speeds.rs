@@ -49,7 +49,7 @@ impl PathProfiles {
     /// Velocity profile of each of these commands, if the arm gets them as early as its queue
     /// permits.
     ///
-    /// `None` for commands that are not segments of a path, segments without length, and segments
+    /// `None` for other commands than segments of a path, segments without length, and segments
     /// with an unknown start.
     #[must_use]
     pub fn of(commands: &[Set]) -> Vec<Option<VelocityProfile>> {
@@ -105,7 +105,7 @@ impl PathProfiles {
         }
     }
 
-    /// Updates the position after a command that is not a segment.
+    /// Updates the position after any other command than a segment.
     fn lead(&mut self, command: &Set) {
         let point = |[x, y, z, _]: [f32; 4]| Some([x, y, z].map(f64::from));
         self.at = match command {

@@ -16,7 +16,7 @@ pub(super) enum Purpose {
     Request,
     /// Stop of a client, which occupies no place in the window.
     Stop,
-    /// Its reply proves that older replies can no longer arrive.
+    /// Fence: its reply proves that older replies can no longer arrive.
     Fence,
     /// Stop of a jog without an owner, or of a client that disconnected.
     Own {
@@ -149,7 +149,7 @@ impl ArmLine {
             key: Key::of(&frame.frame()),
             ticket,
             at: now,
-            // One request at a time, so nothing is counted by it.
+            // Not used here: only one request is in flight at a time.
             order: 0,
         });
         self.flights.push(Flight {
@@ -207,7 +207,7 @@ impl ArmLine {
         takers.into_iter().any(|(taker, _)| *taker == client)
     }
 
-    /// Removes late frames that are not waited for any more.
+    /// Removes late frames that no client waits for any more.
     pub(super) fn give_up_late(&mut self, mut which: impl FnMut(&Flight) -> bool) -> Vec<Flight> {
         (self.late.extract_if(.., |flight| which(flight))).collect()
     }

@@ -45,7 +45,7 @@ pub enum Event {
         /// Reason.
         reason: Reason,
     },
-    /// The proxy sent a frame of its own: a fence between two requests, or the stop of a jog
+    /// The proxy itself sent a frame: a fence between two requests, or the stop of a jog
     /// without an owner.
     Own {
         /// Frame.
@@ -71,13 +71,13 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
-    /// Its client disconnected.
+    /// The client disconnected.
     Left,
     /// A stop of the same client overtook it.
     Stopped,
     /// The line to the arm is lost.
     NoLine,
-    /// Its client has too many requests waiting.
+    /// The client has too many requests waiting.
     Full,
 }
 

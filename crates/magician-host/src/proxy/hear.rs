@@ -67,7 +67,7 @@ impl Proxy {
             return self.dropped(client, frame, Reason::NoLine);
         }
         let stop = kind::stops(&frame.frame());
-        // What this client wanted to change before the stop must not happen after it; reads are
+        // Changes that this client requested before the stop must not happen after it; reads are
         // harmless.
         if stop {
             let overtaken = |slot: &Slot| match &slot.what {

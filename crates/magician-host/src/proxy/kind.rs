@@ -26,7 +26,7 @@ pub(super) fn stops(frame: &Frame<'_>) -> bool {
 pub(super) fn can_be_shared(frame: &Frame<'_>) -> bool {
     Row::with_id(frame.id()).is_some_and(|row| {
         let complete = row.query.is_none_or(|query| query.fields.is_empty());
-        // An empty query of a row with an address has no meaning of its own.
+        // An empty query of a row with an address has no fixed meaning.
         row.only_looks(frame.ctrl()) && (complete || !frame.params().is_empty())
     })
 }

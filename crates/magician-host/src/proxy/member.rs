@@ -44,7 +44,7 @@ pub(super) enum What {
 #[allow(clippy::large_enum_variant)]
 pub(super) enum State {
     Waiting,
-    /// It, or an equal request, is in flight.
+    /// In flight, or joined to an equal request in flight.
     Asked,
     Answered {
         frame: FrameBuf,

@@ -1,7 +1,7 @@
 //! Proxy: several programs share one arm, without I/O and without a clock.
 //!
 //! A [`Proxy`] stands between any number of clients and the line to one arm. To each client it
-//! looks like an arm of its own: every request is answered once, with its id and Ctrl, in the
+//! looks like a private arm: every request is answered once, with its id and Ctrl, in the
 //! client's order, and never with another client's answer. Its methods are of the same kinds as
 //! those of [`Connection`](crate::connection::Connection): look, our own side
 //! ([`open`](Proxy::open), [`close`](Proxy::close), [`lose_line`](Proxy::lose_line),
@@ -169,7 +169,7 @@ impl Proxy {
         self.readings.forget_client(client);
         for slot in member.slots.into_iter().filter(Slot::waits) {
             match slot.what {
-                // Whoever asks for a stop and disconnects still means it.
+                // A stop stays valid when its client disconnects.
                 What::Request { frame, stop: true } => self.own.push_back((frame, 1)),
                 What::Request { frame, .. } => self.dropped(client, frame, Reason::Left),
                 What::Foreign(_) => {}
@@ -307,7 +307,7 @@ impl Proxy {
 
 /// Output.
 impl Proxy {
-    /// Returns the next event. `None` if there is none.
+    /// Returns the next event. `None` if all were returned.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }

@@ -46,8 +46,8 @@ impl Readings {
         });
     }
 
-    /// Reply that is not older than `fresh` and that this client has not got. `None` if there is
-    /// none.
+    /// Reply that is not older than `fresh` and that this client has not got. `None` if no
+    /// kept reply fits.
     pub(super) fn take(
         &mut self,
         now: Micros,

@@ -10,7 +10,7 @@ use crate::connection::{Micros, Ticket};
 
 /// Output.
 impl Proxy {
-    /// Returns the next reply to a client. `None` if there is none at present.
+    /// Returns the next reply to a client. `None` if no reply is ready.
     pub fn poll_transmit(&mut self, client: Client) -> Option<FrameBuf> {
         // A later request was answered, so an earlier late reply is lost; waiting would reorder
         // replies.
@@ -26,7 +26,7 @@ impl Proxy {
         Some(frame)
     }
 
-    /// Returns the next bytes for the arm. `None` if there are none at present.
+    /// Returns the next bytes for the arm. `None` if nothing may be sent at present.
     pub fn poll_transmit_to_arm(&mut self, now: Micros) -> Option<Chunk> {
         if !self.online {
             return None;

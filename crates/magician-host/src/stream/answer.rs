@@ -76,7 +76,7 @@ impl Stream {
             // First index, or first after a Clear: the numbers of dropped commands are skipped.
             self.base = index.saturating_sub(1);
         }
-        // It travelled alone, and everything before it is confirmed.
+        // The command travelled alone, and everything before it is confirmed.
         let itself = self.confirmed.is_none_or(|confirmed| index > confirmed);
         if self.entries.unconfirmed(self.confirmed) <= usize::from(itself) {
             self.confirmed = Some(index);

@@ -97,7 +97,7 @@ impl Stream {
             Phase::Load => self.load(now, to),
             Phase::Run => self.run(now, to),
             Phase::Settle => self.settle(now),
-            // These wait for readings; see `look_complete`.
+            // Phases that wait for readings; see `look_complete`.
             Phase::Stand(_)
             | Phase::Brake(_)
             | Phase::Drain { .. }
@@ -269,7 +269,7 @@ impl Stream {
             self.pace(now);
             return;
         }
-        // All that may be sent was sent: with no group to complete, the queue can start.
+        // Everything permitted was sent: with no group to complete, the queue can start.
         if self.group.is_none_or(|left| left == 0) {
             self.group = None;
             self.phase = match (self.stopped, self.settings.running) {

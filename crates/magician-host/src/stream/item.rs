@@ -24,7 +24,7 @@ pub enum ArmPace {
     /// No motion was observed from beginning to end yet.
     #[default]
     Unknown,
-    /// As checked: reading before the calculated end shows nothing new.
+    /// Same as checked: reading before the calculated end shows nothing new.
     OnTime,
     /// Faster than checked: a virtual arm.
     Faster,

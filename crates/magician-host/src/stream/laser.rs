@@ -9,8 +9,8 @@ use crate::build;
 
 /// Chunks: groups put in whole, so that no queue lights the laser without switching it off.
 impl Stream {
-    /// True if a command may be put in only together with the one that switches the laser off after
-    /// it.
+    /// True if a command may be put in only together with the command that switches the laser off
+    /// after it.
     pub(super) fn is_held(&self, entry: &Entry) -> bool {
         let path = !self.settings.dark_at_rest && path_power(&entry.item.command) != 0.0;
         entry.lit || path
@@ -39,7 +39,7 @@ impl Stream {
         ((gathered || self.room() == 0) && moves).then(|| count + self.split(from, count))
     }
 
-    /// Switches the laser off after `count` commands and on again for those that follow. Returns
+    /// Switches the laser off after `count` commands and on again for later ones. Returns
     /// how many commands were added to the chunk. A laser that the stream did not see switched on
     /// cannot be relit and is left as it is.
     fn split(&mut self, from: usize, count: usize) -> usize {

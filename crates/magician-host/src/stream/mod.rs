@@ -57,10 +57,10 @@
 //! and if nothing follows they end dark by themselves.
 //!
 //! The laser that `SetEndEffectorLaser` switches on burns until it is switched off. So a running
-//! queue never receives the command that lights it without the one that switches it off. The
+//! queue never receives the command that lights it without the command for switching it off. The
 //! commands from one to the other are a *chunk*, which is put in whole while the queue is stopped
 //! and empty, and then started. A chunk longer than the laser's horizon or the queue is split at
-//! the end of a command: the stream inserts a command that switches the laser off and one that
+//! the end of a command: the stream inserts a command that switches the laser off and another that
 //! lights it again for the next chunk. The seams are visible in the work: at each (once a second;
 //! with 32 places every 30 segments, if they are short) the arm stands still and dark for a tenth
 //! of a second or two while the next chunk goes in, and since it brakes before the seam and
@@ -75,7 +75,7 @@
 //! If one of several commands in flight is lost, the arm may start the next one from another
 //! position, and an absolute line from another start is another line. So only commands for which
 //! such a loss changes nothing share the window: dark absolute segments of a path, as long as the
-//! line to the new vertex, from any position that is not confirmed, passes all vertices in between
+//! line to the new vertex, from any unconfirmed position, passes all vertices in between
 //! within [`STRAIGHT`]. Whichever of them is lost, the same line is drawn. Corners, segments that
 //! raise or lower the tool, point-to-point moves and all commands that switch something wait until
 //! everything before them is confirmed, and travel alone.
@@ -90,7 +90,7 @@
 //!
 //! # Continuing after an interruption
 //!
-//! Nothing resumes by itself. [`leftover`](Stream::leftover) returns the commands that are not
+//! Nothing resumes by itself. [`leftover`](Stream::leftover) returns the commands not
 //! known to be finished, and [`resume`](Stream::resume) finds out their fate (current index and
 //! left space until they are stable, then the pose) before it sends anything. If the readings do
 //! not add up, the result is a [`StreamFailure`] with both values.
@@ -281,8 +281,8 @@ impl Stream {
         }
     }
 
-    /// As [`new`](Self::new), for an arm at rest whose state was read just now, which saves reading
-    /// it again.
+    /// Creates a stream as [`new`](Self::new), for an arm at rest whose state was read just now,
+    /// which saves reading it again.
     #[must_use]
     pub fn beginning(settings: StreamSettings, beginning: Beginning) -> Self {
         Self {
@@ -371,7 +371,7 @@ impl Stream {
         self.entries.flying()
     }
 
-    /// Commands in the controller that are not finished according to the latest reading, in order.
+    /// Unfinished commands in the controller according to the latest reading, in order.
     fn unfinished(&self) -> impl Iterator<Item = &Entry> {
         let current = self.reader.current;
         (self.entries.iter()).filter(move |entry| entry.index().is_some_and(|at| at > current))
@@ -468,7 +468,7 @@ impl Stream {
         self.clock.run(now);
     }
 
-    /// Returns the next event. `None` if there is none at present.
+    /// Returns the next event. `None` if all were returned.
     pub fn poll_event(&mut self) -> Option<StreamEvent> {
         self.events.pop()
     }
@@ -500,7 +500,7 @@ impl Stream {
     }
 
     fn fail(&mut self, failure: StreamFailure) {
-        // Only the first failure counts; those that follow are its consequences.
+        // Only the first failure counts; later ones are its consequences.
         if !self.is_over() {
             self.note_interruption();
             self.phase = Phase::Over;

@@ -134,8 +134,8 @@ impl Reader {
         self.due.filter(|_| !self.is_busy())
     }
 
-    /// As [`poll_timeout`](Self::poll_timeout), for a clock that leaps from one end of a command to
-    /// the next.
+    /// Same as [`poll_timeout`](Self::poll_timeout), for a clock that leaps from one end of a
+    /// command to the next.
     pub(super) fn poll_leap(&self) -> Option<ArmInstant> {
         self.poll_timeout().filter(|_| !self.awaits_news)
     }
@@ -218,7 +218,8 @@ impl Stream {
         if reader.flight.is_some() {
             return;
         }
-        // One request at a time, in this order: the current index read after left space bounds it.
+        // Requests go one at a time, in this order: the current index read after left space bounds
+        // it.
         let Some(reading) = reader.rest.iter_mut().find_map(Option::take) else {
             return;
         };
@@ -258,7 +259,7 @@ impl Stream {
         true
     }
 
-    /// Takes a reply to another caller: its current index saves the stream a reading of its own.
+    /// Takes a reply to another caller: its current index saves the stream a reading.
     /// Call [`advance`](Self::advance) afterwards.
     pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
         let now = self.clock.at(now);
@@ -407,7 +408,7 @@ impl Stream {
         let time = times.fold(0, Micros::saturating_add);
         let since = now.micros_since(self.reader.changed);
         let wait = match time.saturating_sub(since) {
-            // It takes longer than expected: read at growing intervals.
+            // The command takes longer than expected: read at growing intervals.
             0 => time.min(SOON << self.reader.misses.min(4)),
             wait => wait,
         };

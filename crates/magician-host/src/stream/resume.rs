@@ -39,7 +39,7 @@ impl QueueSnapshot {
 pub struct Leftover(Stream);
 
 impl Leftover {
-    /// Commands that are not known to be finished and confirmed, in order, with the indices of
+    /// Commands not known to be finished and confirmed, in order, with the indices of
     /// those known to have been taken. Commands that the stream inserted between two chunks of the
     /// laser are included.
     pub fn items(&self) -> impl Iterator<Item = (Option<u64>, &Item)> {
@@ -82,7 +82,7 @@ impl Leftover {
 }
 
 impl Stream {
-    /// Ends the stream and returns the commands that are not known to be finished and confirmed.
+    /// Ends the stream and returns the commands not known to be finished and confirmed.
     /// Commands that the connection has not ended yet are in doubt; the resumed stream takes their
     /// answers.
     #[must_use]
@@ -128,7 +128,7 @@ impl Stream {
     /// Remembers the phase in which the stream ends, which decides how it is resumed.
     pub(super) fn note_interruption(&mut self) {
         self.was = match self.phase {
-            // It ended before it had found out.
+            // The stream ended before it had found out.
             Phase::Resolve(_) | Phase::Over => self.was,
             _ if self.gap => Phase::Settle,
             phase => phase,
@@ -340,8 +340,8 @@ impl Stream {
         self.stands_at(expected, [])
     }
 
-    /// As [`check_pose`](Self::check_pose) if it is uncertain which commands were executed: the arm
-    /// must be at the end of one of them.
+    /// Does the same as [`check_pose`](Self::check_pose) if it is uncertain which commands were
+    /// executed: the arm must be at the end of one of them.
     fn check_poses(&mut self) -> bool {
         let certain = self.reader.current.min(self.confirmed.unwrap_or(self.base));
         let ends: [_; KEPT] = {

@@ -28,7 +28,7 @@ const END: u64 = 600;
 /// Ticks without a line.
 const AWAY: u64 = 6;
 
-/// A queued command with a number of its own; every third has another id.
+/// A numbered queued command; every third has another id.
 fn command(number: u32) -> Request {
     let id = if number.is_multiple_of(3) {
         CpCmd::ROW.id

@@ -88,7 +88,7 @@ fn the_counts_follow_every_change() {
                 _ => {
                     current = dice.number() % 200;
                     confirmed = (!dice.number().is_multiple_of(3)).then(|| dice.number() % 200);
-                    // A mark that is not set yet costs time and nothing else.
+                    // A mark not set yet costs time and nothing else.
                     check(&entries, current, confirmed);
                     entries.mark(current, confirmed);
                 }
