@@ -182,6 +182,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     /// origin that has been silent longest or, if none is silent, the one whose request came first.
     #[must_use = "what gives way is to be closed"]
     pub fn open(&mut self, now: HostInstant, key: K, origin: Origin) -> Option<K> {
+        // Two connections may arrive at the same instant, so their order is counted.
         self.arrivals += 1;
         let place = Place {
             origin,
@@ -198,6 +199,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     pub fn heard(&mut self, now: HostInstant, key: K) {
         if let Some(place) = self.places.get_mut(&key) {
             place.since = now;
+            // Never lowers a claim.
             place.standing = place.standing.max(Standing::Heard);
         }
     }
@@ -210,6 +212,8 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     #[must_use = "what gives way is to be closed"]
     pub fn begin(&mut self, now: HostInstant, key: K) -> Option<K> {
         let origin = self.places.get(&key)?.origin;
+        // With all places in use an older slow or idle claim gives way; without such a claim this
+        // request waits beside the places.
         let gone = if self.is_full(origin, [Some(key), None]) {
             self.yielding(now, origin, Some(key))
         } else {
@@ -255,6 +259,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     pub fn shed(&mut self) -> Option<K> {
         let strangers = self.places.iter().filter(|(_, place)| !place.is_claim());
         let first = strangers.min_by_key(|(_, place)| {
+            // A local user who wants to stop the arm must be able to connect.
             let is_loopback = place.origin == Origin::Loopback;
             (is_loopback, place.standing, place.since, place.arrival)
         });
@@ -313,6 +318,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     /// Largest number of claims from elsewhere.
     fn most_elsewhere(&self) -> usize {
         let limits = self.limits;
+        // Saturates for a listener that keeps more places than it has.
         limits.claims.saturating_sub(limits.kept_for_loopback)
     }
 
@@ -347,6 +353,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     /// no claim gives way.
     fn yielding(&self, now: HostInstant, origin: Origin, but: Option<K>) -> Option<K> {
         let has_yielded = |place: &Place| match (place.standing, self.limits.idle) {
+            // An incomplete request has not earned its place yet.
             (Standing::Slow, _) => true,
             (_, Some(idle)) => now - place.since >= idle,
             (_, None) => false,

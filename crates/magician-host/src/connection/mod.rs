@@ -402,6 +402,7 @@ impl Connection {
     pub fn submit(&mut self, request: Request) -> Ticket {
         let ticket = self.ticket();
         if request.priority == Priority::Stop {
+            // The stop of a jog concerns motion alone: pending settings stay valid.
             if request.frame.frame().id() == JogCmd::ROW.id {
                 self.drop_motions()
             } else {
@@ -409,6 +410,7 @@ impl Connection {
             }
         }
         let lane = &mut self.lanes[request.priority as usize];
+        // Stops have a lane of their own, so a full lane of commands never blocks one.
         if lane.len() < LANE {
             lane.push_back(Job::new(ticket, Purpose::Caller, &request));
         } else {
@@ -460,6 +462,7 @@ impl Connection {
             next = next.min(doubt.job.deadline);
             next = next.min(doubt.not_before.unwrap_or(Micros::MAX));
         }
+        // Without this a frame would wait for the next unrelated event.
         next = next.min(self.pace.wakes().unwrap_or(Micros::MAX));
         next = next.min(self.vet_wakes().unwrap_or(Micros::MAX));
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
@@ -513,6 +516,7 @@ impl Connection {
         let waiting = self.lanes.iter_mut().flatten();
         for job in self.flight.iter_mut().chain(doubt).chain(waiting) {
             job.deadline = job.deadline.saturating_add(time);
+            // MAX: the timer has expired and only the deadline is left.
             if job.timer != Micros::MAX {
                 job.timer = job.timer.max(timer);
             }
@@ -530,6 +534,7 @@ impl Connection {
     }
 
     fn ticket(&mut self) -> Ticket {
+        // 64 bits do not wrap in practice; wrapping only avoids a panic.
         self.next_ticket = self.next_ticket.wrapping_add(1);
         Ticket(self.next_ticket)
     }

@@ -81,6 +81,7 @@ impl Request {
         let all = [
             Self::set(&QueuedCmdForceStopExec {})?,
             Self::set(&LASER_OFF)?,
+            // Last, so that nothing queued meanwhile survives.
             Self::set(&QueuedCmdClear {})?,
         ];
         Ok(all.map(|request| request.priority(Priority::Stop)))
@@ -120,6 +121,7 @@ impl Request {
     #[must_use]
     pub fn of(frame: FrameBuf) -> Self {
         let priority = match frame.frame().ctrl() {
+            // Bit 1 alone also queues (errata E07).
             ctrl if ctrl.write() || ctrl.queued() => Priority::Stream,
             _ => Priority::Poll,
         };
@@ -287,6 +289,7 @@ pub struct Settings {
 impl Settings {
     /// Settings for a serial port or TCP: bytes arrive in order or not at all.
     pub const ORDERED: Self = Self {
+        // Only queued commands that are repeatable gain from a window, so it is opt-in.
         window: 1,
         reads_beside: false,
         ordered: true,

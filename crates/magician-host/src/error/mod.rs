@@ -328,6 +328,7 @@ impl Error {
     #[must_use]
     pub fn fenced(breach: Breach) -> Self {
         let code = match breach.part {
+            // Too fast or too strong is a wrong value; leaving the space is a matter of reach.
             FencePart::TopSpeed | FencePart::Laser => ErrorCode::FenceLimit,
             _ => ErrorCode::Fenced,
         };
@@ -464,6 +465,7 @@ impl Error {
                 Action::StartQueue,
                 "continues if another program has stopped the queue",
             );
+        // Empty, but present: callers distinguish it from errors without alarms.
         error.0.alarms = Some(AlarmSet::new());
         error
     }
@@ -602,6 +604,7 @@ impl From<EncodeError> for Error {
 impl From<RangeError> for Error {
     fn from(error: RangeError) -> Self {
         let refused = Self::invalid(error.to_string());
+        // NaN and infinities break no bound in particular.
         let Some(limit) = error.limit() else {
             return refused;
         };
@@ -634,6 +637,7 @@ impl From<MotionError> for Error {
             MotionError::Unreachable(
                 Unreachable::TooFar { distance, limit } | Unreachable::TooNear { distance, limit },
             ) => Self::new(ErrorCode::OutOfReach, message).with_limit(distance, limit, "mm"),
+            // Not finite: a wrong value rather than a place out of reach.
             MotionError::Unreachable(_) => Self::invalid(message),
             _ => Self::invalid(message),
         }

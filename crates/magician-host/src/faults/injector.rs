@@ -144,10 +144,12 @@ impl Injector {
 
     /// Puts in a chunk: a frame, a write, a datagram.
     pub fn push(&mut self, now: Micros, bytes: &[u8]) {
+        // Without a plug bytes are lost before they reach the line.
         if self.unplugged || bytes.is_empty() {
             return;
         }
         self.release(now);
+        // Bytes first, so that their random numbers do not depend on what happens to the chunk.
         let chunk = self.spoil(bytes);
         if self.strikes(self.faults.unplug) {
             self.pull(now);
@@ -233,6 +235,7 @@ impl Injector {
             return;
         }
         let twice = self.strikes(self.faults.duplicate_chunk);
+        // Only one chunk waits at a time.
         let wait = self.strikes(self.faults.swap_chunk) && self.held.is_none();
         let mut at = now;
         if self.strikes(self.faults.stall) {
@@ -242,6 +245,7 @@ impl Injector {
                 stall_for,
                 ..
             } = self.faults;
+            // `check` has refused a reversed interval; saturation only avoids a panic.
             let more = stall_for.saturating_sub(stall_least);
             let more = self.chunk_dice.below(more.saturating_add(1));
             at = now.saturating_add(stall_least).saturating_add(more);
@@ -266,6 +270,7 @@ impl Injector {
         if !self.strikes(self.faults.late_chunk) {
             return self.cut(at, chunk);
         }
+        // Like a full buffer of a network, which drops what does not fit.
         if self.late.len() >= CHUNKS || self.load + chunk.len() > ROOM {
             self.tally.dropped_chunks += 1;
             return;
@@ -333,6 +338,7 @@ impl Injector {
         match (self.under_way.back_mut(), passed) {
             (Some((_, Passed::Bytes(last))), Passed::Bytes(bytes)) if joins => last.extend(bytes),
             (last, passed) => {
+                // A line keeps its order: nothing overtakes a stalled chunk.
                 let at = last.map_or(at, |(before, _)| at.max(*before));
                 self.under_way.push_back((at, passed));
             }

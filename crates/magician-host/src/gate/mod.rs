@@ -203,6 +203,7 @@ impl Gate {
     pub fn ask(&mut self, request: JogRequest) {
         match self.motion {
             Motion::Rest => self.begin(request, false),
+            // The arm ramps through zero by itself, without a stop in between.
             Motion::Jog(running, _) if is_reversal(&running.request, &request) => {
                 let over = GateEffect::Over(running.request.id, JogEnd::Replaced, false);
                 self.effects.push_back(over);
@@ -243,6 +244,7 @@ impl Gate {
                 Ok(())
             }
             Motion::Ending(Some(request), why) if request.id == jog => Err(Some(*why)),
+            // Unknown here: over long ago, or still waiting.
             _ => Err(None),
         }
     }
@@ -344,6 +346,7 @@ impl Gate {
     /// `seen` is false if it was not seen to come to rest. A waiting jog then does not begin, and
     /// the next request tries again.
     pub fn rested(&mut self, seen: bool) {
+        // A late report of rest, after the state has moved on.
         let Motion::Ending(jog, why) = self.motion else {
             return;
         };
@@ -352,6 +355,7 @@ impl Gate {
             self.effects.push_back(GateEffect::Over(jog.id, why, seen));
         }
         match self.waiting.take() {
+            // Rest was seen, so the next jog cannot inherit the old speed.
             Some(waiting) if seen => self.begin(waiting, false),
             Some(waiting) => {
                 let refused = GateEffect::Refused(waiting.id, JogEnd::Doubt);
@@ -364,6 +368,7 @@ impl Gate {
     /// Notes that the arm may move by something other than a jog, or brake after a stop: the next
     /// jog waits for rest.
     pub fn moves(&mut self) {
+        // A jog or an ending already implies motion.
         if self.motion == Motion::Rest {
             self.motion = Motion::Unheld;
         }

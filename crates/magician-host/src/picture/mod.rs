@@ -124,6 +124,7 @@ impl Default for ArmPicture {
 impl ArmPicture {
     /// Takes a frame sent at `now`, us. Retransmissions count again.
     pub fn sent(&mut self, now: Micros, request: &Frame<'_>) {
+        // Every part sees every frame; each decides what concerns it.
         self.darkness = Darkness::after(self.darkness, now, request);
         self.values.sent(request);
         self.homing.sent(request);
@@ -219,6 +220,7 @@ impl ArmPicture {
     /// Notes that a request failed. `request` is `None` for one of a program, which accounts for it
     /// itself.
     pub fn failed(&mut self, request: Option<&Frame<'_>>, failure: &Failure) {
+        // Programs consist of queued commands.
         let is_queued = request.is_none_or(|request| request.ctrl().queued());
         self.motion.failed(is_queued, failure);
         if let Some(request) = request {
@@ -267,6 +269,7 @@ impl ArmPicture {
 
     /// Notes that the laser was switched off on a restored line before this connection got it.
     pub fn found_dark(&mut self, darkness: Option<Darkness>) {
+        // An earlier pose is closer to the end of the burn.
         self.darkness = self.darkness.or(darkness);
     }
 }

@@ -195,6 +195,7 @@ impl PendingQueue {
         request: &Frame<'_>,
         index: Option<u64>,
     ) -> Option<Pending> {
+        // Bounded memory: the oldest leaves as uncertain.
         let full = self.0.len() >= MOST;
         let oldest = if full { self.0.pop_front() } else { None };
         self.0.push_back(Pending {
@@ -203,6 +204,7 @@ impl PendingQueue {
             index,
             certain: true,
             overtaken: false,
+            // Computed once: the list is searched for every display.
             light: Light::of(request),
             inert: false,
             cleared: false,

@@ -103,6 +103,7 @@ impl ToolPicture {
     /// Notes that the arm has executed this command.
     pub(super) fn set(&mut self, row: &Row, request: &Frame<'_>) {
         let command = Set::decode(row.id, request.params());
+        // The arm may clamp or refuse other numbers.
         match command.ok().filter(|set| check_numbers(set).is_ok()) {
             Some(Set::EndEffectorParams(bias)) => self.bias = Some(tip(&bias)),
             Some(Set::PtpCommonParams(speed)) => self.speed = Some(speed.velocity_ratio),
@@ -163,6 +164,7 @@ impl ToolPicture {
             id if id == <EndEffectorSuctionCup as Readable>::ROW.id
                 || id == <EndEffectorGripper as Readable>::ROW.id =>
             {
+                // One pump serves both, so a doubt about one is a doubt about both.
                 let known = self.suction.is_some() || self.gripper.is_some();
                 (self.suction, self.gripper, self.air) = (None, None, None);
                 known

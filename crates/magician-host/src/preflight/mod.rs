@@ -130,6 +130,7 @@ impl Preflight {
     /// Creates a check that starts from the readings of an arm.
     #[must_use]
     pub fn new(readings: &Readings) -> Self {
+        // A moving arm has no pose that a plan could start from.
         let at = readings.pose.as_ref().map(state_at);
         let home = readings.home;
         Self {
@@ -183,6 +184,7 @@ impl Preflight {
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         self.model.limits = limits;
+        // Limits set by the caller are not doubtful.
         self.model.certain = limits;
         self
     }
@@ -340,6 +342,7 @@ impl Preflight {
     }
 
     fn sum(&mut self, commands: &[Set]) -> Result<Duration> {
+        // Only the sum is wanted, which `summing` computes with a third of the work.
         let mut whole = self.clone().summing();
         let mut sum = Duration::ZERO;
         for (step, command) in commands.iter().enumerate() {
@@ -348,6 +351,7 @@ impl Preflight {
             sum = sum.saturating_add(checked.time);
         }
         sum = sum.saturating_add(whole.rest());
+        // The path has ended, so later commands report single times again.
         whole.path = Path::default();
         *self = whole;
         Ok(sum)

@@ -26,6 +26,7 @@ impl Preflight {
     ///
     /// Errors of other kinds, and of joint angles given as such, are unchanged.
     pub(super) fn told_by_place(&self, command: &Set, error: Error) -> Error {
+        // Only reach is a matter of position.
         if error.code() != ErrorCode::OutOfReach {
             return error;
         }
@@ -109,11 +110,13 @@ impl Preflight {
 /// base can turn to. `None` if that height is out of reach.
 fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
     let heading = libm::atan2(y, x).to_degrees();
+    // Behind the arm no position is in reach at the exact heading.
     let heading = heading.clamp(limits.j1.min, limits.j1.max).to_radians();
     let (sin, cos) = libm::sincos(heading);
     let place = |radius: f64| [radius * cos, radius * sin, z];
     let is_reached = |radius: f64| radius > 0.0 && geometry.reaches(place(radius), limits);
     // Distance from the base axis along that heading.
+    // Bounded, so that the search from a distant target still meets the reach.
     let radius = (x * cos + y * sin).max(0.0).min(STEP * f64::from(STEPS));
     let (way, first) = (0..=STEPS).find_map(|nth| {
         let by = STEP * f64::from(nth);
@@ -121,6 +124,7 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
         let way = ways.find(|way| is_reached(radius + way * by))?;
         Some((way, radius + way * by))
     })?;
+    // The boundary lies in the last step, of which one end is in reach.
     let (mut within, mut beyond) = (first, first - way * STEP);
     for _ in 0..BISECTIONS {
         let middle = f64::midpoint(within, beyond);

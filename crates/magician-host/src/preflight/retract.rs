@@ -67,6 +67,7 @@ impl Preflight {
             )));
         }
         let from = self.stands()?.pose;
+        // A fence may limit the speed of the lift, but must not prevent it.
         let top = self.held_fence().and_then(|fence| fence.top_speed());
         let [velocity, acceleration] = QUICK;
         let velocity = top.map_or(velocity, |top| velocity.min(top as f32));
@@ -106,6 +107,7 @@ impl Preflight {
                 commands: Vec::new(),
             });
         };
+        // Speeds are changed only if necessary, because they stay in force afterwards.
         let commands = if top.is_some() || time > PATIENCE {
             quick.into_iter().chain([command]).collect()
         } else {
@@ -136,10 +138,12 @@ impl Preflight {
         };
         // Check the position itself first: its error is more useful than that of a missing path.
         self.clone().check(&joints(to))?;
+        // The higher of both ends clears what the arm has worked on.
         let height = from.z.max(z);
         let above = |end: Pose| Pose { z: height, ..end };
         let across = [line(above(to)), joints(above(to))];
         let by_way_of_height = across.map(|across| vec![line(above(from)), across, line(to)]);
+        // Fallbacks for positions without room above.
         let straight = [line(to), joints(to)].map(|command| vec![command]);
         let mut refusal = None;
         for way in by_way_of_height.into_iter().chain(straight) {
