@@ -25,7 +25,7 @@ use crate::ceilings::as_stored;
 ///
 /// let model = ArmModel::MAGICIAN;
 /// let mut settings = MotionSettings::at_power_up(&model);
-// The jog ratio at power-up is 50 %.
+/// // The jog ratio at power-up is 50 %.
 /// assert_eq!(settings.jog(JogAxis::X, &model.ceilings)?.velocity, 30.0);
 ///
 /// assert!(settings.note(&Set::from(PtpJumpParams { jump_height: 15.0, z_limit: 90.0 })));

@@ -37,7 +37,7 @@ pub const fn is_deceptive(sign: char) -> bool {
 }
 
 /// Text from outside (an arm, a file, a network) in a form that is safe to show: each
-/// [`is_deceptive`] character becomes `\u{1b}`.
+/// [`is_deceptive`] character becomes an escape like `\u{1b}`.
 ///
 /// Every place that shows such text uses this.
 #[derive(Clone, Copy, Debug)]

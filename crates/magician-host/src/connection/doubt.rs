@@ -150,8 +150,7 @@ impl Connection {
         now: Micros,
     ) {
         // On an unordered link the command may overtake later readings, or arrive between them,
-        // until
-        // its lifetime has passed.
+        // until its lifetime has passed.
         let arrived = doubt.job.since.saturating_add(self.lifetime.get());
         let premature =
             !self.settings.ordered && since < arrived && !planted(PlantedBug::NoLifetime);

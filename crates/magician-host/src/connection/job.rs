@@ -129,8 +129,7 @@ fn policy(frame: &Frame<'_>) -> Policy {
     let (id, ctrl) = (frame.id(), frame.ctrl());
     match Row::with_id(id) {
         // Switching a motor off is idempotent, and a stop is repeated until it is answered,
-        // although the
-        // row of a motor command forbids it in general.
+        // although the row of a motor command forbids it in general.
         Some(_) if switches_off(frame) => Policy::Resend,
         Some(row) if ctrl.queued() && row.set.is_some() && !row.steers_queue() => Policy::Doubt,
         Some(row) if ctrl.write() && row.set.is_some() && !row.resendable => Policy::Once,

@@ -53,8 +53,7 @@ impl Connection {
             self.pace.begin_anew();
         }
         // Jobs that this reply proves lost are handled first: they were sent earlier, and the
-        // answered
-        // job may be in the queue in the place of one of them.
+        // answered job may be in the queue in the place of one of them.
         let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))
             .filter(|_| planted(PlantedBug::JudgeInWindow));
         if let Some(at) = judged_apart {
@@ -230,8 +229,7 @@ impl Connection {
         }
         if !self.settings.ordered {
             // A duplicated reply to another command, or the reply to its second copy; the own reply
-            // may
-            // still arrive.
+            // may still arrive.
             self.outstanding.sent(copy);
             self.came_late(index, now);
             if alone && self.tracker.is_beyond(index) {

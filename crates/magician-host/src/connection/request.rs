@@ -150,8 +150,8 @@ impl Request {
     /// Declares that this queued command has the same effect wherever it starts from, as a motion
     /// to an absolute position does.
     ///
-    /// A program may continue with such a command after a gap, so only these share a window above
-    /// 1. Increments, waits and counted pulses are not repeatable and travel alone.
+    /// A program may continue with such a command after a gap, so only these share a larger window.
+    /// Increments, waits and counted pulses are not repeatable and travel alone.
     #[must_use]
     pub fn repeatable(mut self) -> Self {
         self.repeatable = true;

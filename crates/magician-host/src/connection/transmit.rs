@@ -258,8 +258,8 @@ impl Connection {
         job.due = false;
         job.sent = job.sent.saturating_add(1);
         job.since = now;
-        // If it is retransmitted while its first copy may be answered, the next request of its key
-        // waits.
+        // On an unordered link a retransmission within the lifetime of the first copy would block
+        // the next request of its key, so wait at least that long.
         let lifetime = (self.lifetime.measured()).filter(|_| !planted(PlantedBug::NoLifetime));
         let patience = match job.priority {
             // Losses must not make a stop rarer: it may be executed twice, and nothing else is sent

@@ -537,8 +537,7 @@ impl Error {
                 message!("refused: {cause}", cause = source.to_string())
             }
             // A program at the other end states in its own words why the line is over, and no cable
-            // is to
-            // blame. The system's own errors of this kind have no text.
+            // is to blame. The system's own errors of this kind have no text.
             io::ErrorKind::ConnectionAborted if source.get_ref().is_some() => {
                 source.to_string().into()
             }

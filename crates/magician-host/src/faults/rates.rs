@@ -9,7 +9,7 @@ use crate::{Error, Result};
 /// Rates of faults, with the seed.
 ///
 /// Rates are probabilities from 0 to 1. Those of bytes exclude each other, so their sum is at most
-/// 1. A chunk is the input of one push: a frame, a write, a datagram. The text form is a list of
+/// one. A chunk is the input of one push: a frame, a write, a datagram. The text form is a list of
 /// `key=value` separated by commas, in any order; omitted faults are off:
 ///
 /// | key | fault |

@@ -165,11 +165,11 @@ enum Motion {
 /// gate.ask(jog(1, Axis::X.plus()));
 /// assert_eq!(gate.poll_effect(), Some(GateEffect::Begin(JogId(1))));
 /// gate.hold(JogId(1), 600_000);
-// The holder keeps it up, but the fence is reached first.
+/// // The holder keeps it up, but the fence is reached first.
 /// assert_eq!(gate.keep(JogId(1), 500_000), Ok(()));
 /// gate.bound(JogId(1), 700_000, JogEnd::Fence);
 /// assert_eq!(gate.poll_timeout(), Some((700_000, JogEnd::Fence)));
-// Another axis must wait for the arm to come to rest.
+/// // Another axis must wait for the arm to come to rest.
 /// gate.ask(jog(2, Axis::Z.plus()));
 /// assert!(matches!(gate.poll_effect(), Some(GateEffect::End(..))));
 /// assert_eq!(gate.poll_effect(), None);

@@ -11,7 +11,7 @@ use magician_protocol::{Alarm, AlarmSet, Frame, Row, Set, Writable};
 // J4 belongs to the tool, which an arm may lack.
 const HOME_JOINTS: [f32; 3] = [0.0, 45.0, 45.0];
 /// Largest deviation from the home point after a homing, deg.
-// 1 deg is 5 mm at the tip, far above the accuracy of homing and far below any other pose.
+// A choice: 2.5 mm at the tip, above the error of homing and below any intended other pose.
 const AT_HOME: f32 = 0.5;
 
 /// Homing state of one arm, as a connection sees it.

@@ -134,8 +134,7 @@ impl ArmPicture {
             return Some(true);
         }
         // After power-up the alarm stands until it is cleared, so its presence proves a reset, but
-        // its
-        // absence proves nothing.
+        // its absence proves nothing.
         let reset =
             (self.readings.alarms).is_some_and(|alarms| alarms.contains(Alarm::ResetOccurred));
         reset.then_some(false)

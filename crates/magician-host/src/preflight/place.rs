@@ -115,8 +115,8 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
     let (sin, cos) = libm::sincos(heading);
     let place = |radius: f64| [radius * cos, radius * sin, z];
     let is_reached = |radius: f64| radius > 0.0 && geometry.reaches(place(radius), limits);
-    // Distance from the base axis along that heading.
-    // Bounded, so that the search from a distant target still meets the reach.
+    // Distance from the base axis along that heading. Bounded, so that the search from a distant
+    // target still meets the reach.
     let radius = (x * cos + y * sin).max(0.0).min(STEP * f64::from(STEPS));
     let (way, first) = (0..=STEPS).find_map(|nth| {
         let by = STEP * f64::from(nth);

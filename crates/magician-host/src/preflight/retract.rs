@@ -50,7 +50,7 @@ impl Preflight {
     /// let mut arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// arm.check(&build::line_to(250.0, 0.0, -40.0, 0.0))?;
     /// assert_eq!(arm.lift(10.0)?.commands, [build::line_to(250.0, 0.0, -30.0, 0.0)]);
-    // Higher than the arm reaches at this position.
+    /// // Higher than the arm reaches at this position.
     /// let lift = arm.lift(500.0)?;
     /// assert!((139.0..140.0).contains(&lift.by), "{lift:?}");
     /// # Ok::<(), magician_host::Error>(())
@@ -88,8 +88,7 @@ impl Preflight {
             Some((by, command, step.time))
         };
         // Bisection is valid because a longer line begins with the shorter one: above a refused
-        // height
-        // every height is refused.
+        // height every height is refused.
         let found = up(height).or_else(|| {
             let (mut low, mut high) = (0.0, height);
             while high - low > EXACT {

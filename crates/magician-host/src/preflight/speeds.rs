@@ -23,7 +23,7 @@ use super::path::Path;
 /// ];
 /// let profiles = PathProfiles::of(&commands);
 /// let speeds: Vec<_> = profiles.iter().map(|profile| profile.map(|profile| profile.length() / profile.duration())).collect();
-// Accelerating to 20 mm/s from rest takes 2 mm, the other 18 mm pass at that speed.
+/// // Accelerating to 20 mm/s from rest takes 2 mm, the other 18 mm pass at that speed.
 /// assert!(speeds[2].is_some_and(|mean| (mean - 20.0 / 1.1).abs() < 1e-9));
 /// assert_eq!([speeds[0], speeds[1], speeds[4]], [None; 3]);
 /// ```

@@ -114,7 +114,7 @@ impl Preflight {
     /// let from = ArmState::at_joints(&course.geometry(), &JointAngles::HOME);
     /// let way = course.way(&from, &build::jump_to(200.0, 100.0, 0.0, 0.0)).unwrap();
     /// assert_eq!(way.end().pose.x, 200.0);
-    // Halfway it is raised.
+    /// // Halfway it is raised.
     /// assert!(way.sample(way.duration_us() / 2).pose.z > 10.0);
     /// ```
     #[must_use]

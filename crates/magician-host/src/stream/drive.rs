@@ -240,8 +240,7 @@ impl Stream {
         let time = waiting().fold(0, |sum: Micros, item| sum.saturating_add(item.time));
         let burns = self.waiting().any(Entry::burns);
         // A command that lights the laser permanently goes only into a stopped queue, and only an
-        // empty
-        // queue is stopped.
+        // empty queue is stopped.
         let held = self.waiting().any(|entry| self.is_held(entry)) && !self.is_empty();
         let places = self.credit().min(self.places());
         if held || count > places || time > self.horizon(burns) {

@@ -75,8 +75,7 @@ impl Default for StreamSettings {
     fn default() -> Self {
         Self {
             // Choices: two seconds of motion bridge a hold-up of the host, and a laser may burn on
-            // for
-            // only half of that if the host dies.
+            // for only half of that if the host dies.
             horizon: 2_000_000,
             laser_horizon: 1_000_000,
             window: 1,

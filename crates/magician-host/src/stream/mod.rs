@@ -83,10 +83,10 @@
 //! When a command is lost between others, the stream stops the queue (the current segment ends at
 //! its end point), clears it and waits until it has drained. Current index and pose then show at
 //! which vertex the arm stands. Segments up to that vertex are drawn; the stream continues with the
-//! next one, so nothing is drawn twice or skipped. After three such losses it continues at window
-//! 1. If the arm stands at none of the possible vertices, or a command that must not run twice is
-//! in doubt, the stream fails and sends nothing more. If commands of others wait in the queue, or
-//! its start is the caller's, the stream may not clear it, and commands travel one at a time.
+//! next one, so nothing is drawn twice or skipped. After three such losses its window is one. If
+//! the arm stands at none of the possible vertices, or a command that must not run twice is in
+//! doubt, the stream fails and sends nothing more. If commands of others wait in the queue, or its
+//! start is the caller's, the stream may not clear it, and commands travel one at a time.
 //!
 //! # Continuing after an interruption
 //!
@@ -156,7 +156,7 @@ const SPARE: usize = 8;
 /// })?;
 /// stream.finish();
 /// stream.advance(0, &mut connection);
-// The stream reads the state of the arm before it sends anything.
+/// // The stream reads the state of the arm before it sends anything.
 /// let first = connection.poll_transmit(0).unwrap();
 /// assert!(!first.frame().ctrl().write());
 /// # Ok::<(), magician_host::stream::Refused>(())

@@ -398,8 +398,7 @@ impl Stream {
         }
         let ahead = if self.next().is_some() || self.waits_for_one() {
             // A choice: early enough to refill the queue before it runs dry, late enough to free
-            // several
-            // places.
+            // several places.
             (count * 3 / 8).max(1)
         } else {
             count
