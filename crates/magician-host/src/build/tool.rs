@@ -74,7 +74,7 @@ pub fn pump_off() -> Set {
 
 /// Switches the laser fully on or off (document 1.8.2). Off also ends the power of a path. The
 /// guard [`laser`](field@crate::preflight::Guards::laser) refuses a program that leaves it on, or
-/// stands still or moves by joints with it.
+/// stands still or moves by joints with the laser on.
 #[must_use]
 pub fn laser(on: bool) -> Set {
     SetEndEffectorLaser {

@@ -9,9 +9,9 @@
 //! The [`IndexLawMonitor`] only listens and sends nothing. It checks each property against ordinary
 //! traffic:
 //!
-//! * *Step*: the index between replies to two commands that travelled alone is not +1. Another host
-//!   on the same arm causes this now and then, and so does a duplicated datagram; several in a row
-//!   without a single +1 are the arm's own doing.
+//! * *Step*: the indices of two consecutive commands that travelled alone differ by something other
+//!   than 1. Another host on the same arm causes this now and then, and so does a duplicated
+//!   datagram; several in a row without a single +1 are the arm's own doing.
 //! * *Current*: a new command gets an index at or below a current index read before, and the next
 //!   reading confirms that reading. If the controller was switched off and on in between, the
 //!   second reading is lower instead.

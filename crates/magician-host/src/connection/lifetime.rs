@@ -5,8 +5,7 @@ use super::{Micros, Settings};
 /// Lifetime as a multiple of the longest round trip.
 // A choice between safety and the wait after a loss.
 const MARGIN: u64 = 8;
-/// Time for which a long round trip counts at least, and half of the time for which it counts at
-/// most.
+/// Memory of long round trips, us: each counts for one to two times this long.
 // A choice: remembers a bad spell of the network, and forgets it once it is over.
 const MEMORY: Micros = 30_000_000;
 

@@ -25,7 +25,7 @@ pub(super) struct Pending {
     /// is unknown.
     overtaken: bool,
     light: Option<Light>,
-    /// True if it cannot burn while the queue does not run.
+    /// True while it cannot burn, because the queue does not run.
     inert: bool,
     /// True if the queue was cleared while it waited; it may have run before.
     pub(super) cleared: bool,

@@ -166,7 +166,7 @@ impl Preflight {
         if self.fence.is_none() {
             return Ok(());
         }
-        // The arm's own limits do not stop this search, so only the fence is checked.
+        // Joint limits do not apply: during the search the arm does not know its base angle.
         let planner = Planner {
             limits: Limits::NONE,
             ..self.planner(self.model.homing.speeds())
