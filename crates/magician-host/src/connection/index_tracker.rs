@@ -311,6 +311,7 @@ impl IndexTracker {
     ///
     /// On an unordered link a single lower reading may be old; only a second one proves a reset.
     pub(super) fn read_current(&mut self, current: u64, ordered: bool) -> bool {
+        // The index only grows, except at a reset.
         let lower = current < self.current;
         let reset = lower && (ordered || self.suspect);
         self.suspect = lower && !reset;
@@ -361,6 +362,7 @@ impl IndexTracker {
             self.capacity = left;
             (self.grown, self.sure) = (true, false);
         }
+        // The emptiest state seen, as a fallback for queues with fewer places than assumed.
         self.most = self.most.max(left);
         let full = left == self.capacity;
         self.sure |= full && (!self.grown || self.last == Some(self.current));
@@ -389,6 +391,7 @@ impl IndexTracker {
 
     /// Last index given, derived from these readings. `None` if it cannot be.
     pub(super) fn tail(&self, current: u64, left: u32) -> Option<u64> {
+        // A full left space proves the capacity at this moment.
         let sure = self.sure || left == self.capacity && !self.grown;
         let head = match (self.last, self.rest) {
             (None, Some(rest)) => Some(rest.max(current)),

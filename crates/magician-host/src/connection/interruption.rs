@@ -61,6 +61,7 @@ impl Connection {
         if let Some(job) = kept.take_if(|_| !clocked) {
             self.uncertain(job);
         }
+        // Replies can no longer arrive, so each job ends now.
         while let Some(job) = self.flight.pop() {
             match job.policy {
                 // The connection's own readings have no caller.

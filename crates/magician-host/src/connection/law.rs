@@ -200,10 +200,12 @@ impl IndexLawMonitor {
                 // An index out of order may be another command's reply, duplicated.
                 self.contradicted = (index <= highest).then_some((index, highest));
                 (self.good, self.odd) = (self.good.saturating_add(1), 0);
+                // A broken law stays broken: later good indices do not make the arm reliable.
                 if self.good >= ENOUGH && self.law == Law::Unknown {
                     self.law = Law::Followed;
                 }
             }
+            // In a window a lost command explains the step.
             Some((before, false)) if alone => {
                 (self.good, self.odd) = (0, self.odd + 1);
                 if self.odd >= TOO_MANY {

@@ -41,6 +41,7 @@ impl Lifetime {
     /// Adds the time between a frame and its reply.
     pub(super) fn saw(&mut self, now: Micros, time: Micros) {
         if now.saturating_sub(self.since) >= MEMORY {
+            // Two intervals, so that each peak is remembered for at least one.
             self.peaks = [None, self.peaks[0]];
             self.since = now;
         }

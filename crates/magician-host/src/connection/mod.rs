@@ -284,6 +284,7 @@ impl Connection {
             link: Link::Up,
             outstanding: Outstanding::new(settings.ordered),
             lanes: std::array::from_fn(|_| VecDeque::with_capacity(USUAL)),
+            // The window, with stops and readings outside of it.
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
             duplicate_check: None,
@@ -483,6 +484,7 @@ impl Connection {
             && now >= self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000)
         {
             // Only after a silence: the bytes of one frame follow each other closely (errata E04).
+            // The bytes of the broken frame may contain whole frames.
             self.deframer.expire();
             self.hear(now, &[]);
         }

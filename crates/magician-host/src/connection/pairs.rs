@@ -96,6 +96,7 @@ impl Connection {
             return;
         }
         for other in self.flight.iter_mut().filter(|other| other.in_window()) {
+            // Both, because the controller may drop either.
             (job.paired, other.paired) = (true, true);
         }
     }

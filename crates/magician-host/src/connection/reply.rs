@@ -115,6 +115,7 @@ impl Connection {
     }
 
     pub(super) fn note_given(&mut self, index: u64, sent: Micros) {
+        // Late replies belong to recent commands, so a few are enough.
         if self.given.len() >= GIVEN {
             self.given.pop_front();
         }
@@ -313,6 +314,7 @@ impl Connection {
 
     /// Handles a reset of the controller. `current` is its new current index, if that was read.
     fn reset(&mut self, current: Option<u64>) {
+        // Clock and index may both show the same reset: report it once.
         if !self.events.contains(&Event::Reset) {
             self.events.push_back(Event::Reset);
         }

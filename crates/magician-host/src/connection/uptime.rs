@@ -87,6 +87,7 @@ impl Uptime {
             return false;
         }
         let passed = new.value.wrapping_sub(before.value);
+        // More than half of the range is a step back.
         if passed > u32::MAX / 2 || self.free {
             return passed > u32::MAX / 2;
         }
@@ -96,12 +97,14 @@ impl Uptime {
 
     fn learn(&mut self, before: Reading, new: Reading) {
         let span = new.heard.saturating_sub(before.asked);
+        // Over a short span the delay of the readings would dominate the rate.
         if span < BASELINE {
             return;
         }
         let passed = u64::from(new.value.wrapping_sub(before.value));
         // At most the host's rate: a clock that runs fast must not make a normal one look slow.
         let rate = (passed * 1_000_000 / span).min(1000);
+        // The slowest rate counts, because the speed of a virtual arm may change.
         self.rate = Some(self.rate.map_or(rate, |slowest| slowest.min(rate)));
     }
 }

@@ -385,6 +385,7 @@ impl Error {
     #[must_use]
     pub fn copy(&self) -> Self {
         Self(Box::new(Details {
+            // `io::Error` cannot be cloned.
             source: None,
             message: self.0.message.clone(),
             detail: self.0.detail.clone(),

@@ -252,6 +252,7 @@ impl Injector {
         }
         if wait {
             self.tally.swapped_chunks += 1;
+            // Bounded, so that the last chunk of a test is not held for ever.
             self.held = Some((at.saturating_add(self.faults.hold_for), chunk.clone()));
         } else {
             self.hurry(at, chunk.clone());

@@ -166,6 +166,7 @@ impl Faults {
     /// True if no fault ever strikes.
     #[must_use]
     pub fn is_none(&self) -> bool {
+        // A copy, because the accessors take `&mut`.
         RATES.iter().all(|(_, rate)| *rate(&mut { *self }) == 0.0)
     }
 

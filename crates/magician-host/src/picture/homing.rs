@@ -106,6 +106,7 @@ impl HomingTracker {
             self.set(Stage::Unknown);
         } else {
             self.set(Stage::Unplaced);
+            // The arm has moved on, and a stop would have dropped those motions.
             if self.followed {
                 self.stood_at_home(true);
             }

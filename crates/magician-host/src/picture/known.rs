@@ -36,6 +36,7 @@ impl ArmPicture {
     #[must_use]
     pub fn setting<T: Readable>(&self, now: Micros, query: &T::Query) -> Option<T> {
         let since = match (self.standing.shows_resets(), self.shared_line) {
+            // An arm with index 0 may have been switched off and on without a trace.
             (false, _) => return None,
             (true, false) => 0,
             (true, true) => now.saturating_sub(VALIDITY),

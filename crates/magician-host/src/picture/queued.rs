@@ -112,6 +112,7 @@ impl OwnCommands {
         let (index, pace, _) = commands.find(|(index, ..)| *index > current)?;
         // After a Clear the current index stays behind numbers that were dropped.
         let before = current.max(self.base);
+        // Indices in between belong to another program, whose command runs first.
         (before.checked_add(1) == Some(*index)).then_some(*pace)
     }
 }

@@ -139,6 +139,7 @@ pub(super) struct LastReadings {
 
 impl LastReadings {
     fn happens(&mut self, event: PictureEvent) {
+        // A caller that never polls loses the oldest.
         if self.events.len() >= MOST_EVENTS {
             self.events.pop_front();
         }
@@ -191,6 +192,7 @@ impl LastReadings {
 
     /// Notes that the indices start again.
     pub(super) fn reset(&mut self) {
+        // After a reset the count starts at 0, so the next index reports what has finished since.
         self.finished = Some(0);
         self.alarms_at = None;
     }

@@ -75,6 +75,7 @@ impl Standing {
         let ctrl = request.ctrl();
         if ctrl.write() || ctrl.queued() {
             self.look = None;
+            // Readings that began before this frame may be outdated by it.
             self.orders += 1;
         }
         if !ctrl.write() {
@@ -117,6 +118,7 @@ impl Standing {
 
     pub(super) fn reset(&mut self) {
         *self = Self {
+            // Kept, so that a reading from before the reset is recognised as old.
             orders: self.orders,
             ..Self::default()
         };

@@ -168,6 +168,7 @@ impl Values {
         self.tools.forget();
         self.laser.forget();
         self.pending.doubt();
+        // Displays read the outputs again when this count changes.
         self.lapses += 1;
     }
 

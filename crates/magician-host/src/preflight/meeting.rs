@@ -85,6 +85,7 @@ impl Preflight {
         way: impl Fn([f64; 3]) -> Vec<Set>,
     ) -> Result<Meeting> {
         let numbers = target.position.iter().chain(&target.velocity);
+        // Comparisons with NaN would let the search run to its end.
         if !numbers.into_iter().all(|number| number.is_finite()) {
             return Err(Error::invalid(message!(
                 "the target's place and velocity are finite numbers"

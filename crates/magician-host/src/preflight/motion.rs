@@ -109,6 +109,7 @@ impl Preflight {
             return Ok(FOREVER);
         };
         let planner = self.planner(self.now.settings.speeds());
+        // Arm and rail start and end together, so the faster one is slowed down.
         let least = rail.time.unwrap_or(0);
         let plan = planner.plan_with_min_duration(&from, &request, least);
         self.note_doubt(&plan);
@@ -193,6 +194,7 @@ impl Preflight {
     /// If all joints move together, from within their limits to within them, they stay there. Only
     /// J2 - J3 could briefly leave its range, if one of them is much slower.
     fn arrive(&mut self, request: &Move) -> Result<()> {
+        // Only a move of all joints stays within the limits from any start.
         if request.kind != MoveKind::Joint {
             self.unknown_way(message!("its path"))?;
         }

@@ -110,7 +110,9 @@ impl PathProfiles {
         let point = |[x, y, z, _]: [f32; 4]| Some([x, y, z].map(f64::from));
         self.at = match command {
             Set::ArcCmd(arc) => point(arc.to_point),
+            // A circle ends where it began.
             Set::CircleCmd(_) => self.at,
+            // Their ends depend on the arm, or they change the meaning of positions.
             Set::HomeCmd(_) | Set::ResetPose(_) | Set::EndEffectorParams(_) | Set::JogCmd(_) => {
                 None
             }

@@ -285,6 +285,7 @@ impl Proxy {
 
     /// Retransmits a frame of the proxy's own, which is idempotent.
     fn try_again(&mut self, flight: &Flight) {
+        // Fences and clients' stops are not repeated: the client decides.
         if let Purpose::Own { tries: tries @ 1.. } = flight.purpose {
             self.own.push_back((flight.frame, tries));
         }

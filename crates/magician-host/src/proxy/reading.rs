@@ -34,6 +34,7 @@ impl Readings {
         reply: FrameBuf,
         had: Vec<Client>,
     ) {
+        // One reply per request: an older one would only be less fresh.
         self.readings.retain(|reading| reading.request != request);
         if self.readings.len() >= MOST {
             self.readings.remove(0);

@@ -78,6 +78,7 @@ impl Proxy {
             What::Request { frame, stop: true } => Some((client, slot.ticket, frame)),
             _ => None,
         });
+        // Tickets are given in the order of arrival, over all clients.
         stops.min_by_key(|(_, ticket, _)| *ticket)
     }
 

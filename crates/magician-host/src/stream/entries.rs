@@ -244,6 +244,7 @@ impl Entries {
     }
 
     pub(super) fn insert(&mut self, at: usize, entry: Entry) {
+        // Rare, and all later positions change, so a full count is simplest.
         self.list.insert(at, entry);
         self.count();
     }
@@ -251,6 +252,7 @@ impl Entries {
     pub(super) fn pop(&mut self) -> Option<Entry> {
         let entry = self.list.pop_front()?;
         self.tally.drop(&entry, self.marks);
+        // All positions move down by one.
         match self.tally.next.checked_sub(1) {
             Some(next) => self.tally.next = next,
             None => self.seek(),

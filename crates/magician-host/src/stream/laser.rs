@@ -12,6 +12,7 @@ impl Stream {
     /// True if a command may be put in only together with the command that switches the laser off
     /// after it.
     pub(super) fn is_held(&self, entry: &Entry) -> bool {
+        // A path's laser that is not trusted to go out at rest needs a dark segment behind it.
         let path = !self.settings.dark_at_rest && path_power(&entry.item.command) != 0.0;
         entry.lit || path
     }
@@ -23,16 +24,21 @@ impl Stream {
         let (mut count, mut time, mut moves) = (0_usize, 0_u64, false);
         for entry in self.entries.iter().skip(from) {
             if !self.is_held(entry) {
+                // This command switches the laser off, or needs it no more: it closes the chunk.
                 return Some(count + 1);
             }
+            // One place is reserved for the command that switches the laser off.
             let full = count + 1 >= places && count >= 2;
             if full || moves && time.saturating_add(entry.item.time) > horizon {
                 return Some(count + self.split(from, count));
             }
             time = time.saturating_add(entry.item.time);
+            // A chunk without motion would light the laser in one place for nothing.
             moves |= entry.item.time > 0;
             count += 1;
         }
+        // Nothing follows: a path gets its dark end, and a switched laser stays as the caller left
+        // it.
         if self.ended {
             return Some(count + self.seal(from, count));
         }
@@ -80,6 +86,7 @@ impl Stream {
         let Set::CpLeCmd(whole) = entry.item.command else {
             return;
         };
+        // Stretches of the switched laser are split by `chunk`; an unknown time cannot be divided.
         if entry.lit || path_power(&entry.item.command) == 0.0 || time <= most || time == u64::MAX {
             return;
         }
@@ -113,6 +120,7 @@ impl Stream {
         };
         self.entries.insert(next, first);
         if let Some(group) = &mut self.group {
+            // The piece belongs to the group that is being loaded.
             *group += 1;
         }
     }

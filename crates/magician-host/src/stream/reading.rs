@@ -200,11 +200,13 @@ impl Stream {
         let flies = self.flows() && self.flying() > 0;
         let reader = &mut self.reader;
         if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
+            // While commands flow, their own replies show most losses.
             let check = if flies { RARE_CHECK } else { CROSS_CHECK };
             let stale = reader
                 .left_at
                 .is_none_or(|at| at.after_micros(check) <= now);
             let ends = std::mem::take(&mut reader.ends);
+            // At the end of the only command the current index alone decides.
             let left = reader.wants_left || stale && !ends;
             reader.rest = [
                 left.then_some(Reading::Left),
@@ -282,6 +284,7 @@ impl Stream {
             Reading::Left => {
                 self.reader.left = view.read::<QueuedCmdLeftSpace>().ok()?.left_space;
                 self.reader.left_at = Some(now);
+                // Now, before the current index is read: the count must belong to this left space.
                 self.reader.at_most = self.at_most();
             }
             Reading::Current => {
@@ -329,6 +332,7 @@ impl Stream {
 
     /// Evaluates a complete reading.
     fn looked(&mut self, now: ArmInstant, connection: &mut Connection) {
+        // A lower current index is read again before anything is concluded.
         if self.reader.lower || self.is_over() {
             return;
         }

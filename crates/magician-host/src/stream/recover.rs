@@ -38,6 +38,7 @@ impl Stream {
         let confirmed = self.confirmed;
         let certain = |entry: &&Entry| entry.index() <= confirmed;
         let waits = self.unfinished().filter(certain).any(Entry::is_cut_by_stop);
+        // A queue that does not run would never finish them.
         if waits && !self.stopped && self.may_run(now) {
             self.pace(now);
             return;
@@ -106,6 +107,7 @@ impl Stream {
             entry.fate = Fate::Waiting;
         });
         self.gaps += 1;
+        // A window of one is slow but loses nothing between others.
         if self.gaps >= GAPS {
             self.window = 1;
         }
@@ -132,6 +134,8 @@ impl Stream {
             None => u64::from(current > self.cleared_at),
         };
         let certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= self.confirmed);
+        // No unconfirmed command was executed, so the arm must stand where the confirmed ones left
+        // it.
         if least == 0 || self.entries.front().is_some_and(certain) {
             let stands = self.place.is_none_or(|place| is_near(place, found));
             return if stands {
@@ -157,6 +161,7 @@ impl Stream {
             .skip(least - 1)
             .filter_map(|(nth, entry)| Some((nth + 1, entry.place()?)));
         let near = places.map(|(count, place)| (count, apart(place, found)));
+        // A closed figure passes one position several times: the closest end decides.
         let nearest = near.min_by(|(_, one), (_, other)| one.total_cmp(other));
         match nearest.filter(|(_, off)| *off <= POSE_TOLERANCE) {
             Some((count, _)) => Some(count),

@@ -198,6 +198,7 @@ impl Stream {
     /// Accounts for all commands by the last index given, with the arm at rest.
     fn account(&mut self, current: u64, left: u32) {
         let queued = u64::from(self.credit.places.saturating_sub(left));
+        // As in `index_tracker`: after a Clear the base stands in for the current index.
         let tail = current.max(self.base).saturating_add(queued);
         let last = self.last.unwrap_or(self.base);
         let gone = self.entries.iter().filter(|entry| !entry.is_waiting());
@@ -344,6 +345,7 @@ impl Stream {
     /// executed: the arm must be at the end of one of them.
     fn check_poses(&mut self) -> bool {
         let certain = self.reader.current.min(self.confirmed.unwrap_or(self.base));
+        // Copied to the stack, because `stands_at` may fail the stream.
         let ends: [_; KEPT] = {
             let mut unconfirmed = self.unconfirmed().map(|entry| entry.item.end);
             std::array::from_fn(|_| unconfirmed.next())
@@ -367,6 +369,7 @@ impl Stream {
                 self.fail(StreamFailure::Pose { expected, found });
                 false
             }
+            // The caller has looked at the arm.
             _ if self.settings.trust_pose => true,
             _ => {
                 self.fail(StreamFailure::PoseUnknown { found });
