@@ -111,6 +111,7 @@ impl World {
             }),
             toy: Toy {
                 places: scope.places,
+                // Short, because set-up waits for an empty queue and `scope.takes` may be long.
                 takes: 1,
                 next: 1 + scope.fresh.unwrap_or(0),
                 current: 0,
@@ -121,6 +122,7 @@ impl World {
             },
             undecided: VecDeque::new(),
             lines: [VecDeque::new(), VecDeque::new()],
+            // No faults during set-up.
             mishaps: u32::MAX,
             calm: true,
             tickets: HashMap::new(),
@@ -136,6 +138,7 @@ impl World {
         world.look();
         world.settle();
         if scope.fresh.is_none() {
+            // Enough accepted commands for the connection to know that the arm follows the law.
             for number in 1..=4 {
                 world.submit(number, command(number));
                 world.settle();
@@ -152,6 +155,7 @@ impl World {
         for number in 5..5 + scope.commands {
             world.submit(number, command(number).repeatable());
             if number == 6 || scope.reads {
+                // The three reads differ, as a reply goes to the oldest request of its id.
                 let read = match number % 3 {
                     0 => Request::get::<DeviceTime>(&NoArgs),
                     1 => Request::get::<QueuedCmdLeftSpace>(&NoArgs),
@@ -202,6 +206,7 @@ impl World {
         let line = &mut self.lines[way as usize];
         let mut at = self.tick + 1 + late;
         if self.scope.settings.ordered {
+            // A delayed frame holds back those behind it.
             at = at.max(line.back().map_or(0, |(at, _)| *at));
         }
         line.push_back((at, frame));
@@ -216,6 +221,7 @@ impl World {
             self.host.restored();
         }
         let mut requests: Vec<_> = std::iter::from_fn(|| self.take(Direction::ToArm)).collect();
+        // The sort is stable, so only reads and commands change places.
         if self.scope.reads_first {
             requests.sort_by_key(|request| request.frame().ctrl().queued());
         }
@@ -287,11 +293,13 @@ impl World {
 
     /// All possible next states; empty when the run is over.
     fn successors(mut self) -> Vec<Self> {
+        // Several frames of one instant are decided one by one, which gives all combinations.
         if let Some((way, frame)) = self.undecided.pop_front() {
             return self.decide(way, &frame);
         }
         if !self.calm && !self.finishing && self.mishaps < self.scope.mishaps {
             self.calm = true;
+            // At most one reset, Clear or cut per tick.
             let mut all = Vec::new();
             if self.scope.resets {
                 let mut other = self.clone();
@@ -325,11 +333,13 @@ impl World {
                 self.judge();
                 return Vec::new();
             }
+            // Final reads confirm the last indices.
             self.finishing = true;
             self.look();
             self.listen();
             return vec![self];
         }
+        // Every run ends, so a livelock is a fault.
         assert!(self.tick < END, "no end: {}", self.story());
         self.pass();
         self.listen();
@@ -367,6 +377,7 @@ impl World {
                 for late in [0, 2] {
                     let mut other = self.clone();
                     other.mishaps += 1;
+                    // Only a duplicated queued command can be executed twice.
                     other.doubled |= way == Direction::ToArm && frame.frame().ctrl().queued();
                     other.put(way, *frame, 0);
                     other.put(way, *frame, late);
@@ -383,6 +394,7 @@ impl World {
     fn judge(&self) {
         let accepted = &self.toy.accepted;
         let mut numbers: Vec<u32> = accepted.iter().map(|(number, _)| *number).collect();
+        // Sorted numbers have their repeats side by side, where `dedup` finds them.
         let in_order = numbers.is_sorted();
         numbers.dedup();
         let once = numbers.len() == accepted.len();
@@ -418,6 +430,7 @@ impl World {
                     let mut taken = taken.map(|(_, taken)| self.is_told(*taken, *index));
                     confirmed && taken.next() == Some(true) && taken.next().is_none() || doubtful
                 }
+                // An unknown fate allows both outcomes, but not two executions.
                 Err(Failure::Uncertain { .. }) => taken.count() <= 1,
                 Err(_) => taken.count() == 0,
             };
@@ -516,6 +529,7 @@ fn report(name: &str, scope: Scope) {
     println!(
         "{name}, {commands} commands of {takes} ticks, {places} places, {mishaps} mishaps: {states} states, {runs} runs"
     );
+    // A scope that explores almost nothing would pass every check.
     assert!(runs > 100);
 }
 

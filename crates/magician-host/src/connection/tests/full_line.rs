@@ -71,8 +71,10 @@ impl Paced {
             unanswered: 0,
             lost: 0,
         };
+        // The queue runs, so the commands of the tests do not fill it.
         paced.ask(Request::set(&QueuedCmdStartExec {}).unwrap());
         paced.ask(Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap());
+        // The window opens only when some commands have shown that the arm follows the law.
         for _ in 0..4 {
             paced.ask(Request::queued(&WaitCmd { timeout: 0 }).unwrap());
         }
@@ -101,6 +103,7 @@ impl Paced {
         }
         while let Some(frame) = self.host.poll_transmit(self.now) {
             let begins = self.free.max(self.now * 1000);
+            // Ten bits per byte, with start and stop bit.
             self.free = begins + frame.bytes().len() as u64 * 10_000_000_000 / u64::from(BAUD);
             if frame.frame().id() == QueuedCmdForceStopExec::ROW.id {
                 self.stop_begins = Some(begins.div_ceil(1000));
@@ -179,6 +182,7 @@ fn rate(window: usize, turnaround: Micros) -> (f64, Micros) {
             assert_eq!(*result, Ok(()));
             if let Some(at) = reads.iter().position(|(read, _)| read == ticket) {
                 slowest = slowest.max(paced.now - reads.swap_remove(at).1);
+                // `feed` counts every result as a segment, and this one is a read.
                 paced.waiting += 1;
             }
         }
@@ -196,6 +200,8 @@ fn four_in_flight_fill_the_line_and_reads_have_their_turn() {
     for turnaround in [0, 500, 1_000] {
         let (rate, slowest) = rate(4, turnaround);
         println!("window 4, turnaround {turnaround} us: {rate} CP/s, reads within {slowest} us");
+        // The line carries 11,520 bytes/s. Requests of the reads take 360, which leaves 485
+        // segments of 23 bytes.
         assert!(rate >= 460.0, "{rate}");
         assert!(slowest < 50_000, "{slowest}");
     }
@@ -203,6 +209,8 @@ fn four_in_flight_fill_the_line_and_reads_have_their_turn() {
 
 #[test]
 fn one_at_a_time_is_as_fast_as_stop_and_wait_can_be() {
+    // A segment takes 37 bytes in both directions and a turnaround. The reads take 80 bytes and
+    // three turnarounds, 20 times a second.
     for (turnaround, computed) in [(0, 268.0), (2_000, 142.0), (4_000, 86.0)] {
         let (rate, slowest) = rate(1, turnaround);
         println!("window 1, turnaround {turnaround} us: {rate} CP/s, reads within {slowest} us");
@@ -216,6 +224,7 @@ fn longest_wait(baud: Option<u32>) -> Micros {
     let mut longest = 0;
     for round in 0..400 {
         let mut paced = Paced::new(4, dice.below(1_000), baud);
+        // Random instants, so that stops come at all phases of a frame.
         let at = paced.now + 20_000 + dice.below(20_000);
         while paced.now < at {
             paced.feed();

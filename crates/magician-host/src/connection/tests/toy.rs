@@ -52,6 +52,7 @@ impl Toy {
                     return FrameBuf::new(id, refused, &[0; 8]).unwrap();
                 }
                 if self.queue.is_empty() {
+                    // An idle controller begins a command when it arrives.
                     self.begun = tick;
                 }
                 let number = u32::from_le_bytes(view.params().try_into().unwrap());
@@ -71,6 +72,7 @@ impl Toy {
                 reply(&(ms as u32).to_le_bytes())
             }
             id if id == QueuedCmdClear::ROW.id => {
+                // The running command is not dropped.
                 self.queue.truncate(1);
                 reply(&[])
             }

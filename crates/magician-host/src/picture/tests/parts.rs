@@ -310,6 +310,7 @@ fn alarms_are_believed_for_a_second_unless_one_holds_the_queue_or_they_were_clea
     assert!(!harmless(&rig, 0));
     rig.set(QueuedCmdStartExec {});
     assert!(rig.picture.runs_queue());
+    // A point out of reach raises an alarm that stops the queue.
     rig.queue(build::move_to(900.0, 0.0, 0.0, 0.0));
     rig.wait(SECOND);
     rig.read::<AlarmsState>();

@@ -60,6 +60,7 @@ impl Asker {
             self.given_up += 1;
         }
         while self.waiting.len() < self.window {
+            // No two clients share a pin, so a reply shows whose it is.
             let pin = 1 + self.number as u8 * PINS + self.next;
             self.next = (self.next + 1) % PINS;
             self.waiting.push_back((pin, now));
@@ -122,6 +123,7 @@ fn a_second_terminal_costs_the_first_nothing() {
             }
         }
     }
+    // A second has 500 round trips of 2 ms, and both clients share each.
     assert!(counts.iter().all(|count| *count >= 498), "{counts:?}");
     assert!(bench.sent.len() <= 502, "{}", bench.sent.len());
     let shared = |event: &&Event| matches!(event, Event::Reply { shared: true, .. });
@@ -432,6 +434,7 @@ fn what_never_comes_is_given_up() {
     let mut bench = ProxyRig::with_clients(1);
     bench.faults.lose = 1_000;
     bench.say(0, &get_output(1));
+    // An unanswered request is given up after a minute.
     bench.run_for(59_000 * MS);
     assert_eq!(count(&bench, unanswered), 0);
     bench.run_for(2_000 * MS);
@@ -451,6 +454,7 @@ fn who_joined_an_answer_that_does_not_come_is_asked_for_himself() {
     bench.run_for(2_000 * MS);
     assert!(bench.received(0).is_empty());
     assert_eq!(bench.received(1).len(), 1);
+    // The fence, 246, shows that the first reply is lost.
     assert_eq!(bench.ids_sent(), [10, 246, 10]);
 }
 

@@ -51,6 +51,7 @@ fn nothing_is_lost_doubled_or_swapped_at_window_1_however_bad_the_line() {
         assert_eq!(rig.taken(&program), all(&program), "seed {seed}");
         assert_eq!(rig.done(&program), (0..program.len()).collect::<Vec<_>>());
     }
+    // The connection repeats most of what is lost, so doubt must stay rare.
     assert!(interrupted < 12, "{interrupted}");
 }
 
@@ -69,6 +70,7 @@ fn watch(program: &[Item], settings: StreamSettings) -> (u64, usize, u64) {
             idle += rig.pair.now - before;
         }
         let (time, count) = rig.queued(program);
+        // Two commands are allowed however long they take.
         if count > 2 {
             most = most.max(time);
         }
@@ -185,6 +187,7 @@ fn an_idle_stream_asks_nothing_and_a_waiting_one_seldom() {
     let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
     rig.run(30 * SECOND).unwrap();
     let polls = rig.pair.heard.len();
+    // At most 12 requests per second during a wait of 20 s.
     assert!(polls < 20 * 12, "{polls}");
 }
 

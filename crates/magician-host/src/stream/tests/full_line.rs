@@ -69,6 +69,7 @@ impl Arm {
 
     fn accept(&mut self, now: Micros) -> QueuedCmdIndex {
         if self.current == self.given && self.started {
+            // The time before the first command is no gap.
             self.dry += now.saturating_sub(self.until) * u64::from(self.given > 0);
             self.until = now + self.each;
         }
@@ -219,6 +220,7 @@ fn draw(window: usize, count: u64, each: Micros, pause: Micros) -> Drawn {
         if now >= wakes {
             host.work(now, &mut to_arm, &mut to_host);
         }
+        // A pausing host leaves replies in the buffer of its operating system.
         let hosts = host.next().min(to_host.next()).max(wakes);
         let next = hosts.min(to_arm.next()).min(next_pause);
         assert!(next < Micros::MAX && now < 120 * SECOND, "it stands still");
@@ -239,6 +241,7 @@ fn draw(window: usize, count: u64, each: Micros, pause: Micros) -> Drawn {
 
 #[test]
 fn short_segments_keep_coming_although_the_host_pauses() {
+    // The line carries at most 500 of these segments per second.
     for (rate, pause) in [(450, 10_000), (200, 50_000)] {
         let Drawn {
             dry,

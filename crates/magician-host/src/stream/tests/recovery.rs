@@ -116,6 +116,7 @@ fn corners() -> Vec<Item> {
     }
     // Corners take a fraction of that: the queue runs dry, and a command behind a loss begins
     // before the loss shows.
+    // Only the short segments and the last lift have fractional x coordinates.
     let time = |[x, ..]: &[f64; 3]| if x.fract() == 0.0 { 3 * SECOND } else { 1_000 };
     places
         .into_iter()
@@ -191,6 +192,7 @@ fn a_bad_line_is_recovered_from_until_the_rest_goes_one_by_one() {
         same_line(&rig.done(&program), &program);
         back += recoveries(&rig);
     }
+    // With less than one recovery per seed the line would be too good for this test.
     assert!(back > 8, "{back}");
 }
 
@@ -233,6 +235,7 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
             same_line(&done, &program);
         }
     }
+    // If all runs failed, none would show that each command is done exactly once.
     assert!(failed < 10, "{failed}");
 }
 
@@ -251,6 +254,8 @@ fn a_line_that_breaks_at_any_instant_of_a_recovery_is_gone_on_from() {
                 break;
             }
             rig.interrupt();
+            // Three lengths of interruption in turn, as all three at each instant would triple the
+            // runs.
             let back = rig.pair.now + [0, 40_000, 2 * SECOND][turns % 3];
             rig.pair.run_until(back);
             rig.resume();
@@ -278,6 +283,7 @@ fn a_line_that_breaks_at_any_instant_of_a_path_is_gone_on_from() {
         rig.resume();
         rig.run(120 * SECOND).unwrap();
         same_line(&rig.done(&program), &program);
+        // Every ninth instant limits the number of runs.
         turns += 9;
     }
     assert!(turns > 200, "{turns}");
@@ -333,6 +339,7 @@ fn a_queue_with_commands_of_others_is_never_cleared_nor_stopped() {
                 });
             }
             let others_wait = rig.pair.arm.state().queue.current_index < 21;
+            // StopExec, ForceStopExec and Clear act on the commands of others, too.
             let steered = |frame: &FrameBuf| [241, 242, 245].contains(&frame.frame().id());
             assert!(!others_wait || !rig.pair.heard.iter().any(steered));
         };

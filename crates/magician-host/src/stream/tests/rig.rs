@@ -76,6 +76,7 @@ impl Rig {
 
     pub(super) fn deliver(&mut self) {
         let mut ended: Vec<_> = self.pair.results.drain().collect();
+        // The order in a `HashMap` is random, and a test must be repeatable.
         ended.sort_by_key(|(ticket, _)| *ticket);
         for (ticket, result) in ended {
             (self.stream).answered(self.pair.now, ticket, &result, &mut self.pair.host);
@@ -134,6 +135,7 @@ impl Rig {
     /// Commands that the arm took, as positions in the program. `None` for commands outside of it.
     pub(super) fn taken(&self, program: &[Item]) -> Vec<Option<usize>> {
         let bytes: Vec<_> = program.iter().map(params).collect();
+        // Commands are told apart by their bytes, so those of a program must all differ.
         let place = |taken: &Vec<u8>| bytes.iter().position(|bytes| bytes == taken);
         self.pair
             .accepted
