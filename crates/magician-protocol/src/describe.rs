@@ -152,6 +152,7 @@ impl<'a> Description<'a> {
         let reply = describe(frame, Direction::Reply);
         let fits = |d: &Result<Description<'_>, _>| d.as_ref().is_ok_and(Description::fits_exactly);
         match (fits(&request), fits(&reply)) {
+            // Typical of frames without parameters: nothing in them shows the direction.
             (true, true) => request.map(|mut description| {
                 description.note("fits both directions, taken as the host's");
                 description

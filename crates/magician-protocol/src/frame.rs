@@ -104,12 +104,14 @@ impl<'a> Frame<'a> {
         let [0xAA, 0xAA, len, body @ .., sum] = bytes else {
             return None;
         };
+        // Two bytes at least, id and Ctrl.
         let whole = usize::from(*len) == body.len() && (2..=MAX_LEN).contains(&body.len());
         (whole && checksum(body) == *sum).then_some(Self { bytes })
     }
 
     /// Creates a frame from bytes that the deframer has checked.
     pub(crate) fn trusted(bytes: &'a [u8]) -> Self {
+        // Only in debug builds, so that no frame is summed twice.
         debug_assert!(Self::new(bytes).is_some());
         Self { bytes }
     }
@@ -206,11 +208,13 @@ impl FrameBuf {
             len: 0,
         };
         let bytes = &mut frame.bytes;
+        // Parameters first, because Len and checksum depend on them.
         let mut writer = Writer::new(&mut bytes[5..5 + MAX_PARAMS]);
         fill(&mut writer);
         let count = writer.finish()?;
         bytes[..5].copy_from_slice(&[HEADER[0], HEADER[1], (count + 2) as u8, id, ctrl.0]);
         bytes[count + 5] = checksum(&bytes[3..count + 5]);
+        // At most 254.
         frame.len = (count + 6) as u8;
         Ok(frame)
     }

@@ -136,6 +136,7 @@ impl LayoutInfo {
             Some(full) if count > full => Some(SURPLUS),
             Some(_) if count == shortest => self.omission(),
             _ => {
+                // Too short: the next larger size is expected.
                 return Err(DecodeError::Length {
                     expected: full.filter(|_| count > shortest).unwrap_or(shortest),
                     found: count,
@@ -211,6 +212,7 @@ impl LayoutInfo {
             let _ = probe.slice(head.iter().filter_map(|field| field.ty.size()).sum());
             match last.ty {
                 FieldType::Outputs => drop(PoList::read(&mut probe)?),
+                // `Alarms`, the other type of the condition.
                 _ => drop(AlarmSet::read(&mut probe)?),
             }
         }

@@ -36,6 +36,7 @@ impl Request {
             (Some(_), _) if queued => Set::decode(id, params).map(Self::Queue),
             (Some(_), _) if ctrl.write() => Set::decode(id, params).map(Self::Set),
             (_, Some(_)) => Get::decode(id, params).map(Self::Get),
+            // A set-only command that is no set (E12).
             _ => Ok(Self::Nothing),
         }
     }

@@ -149,6 +149,7 @@ fn write_value(field: &Field, text: &str, writer: &mut Writer<'_>) -> Option<()>
         },
         FieldType::Enum(info) => match info.value_of(text) {
             Some(value) => value.write(writer),
+            // Enums are open, so values without a name are sent by number.
             None => write_number::<u8>(text, writer)?,
         },
         FieldType::Text => Text::new(text)?.write(writer),
@@ -203,6 +204,7 @@ fn parse_alarms(text: &str) -> Option<AlarmSet> {
 fn parse_outputs(text: &str) -> Option<PoList> {
     let mut items = [PoCmd::default(); PoList::CAPACITY];
     let mut len = 0;
+    // An empty text is an empty list.
     for entry in text.split(',').filter(|entry| !entry.trim().is_empty()) {
         let mut parts = entry.trim().split(':');
         *items.get_mut(len)? = PoCmd {

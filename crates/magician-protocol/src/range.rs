@@ -77,6 +77,8 @@ impl Range {
     pub fn bounds(&self) -> Bounds {
         let none = Bounds::default();
         match *self {
+            // `AtMost` limits a count, and a displacement of a relative mode may be outside of an
+            // absolute range.
             Self::Any | Self::AtMost(..) | Self::Absolute(..) => none,
             Self::Within(least, most) => Bounds {
                 minimum: Some(least),

@@ -274,6 +274,7 @@ fn open_fits(info: &LayoutInfo, last: FieldType, params: &[u8]) -> bool {
             let rest = params.get(text.len()..).unwrap_or_default();
             rest.iter().all(|byte| *byte == 0) && core::str::from_utf8(text).is_ok()
         }
+        // Every bit may be an alarm, so only the size is a criterion.
         FieldType::Alarms => params.len() <= AlarmSet::CAPACITY,
         FieldType::Outputs => info.values(params).is_ok(),
         // Fixed sizes are covered by `usual`; plain bytes prove nothing.

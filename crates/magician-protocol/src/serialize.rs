@@ -14,6 +14,7 @@ impl Serialize for FieldValue<'_> {
             Self::Unsigned(number) => serializer.serialize_u64(*number),
             Self::Signed(number) => serializer.serialize_i32(*number),
             Self::Float(number) if number.is_finite() => serializer.serialize_f32(*number),
+            // JSON has no numbers for NaN and infinities.
             Self::Float(number) => serializer.collect_str(number),
             Self::Flag(byte) | Self::Enum(_, byte) => serializer.serialize_u8(*byte),
             Self::Array(..) => serializer.collect_seq(self.items()),

@@ -142,6 +142,7 @@ impl Bytes {
         bytes.get_mut(..from.len())?.copy_from_slice(from);
         Some(Self {
             bytes,
+            // At most MAX_PARAMS, 248.
             len: from.len() as u8,
         })
     }

@@ -75,6 +75,7 @@ impl<T: Display> Display for Visible<T> {
     }
 }
 
+// Filters while the text is formatted, because this crate does not allocate.
 struct Filter<'a, 'f> {
     to: &'a mut fmt::Formatter<'f>,
     lines: bool,

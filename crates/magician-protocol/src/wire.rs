@@ -238,6 +238,7 @@ scalar!(Float as f32: f32 F32);
 impl<T: Wire + Copy + Default, const N: usize> Wire for [T; N] {
     const TYPE: FieldType = match T::TYPE {
         FieldType::Scalar(scalar) => FieldType::Array(scalar, N),
+        // Evaluated at compile time: such a layout does not build.
         _ => panic!("arrays hold numbers"),
     };
 
