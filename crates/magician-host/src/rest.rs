@@ -50,7 +50,7 @@ struct Seen {
 }
 
 impl RestDetector {
-    /// Takes a pose read at `now`, us. True if the arm is at rest.
+    /// Processes a pose read at `now`, us. True if the arm is at rest.
     pub fn see(&mut self, now: Micros, pose: Pose) -> bool {
         match &mut self.seen {
             Some(seen) if seen.pose == pose => {

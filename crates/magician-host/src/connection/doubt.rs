@@ -111,7 +111,7 @@ impl Connection {
         });
     }
 
-    /// Takes a reading for the command in doubt, and judges it when two pairs are equal.
+    /// Processes a reading for the command in doubt, and judges it when two pairs are equal.
     pub(super) fn read(&mut self, purpose: Purpose, frame: &FrameBuf, now: Micros) {
         let Some(mut doubt) = self.doubt.take() else {
             return self.vet_reading(purpose, frame);

@@ -130,7 +130,7 @@ impl Connection {
         sent < TRIES
     }
 
-    /// Takes a reading.
+    /// Processes the reply to a reading.
     pub(super) fn vet_reading(&mut self, purpose: Purpose, frame: &FrameBuf) {
         let Some(duplicate_check) = self
             .duplicate_check

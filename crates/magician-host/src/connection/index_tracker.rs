@@ -307,7 +307,7 @@ impl IndexTracker {
         (self.current, self.suspect) = (current, false);
     }
 
-    /// Takes a current index. True if it shows a reset of the controller.
+    /// Processes a reading of the current index. True if it shows a reset of the controller.
     ///
     /// On an unordered link a single lower reading may be old; only a second one proves a reset.
     pub(super) fn read_current(&mut self, current: u64, ordered: bool) -> bool {
@@ -322,7 +322,7 @@ impl IndexTracker {
         reset
     }
 
-    /// Takes a current index that may be that of an arm at rest.
+    /// Processes a reading of the current index that may be that of an arm at rest.
     fn rests_at(&mut self, current: u64, ordered: bool) {
         if !self.vacant || self.last.is_some() {
             return;
@@ -355,7 +355,7 @@ impl IndexTracker {
         })
     }
 
-    /// Takes a left space. `idle` is true if no queued command is unanswered.
+    /// Processes a reading of the left space. `idle` is true if no queued command is unanswered.
     pub(super) fn read_left(&mut self, left: u32, idle: bool, now: Micros) {
         if left > self.capacity {
             // More places than assumed: the reading is not proof that the queue is empty.

@@ -140,7 +140,7 @@ impl Connection {
             Purpose::Clock => seen.clock = true,
             Purpose::Current => seen.current = true,
             Purpose::Left => seen.left = true,
-            // Fences and requests of callers say nothing about the line's end.
+            // Fences and requests of callers say nothing about the controller at the end.
             _ => {}
         }
         if seen.clock && seen.current && seen.left {

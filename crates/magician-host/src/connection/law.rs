@@ -177,7 +177,7 @@ impl IndexLawMonitor {
         self.highest
     }
 
-    /// Takes the index of a reply. `alone` is true if no other command was unaccounted for;
+    /// Processes the index of a reply. `alone` is true if no other command was unaccounted for;
     /// `highest` is the highest current index read when the command was sent.
     pub(super) fn answered(&mut self, index: u64, alone: bool, highest: u64) {
         if let Some(before) = self.before_reset.take() {
@@ -226,7 +226,8 @@ impl IndexLawMonitor {
         self.cleared();
     }
 
-    /// Takes a current index that shows no reset. `reached` is the head it implies, if known.
+    /// Processes a reading of the current index that shows no reset. `reached` is the head it
+    /// implies, if known.
     pub(super) fn current(&mut self, current: u64, reached: Option<u64>) {
         if let Some((index, highest)) = self.contradicted.take()
             && current >= highest
@@ -262,7 +263,7 @@ impl IndexLawMonitor {
         self.books.excess = None;
     }
 
-    /// Takes a left space.
+    /// Processes a reading of the left space.
     pub(super) fn look(&mut self, look: QueueReading) {
         self.cleared();
         match look.last.checked_sub(look.waiting.into()) {

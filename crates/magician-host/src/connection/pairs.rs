@@ -18,8 +18,8 @@ const FIRST_PAUSE: u64 = 256;
 /// Largest number of doublings: [`FIRST_PAUSE`] then is days of a full line.
 const MOST_DOUBLINGS: u32 = 20;
 
-/// Tracks whether this controller accepts a read and a queued command at the same time. It is
-/// assumed to, until a frame of a pair is lost; reads then wait their turn for a while.
+/// Tracks whether this controller accepts a read and a queued command at the same time. This
+/// is assumed until a frame of a pair is lost; then reads wait their turn for a while.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pairs {
     losses: u32,

@@ -292,8 +292,8 @@ impl Connection {
         }
     }
 
-    /// Takes a left space. `once` is true if it was requested once, so it cannot include later
-    /// commands.
+    /// Processes a reading of the left space. `once` is true if it was requested once, so it cannot
+    /// include later commands.
     fn observe_left(&mut self, left: u32, once: bool, now: Micros) {
         self.seen(Purpose::Left);
         // Beside a doubt or on an unordered link a mismatch would prove nothing about the law.

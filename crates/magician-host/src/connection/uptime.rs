@@ -43,7 +43,7 @@ impl Uptime {
         }
     }
 
-    /// Takes a reading requested at `asked` and received at `heard`. True if it shows a reset.
+    /// Processes a reading requested at `asked` and received at `heard`. True if it shows a reset.
     ///
     /// On an unordered link a single reading may have been delayed and proves nothing.
     pub(super) fn read(&mut self, value: u32, asked: Micros, heard: Micros, ordered: bool) -> bool {

@@ -25,7 +25,7 @@ enum Motor {
 pub struct Motors([Motor; 2]);
 
 impl Motors {
-    /// Takes a frame that is sent: from now on a motor may run, with or without a reply.
+    /// Processes a sent frame: from now on a motor may run, with or without a reply.
     pub fn sent(&mut self, frame: &Frame<'_>) {
         let Some((output, motor)) = self.turned(frame) else {
             return;
@@ -40,7 +40,7 @@ impl Motors {
         };
     }
 
-    /// Takes a frame that was answered.
+    /// Processes an answered frame.
     pub fn answered(&mut self, frame: &Frame<'_>) {
         if let Some((output, Motor::Off)) = self.turned(frame) {
             self.0[output] = Motor::Off;

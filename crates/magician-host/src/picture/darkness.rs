@@ -74,7 +74,7 @@ impl Darkness {
         }
     }
 
-    /// Takes a pose.
+    /// Processes a pose.
     // A pose requested before the frame may be from before it.
     pub fn see(&mut self, now: Micros, pose: Pose) {
         if self.asked && self.seen.is_none() {

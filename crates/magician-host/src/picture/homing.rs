@@ -52,7 +52,7 @@ enum Stage {
 }
 
 impl HomingTracker {
-    /// Takes a request that is sent.
+    /// Processes a sent request.
     pub(super) fn sent(&mut self, request: &Frame<'_>) {
         let (ctrl, id) = (request.ctrl(), request.id());
         if !ctrl.write() {
@@ -83,14 +83,14 @@ impl HomingTracker {
         }
     }
 
-    /// Takes the index of the command finished last.
+    /// Processes the index of the command finished last.
     pub(super) fn read_current(&mut self, current: u64) {
         if matches!(self.stage, Stage::Queued(index) if index <= current) {
             self.stage = Stage::Ended;
         }
     }
 
-    /// Takes the alarms.
+    /// Processes a reading of the alarms.
     pub(super) fn read_alarms(&mut self, alarms: AlarmSet) {
         let before = self.alarms.replace(alarms);
         let is_set = |alarms: &AlarmSet| alarms.contains(Alarm::ResetOccurred);
@@ -113,8 +113,8 @@ impl HomingTracker {
         }
     }
 
-    /// Takes a pose. At the firmware's home point homing is confirmed. Elsewhere the arm may have
-    /// another home point, which [`stood_at_home`](Self::stood_at_home) decides.
+    /// Processes a pose. At the firmware's home point homing is confirmed. Elsewhere the arm may
+    /// have another home point, which [`stood_at_home`](Self::stood_at_home) decides.
     pub(super) fn read_pose(&mut self, pose: &Pose) {
         let turned = { pose.joint_angle.iter().zip(HOME_JOINTS) }.map(|(joint, home)| joint - home);
         if { turned }.all(|angle| angle.abs() <= AT_HOME) {

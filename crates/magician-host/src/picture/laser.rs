@@ -140,7 +140,7 @@ impl LaserPicture {
         }
     }
 
-    /// Takes the reply to a get.
+    /// Processes the reply to a get.
     pub(super) fn read(&mut self, reply: &Frame<'_>) {
         if reply.id() != <EndEffectorLaser as Readable>::ROW.id {
             return;

@@ -122,7 +122,7 @@ impl Default for ArmPicture {
 
 /// Frames, and the ends of requests.
 impl ArmPicture {
-    /// Takes a frame sent at `now`, us. Retransmissions count again.
+    /// Processes a frame sent at `now`, us. Retransmissions count again.
     pub fn sent(&mut self, now: Micros, request: &Frame<'_>) {
         // Every part sees every frame; each decides what concerns it.
         self.darkness = Darkness::after(self.darkness, now, request);
@@ -135,7 +135,7 @@ impl ArmPicture {
         }
     }
 
-    /// Takes the reply to a request at `now`, us. Its consequences are returned by
+    /// Processes the reply to a request at `now`, us. Its consequences are returned by
     /// [`poll_event`](Self::poll_event).
     pub fn answered(
         &mut self,
@@ -321,7 +321,7 @@ impl ArmPicture {
         self.own.queue_is_empty();
     }
 
-    /// Takes a reading of the queue that began when [`Standing::orders`] were `before`.
+    /// Processes a reading of the queue that began when [`Standing::orders`] were `before`.
     pub fn note_look(&mut self, look: QueueLook, before: u64) {
         if self.standing.account(look.current) {
             // Another program has used the arm, and may have changed any setting.

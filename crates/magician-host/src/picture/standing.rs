@@ -70,7 +70,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Takes a request that is sent. True if it may change the alarms.
+    /// Processes a sent request. True if it may change the alarms.
     pub(super) fn sent(&mut self, request: &Frame<'_>) -> bool {
         let ctrl = request.ctrl();
         if ctrl.write() || ctrl.queued() {
@@ -124,7 +124,8 @@ impl Standing {
         };
     }
 
-    /// Takes the current index. True if a command has finished that this connection did not queue.
+    /// Processes a reading of the current index. True if a command has finished that this
+    /// connection did not queue.
     pub(super) fn account(&mut self, current: u64) -> bool {
         let foreign = current > self.accounted;
         self.accounted = self.accounted.max(current);

@@ -123,7 +123,7 @@ impl ToolPicture {
         }
     }
 
-    /// Takes the reply to a get.
+    /// Processes the reply to a get.
     pub(super) fn read(&mut self, reply: &Frame<'_>) {
         match reply.id() {
             id if id == <EndEffectorParams as Readable>::ROW.id => {

@@ -44,7 +44,7 @@ enum QueueHold {
 }
 
 impl Values {
-    /// Takes a request that is sent: settings that it may change become unknown.
+    /// Processes a sent request: settings that it may change become unknown.
     pub(super) fn sent(&mut self, request: &Frame<'_>) {
         let ctrl = request.ctrl();
         if !ctrl.write() && !ctrl.queued() {
@@ -84,7 +84,7 @@ impl Values {
         }
     }
 
-    /// Takes the reply to a request at `now`, us.
+    /// Processes the reply to a request at `now`, us.
     pub(super) fn answered(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
         let Some(row) = Row::with_id(request.id()) else {
             return;
@@ -198,7 +198,7 @@ impl Values {
         self.darkened();
     }
 
-    /// Takes the reply to a get.
+    /// Processes the reply to a get.
     pub(super) fn read(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
         let row = Row::with_id(request.id());
         let Some(row) = row.filter(|row| matches!(row.effect, Effect::Setting | Effect::Laser))

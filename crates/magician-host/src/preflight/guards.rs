@@ -72,7 +72,7 @@ macro_rules! setters {
 
 setters! { reach unknown_start jog laser alarms require_homed }
 
-/// Refuses in the name of a guard, if the guard is on.
+/// Returns an error that names the guard, if the guard is on.
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) with [`Error::guard`].

@@ -85,7 +85,7 @@ impl Preflight {
         self.model.planner(self.now.settings.tool(), speeds)
     }
 
-    /// Notes a motion that this arm's limits permit but which exceeds what every arm keeps.
+    /// Notes a motion within this arm's limits but beyond those that every arm keeps.
     fn note_doubt(&mut self, plan: &Result<Plan, MotionError>) {
         let certain = self.model.certain;
         if self.model.limits != certain
@@ -191,8 +191,8 @@ impl Preflight {
 
     /// Completes a motion of which only the end is known.
     ///
-    /// If all joints move together, from within their limits to within them, they stay there. Only
-    /// J2 - J3 could briefly leave its range, if one of them is much slower.
+    /// If all joints move together between two points within their limits, they stay within them.
+    /// Only J2 - J3 could briefly leave its range, if one of them is much slower.
     fn arrive(&mut self, request: &Move) -> Result<()> {
         // Only a move of all joints stays within the limits from any start.
         if request.kind != MoveKind::Joint {

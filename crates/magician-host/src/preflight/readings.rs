@@ -57,8 +57,8 @@ impl Readings {
     }
 }
 
-/// True if a command sets something that motions depend on: a reading, a jog's speed, or the arm's
-/// idea of its pose.
+/// True if a command changes a value that motions depend on: one of these readings, a jog's speed,
+/// or the arm's estimate of its pose.
 #[must_use]
 pub fn governs_motion(command: &Set) -> bool {
     match command {

@@ -26,7 +26,7 @@ pub(super) struct Cutter {
 }
 
 impl Cutter {
-    /// Takes bytes.
+    /// Processes received bytes.
     pub(super) fn push(&mut self, now: Micros, bytes: &[u8], piece: impl FnMut(Piece<'_>)) {
         self.heard = now;
         self.cut(bytes, piece);

@@ -13,12 +13,12 @@ use crate::connection::Micros;
 
 /// Input.
 impl Proxy {
-    /// Takes bytes from a client, split anywhere.
+    /// Processes bytes from a client, split anywhere.
     pub fn receive(&mut self, now: Micros, client: Client, bytes: &[u8]) {
         self.listen(client, |cutter, hear| cutter.push(now, bytes, hear));
     }
 
-    /// Takes bytes from the arm, split anywhere.
+    /// Processes bytes from the arm, split anywhere.
     pub fn receive_from_arm(&mut self, now: Micros, bytes: &[u8]) {
         let mut cutter = std::mem::take(&mut self.arm.cutter);
         cutter.push(now, bytes, |piece| self.hear_arm(now, &piece));

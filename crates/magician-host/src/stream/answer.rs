@@ -14,7 +14,7 @@ use crate::connection::{Connection, Failure, Micros, Ticket};
 const STARTS: u8 = 4;
 
 impl Stream {
-    /// Takes the end of a request. True if it was one of the stream's. Call
+    /// Processes the result of a request. True if it was one of the stream's. Call
     /// [`advance`](Self::advance) afterwards.
     pub fn answered(
         &mut self,

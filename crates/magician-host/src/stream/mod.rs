@@ -380,10 +380,10 @@ impl Stream {
 
 /// Our own side.
 impl Stream {
-    /// Takes the next command.
+    /// Adds the next command of the program.
     ///
     /// # Errors
-    /// [`Refused`]; the command was not taken.
+    /// [`Refused`]; the command was not added.
     pub fn offer(&mut self, item: Item) -> Result<(), Refused> {
         if self.ended || self.is_over() {
             return Err(Refused::Over);

@@ -113,7 +113,7 @@ impl Reader {
         }
     }
 
-    /// Takes the state of an arm at rest that another caller has read.
+    /// Processes the state of an arm at rest that another caller has read.
     pub(super) fn was_told(&mut self, now: ArmInstant, beginning: &Beginning) {
         (self.left, self.left_at) = (beginning.left, Some(now));
         (self.current, self.known, self.changed) = (beginning.current, true, now);
@@ -234,7 +234,7 @@ impl Stream {
         }
     }
 
-    /// Takes the end of a request. True if it was a reading of the stream.
+    /// Processes the result of a request. True if it was a reading of the stream.
     pub(super) fn reading_answered(
         &mut self,
         now: ArmInstant,
@@ -261,7 +261,7 @@ impl Stream {
         true
     }
 
-    /// Takes a reply to another caller: its current index saves the stream a reading.
+    /// Processes a reply to another caller: its current index saves the stream a reading.
     /// Call [`advance`](Self::advance) afterwards.
     pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
         let now = self.clock.at(now);

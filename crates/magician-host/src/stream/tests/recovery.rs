@@ -115,8 +115,8 @@ fn corners() -> Vec<Item> {
         places.push([x - 0.5, y + 1.0, 9.0 + f64::from(stroke)]);
     }
     // Corners take a fraction of that: the queue runs dry, and a command behind a loss begins
-    // before the loss shows.
-    // Only the short segments and the last lift have fractional x coordinates.
+    // before the loss shows. Only the short segments and the last lift have fractional x
+    // coordinates.
     let time = |[x, ..]: &[f64; 3]| if x.fract() == 0.0 { 3 * SECOND } else { 1_000 };
     places
         .into_iter()
