@@ -97,8 +97,8 @@ pub struct Preflight {
     /// Part of a period that has passed at this point, us: a motion begins with the period in which
     /// its command arrives.
     into_period: u64,
-    /// Bound that the command under check exceeds, although this arm permits it and not every arm
-    /// does.
+    /// Limit common to all arms that the command under check exceeds, although this arm's own
+    /// limits permit it.
     doubt: Option<MotionError>,
 }
 
