@@ -1,13 +1,15 @@
-//! Admission of connections: which one gives way when a listener has more than it can keep.
+//! Admission control: which connection gives way when a listener has too many.
 //!
-//! Anybody can connect to a listener and then say nothing, or one byte a second. A listener that waits for such a connection
-//! keeps out those who want to stop an arm. So a place is earned by what a connection has shown, not by having come first: a
-//! connection that has sent nothing whole is a stranger, strangers have few places of their own, and the one that has been
-//! silent longest gives way to a new one at once. What has shown a claim (a login, a frame) gives way to no stranger. Loopback
-//! has places that connections from elsewhere cannot use up.
+//! Anybody can connect to a listener and then send nothing, or a byte a second. A listener that
+//! waits for such a connection locks out users who want to stop an arm. So places are earned by
+//! behaviour and not by order of arrival: a connection that has not sent a complete request is a
+//! *stranger*; strangers have few places of their own, and the one that has been silent longest
+//! gives way to a new one at once. A connection that has shown a *claim* (a login, a frame) gives
+//! way to no stranger. Connections from this machine have places that others cannot use up.
 //!
-//! [`AdmissionTable`] decides this for all listeners: those of the virtual arm and the proxy, of a station's HTTP and
-//! WebSockets, and of the link. It has no clock and does no I/O: the listener tells what happens and closes what gives way.
+//! [`AdmissionTable`] decides this for all listeners: those of the virtual arm and the proxy, HTTP
+//! and WebSockets of a station, and the link. It has no clock and does no I/O: the listener reports
+//! events and closes the connections that give way.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -15,7 +17,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-/// Where a connection comes from.
+/// Origin of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(clippy::exhaustive_enums, reason = "there is no third place")]
 pub enum Origin {
@@ -26,10 +28,11 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// Origin of a connection whose other end has this address.
+    /// Origin of a connection whose peer has this address.
     #[must_use]
     pub fn of(address: IpAddr) -> Self {
         if address.to_canonical().is_loopback() {
+            // Canonical: an IPv4 peer on a dual-stack socket has the form ::ffff:127.0.0.1.
             Self::Loopback
         } else {
             Self::Elsewhere
@@ -37,37 +40,39 @@ impl Origin {
     }
 }
 
-/// Places of a listener.
+/// Numbers of connections that a listener admits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::exhaustive_structs,
     reason = "each listener writes its own down"
 )]
 pub struct AdmissionLimits {
-    /// Most strangers from this machine, at least 1.
+    /// Largest number of strangers from this machine, at least 1.
     pub loopback_strangers: usize,
-    /// Most strangers from elsewhere, at least 1.
+    /// Largest number of strangers from elsewhere, at least 1.
     pub strangers: usize,
-    /// Most connections with a claim.
+    /// Largest number of connections with a claim.
     pub claims: usize,
-    /// Places for claims that only loopback may take, of `claims`.
+    /// Number of places for claims, out of `claims`, that only loopback may take.
     pub kept_for_loopback: usize,
-    /// A claim that was not heard of for this long gives way to another claim. `None` if claims last until they end.
+    /// Silence after which a claim gives way to another claim. `None` if claims last until they
+    /// end.
     pub idle: Option<Duration>,
 }
 
-/// No place: every place for a claim is in use by a connection that gives way to nobody.
+/// Error if every place for a claim is in use by a connection that does not give way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::exhaustive_structs, reason = "it says one thing")]
 pub struct NoPlace;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Standing {
-    /// Stranger that has sent nothing whole since it came or since its last request was answered.
+    /// Stranger that has sent no complete request since it came or since its last request was
+    /// answered.
     Silent,
-    /// Stranger that has sent something whole without showing who it is.
+    /// Stranger that has sent a complete request without identifying itself.
     Heard,
-    /// Claim whose request is still on its way, or whose answer is.
+    /// Claim whose request or reply is still being transferred.
     Slow,
     /// Claim that is being served.
     Served,
@@ -77,7 +82,7 @@ enum Standing {
 struct Place {
     origin: Origin,
     standing: Standing,
-    /// When it took on this standing; of a claim, when it was heard of last.
+    /// Instant at which it got this standing; for a claim, when it was last heard.
     since: HostInstant,
     /// Order of arrival, for places of one instant.
     arrival: u64,
@@ -89,12 +94,12 @@ impl Place {
     }
 }
 
-/// Order in which connections give way: silent ones first, of these the oldest.
+/// Order in which connections give way: silent ones first, the oldest of these first.
 fn yields_first<K>((_, place): &(&K, &Place)) -> (Standing, HostInstant, u64) {
     (place.standing, place.since, place.arrival)
 }
 
-/// Connections of a listener by a key of the listener's choice, and what each has shown.
+/// Connections of a listener, by a key of the listener's choice, with what each has shown.
 ///
 /// ```
 /// use magician_host::admission::{AdmissionLimits, AdmissionTable, Origin};
@@ -145,16 +150,19 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.places.is_empty()
     }
 
-    /// True if a connection from there would get a place once it shows a claim. A listener that tells a new connection so at
-    /// once asks before [`open`](Self::open).
+    /// True if a connection of this origin would get a place once it shows a claim.
+    ///
+    /// A listener that refuses new connections at once asks this before [`open`](Self::open).
     #[must_use]
     pub fn has_room(&self, now: HostInstant, origin: Origin) -> bool {
         self.place_for(now, origin, None).is_ok()
     }
 
-    /// Earliest instant at which [`open`](Self::open) for this origin takes no place from a connection that took on its standing
-    /// less than `grace` ago. `None` if that is now. A listener that waits for it lets each connection say who it is, however
-    /// fast others come.
+    /// Earliest instant at which [`open`](Self::open) for this origin takes no place from a
+    /// connection that got its standing less than `grace` ago. `None` if that is now.
+    ///
+    /// A listener that waits until then lets each connection identify itself, however fast others
+    /// come.
     #[must_use]
     pub fn opens_at(
         &self,
@@ -170,10 +178,11 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         (at > now).then_some(at)
     }
 
-    /// A connection came. Returns the connection that gives way to it: the stranger from the same origin that has been silent
-    /// longest or, if none is silent, the one whose request came first.
+    /// Adds a new connection. Returns the connection that gives way to it: the stranger of the same
+    /// origin that has been silent longest or, if none is silent, the one whose request came first.
     #[must_use = "what gives way is to be closed"]
     pub fn open(&mut self, now: HostInstant, key: K, origin: Origin) -> Option<K> {
+        // Two connections may arrive at the same instant, so their order is counted.
         self.arrivals += 1;
         let place = Place {
             origin,
@@ -185,19 +194,26 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.make_room(origin, key)
     }
 
-    /// A connection has sent something whole. A stranger stays one; an idle claim is idle no more.
+    /// Notes that a connection has sent a complete request. A stranger stays one; a claim is no
+    /// longer idle.
     pub fn heard(&mut self, now: HostInstant, key: K) {
         if let Some(place) = self.places.get_mut(&key) {
             place.since = now;
+            // Never lowers a claim.
             place.standing = place.standing.max(Standing::Heard);
         }
     }
 
-    /// A connection has shown a claim, but its request is not whole yet, or its answer not taken. Until [`claim`](Self::claim)
-    /// it gives way to other claims, the oldest first. Returns the connection that gives way to it.
+    /// Notes that a connection has shown a claim while its request is incomplete or its reply not
+    /// taken.
+    ///
+    /// Until [`claim`](Self::claim) it gives way to other claims, the oldest first. Returns the
+    /// connection that gives way to it.
     #[must_use = "what gives way is to be closed"]
     pub fn begin(&mut self, now: HostInstant, key: K) -> Option<K> {
         let origin = self.places.get(&key)?.origin;
+        // With all places in use an older slow or idle claim gives way; without such a claim this
+        // request waits beside the places.
         let gone = if self.is_full(origin, [Some(key), None]) {
             self.yielding(now, origin, Some(key))
         } else {
@@ -207,13 +223,13 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.remove(gone)
     }
 
-    /// A connection has shown a claim and is served from now on: it gives way to nobody unless claims can be idle. Returns the
-    /// connection that gives way to it.
+    /// Notes that a connection has shown a claim and is served from now on. It gives way to no
+    /// connection unless claims can be idle. Returns the connection that gives way to it.
     ///
-    /// Nothing changes for a connection that is not in the table.
+    /// Has no effect on a connection outside the table.
     ///
     /// # Errors
-    /// [`NoPlace`]; the connection stands as before.
+    /// [`NoPlace`]; the connection keeps its standing.
     pub fn claim(&mut self, now: HostInstant, key: K) -> Result<Option<K>, NoPlace> {
         let Some(origin) = self.places.get(&key).map(|place| place.origin) else {
             return Ok(None);
@@ -223,7 +239,8 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         Ok(self.remove(gone))
     }
 
-    /// The request of a connection is over: it is a silent stranger again. Returns the connection that gives way to it.
+    /// Notes that the request of a connection is over: it is a silent stranger again. Returns the
+    /// connection that gives way to it.
     #[must_use = "what gives way is to be closed"]
     pub fn end_request(&mut self, now: HostInstant, key: K) -> Option<K> {
         let origin = self.places.get(&key)?.origin;
@@ -231,17 +248,18 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.make_room(origin, key)
     }
 
-    /// A connection has ended, or counts elsewhere.
+    /// Removes a connection that has ended, or is counted elsewhere.
     pub fn close(&mut self, key: K) {
         self.places.remove(&key);
     }
 
-    /// The system has no descriptor for a new connection. Returns the stranger that gives way: from elsewhere before loopback,
-    /// silent before heard, oldest first.
+    /// Removes a stranger because the system has no descriptor for a new connection. Returns it:
+    /// from elsewhere before loopback, silent before heard, oldest first.
     #[must_use = "what gives way is to be closed"]
     pub fn shed(&mut self) -> Option<K> {
         let strangers = self.places.iter().filter(|(_, place)| !place.is_claim());
         let first = strangers.min_by_key(|(_, place)| {
+            // A local user who wants to stop the arm must be able to connect.
             let is_loopback = place.origin == Origin::Loopback;
             (is_loopback, place.standing, place.since, place.arrival)
         });
@@ -261,7 +279,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.places.remove(&gone).map(|_| gone)
     }
 
-    /// Removes a stranger of this origin if there are too many, but not the one that needs the room.
+    /// Removes a stranger of this origin if there are too many, except `newest`.
     fn make_room(&mut self, origin: Origin, newest: K) -> Option<K> {
         if self.strangers_from(origin).count() <= self.most_strangers(origin) {
             return None;
@@ -277,12 +295,13 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         { self.places.iter() }.filter(move |(_, place)| from_there(place))
     }
 
-    /// Most strangers from there.
+    /// Largest number of strangers of this origin.
     fn most_strangers(&self, origin: Origin) -> usize {
         let most = match origin {
             Origin::Loopback => self.limits.loopback_strangers,
             Origin::Elsewhere => self.limits.strangers,
         };
+        // Without a place for strangers nobody could ever show a claim.
         most.max(1)
     }
 
@@ -296,20 +315,21 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.claims(but).filter(of).count()
     }
 
-    /// Most claims from elsewhere.
+    /// Largest number of claims from elsewhere.
     fn most_elsewhere(&self) -> usize {
         let limits = self.limits;
+        // Saturates for a listener that keeps more places than it has.
         limits.claims.saturating_sub(limits.kept_for_loopback)
     }
 
-    /// True if no place is free for one more claim from there beside all but these.
+    /// True if there is no place for another claim of this origin, not counting those in `but`.
     fn is_full(&self, origin: Origin, but: [Option<K>; 2]) -> bool {
         let is_beyond = origin == Origin::Elsewhere
             && self.claims_from(Origin::Elsewhere, but) >= self.most_elsewhere();
         is_beyond || self.claims(but).count() >= self.limits.claims
     }
 
-    /// A place for the claim of one connection: free, or that of the claim that is returned.
+    /// Finds a place for the claim of a connection: free (`None`), or that of the claim returned.
     fn place_for(
         &self,
         now: HostInstant,
@@ -320,7 +340,8 @@ impl<K: Copy + Ord> AdmissionTable<K> {
             return Ok(None);
         }
         let gone = self.yielding(now, origin, of);
-        // A request that begins while all places are in use stands beside them: its end makes no place.
+        // A request that begins while all places are in use exceeds them, so its end frees no
+        // place.
         if gone.is_some() && !self.is_full(origin, [of, gone]) {
             Ok(gone)
         } else {
@@ -328,9 +349,11 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         }
     }
 
-    /// The claim that gives way to one more from there, if any does: the one that was not heard of for longest.
+    /// Claim that gives way to another one of this origin: the one not heard for longest. `None` if
+    /// no claim gives way.
     fn yielding(&self, now: HostInstant, origin: Origin, but: Option<K>) -> Option<K> {
         let has_yielded = |place: &Place| match (place.standing, self.limits.idle) {
+            // An incomplete request has not earned its place yet.
             (Standing::Slow, _) => true,
             (_, Some(idle)) => now - place.since >= idle,
             (_, None) => false,
@@ -338,6 +361,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         let but = [but, None];
         let is_beyond = self.claims_from(Origin::Elsewhere, but) >= self.most_elsewhere();
         let spare = self.claims_from(Origin::Loopback, but) > self.limits.kept_for_loopback;
+        // A claim from elsewhere may displace one from loopback only above the reserved places.
         let may_go = |place: &Place| match (origin, place.origin) {
             (Origin::Loopback, _) | (_, Origin::Elsewhere) => true,
             (Origin::Elsewhere, Origin::Loopback) => spare && !is_beyond,

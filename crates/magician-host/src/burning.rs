@@ -1,4 +1,4 @@
-//! What lights the laser: one classification of commands for every door.
+//! Classification of commands that light the laser, shared by all front ends.
 
 use magician_protocol::commands::{ClearAlarmsState, ClearAllAlarmsState, QueuedCmdStartExec};
 use magician_protocol::{Frame, PoList, Row, Set, Writable};
@@ -8,10 +8,12 @@ pub const LASER_SUPPLY: u8 = 2;
 /// EIO address of the laser's modulation (model section 13).
 pub const LASER_POWER: u8 = 4;
 
-/// Whether a command may light the laser: `SetEndEffectorLaser` enabled and on, `CpLeCmd` with a power above 0, and what
-/// raises one of the laser's pins: `IoPwm` on EIO 4, `IoDo` on EIO 2 or 4, `PtpPoCmd` and `PtpPoWithLCmd` that switch these
-/// on. `laser_pins` says whether a laser may be wired to the pins; `false` is for an arm that has none, whose
-/// pins drive something else.
+/// True if a command may light the laser.
+///
+/// These are `SetEndEffectorLaser` enabled and on, `CpLeCmd` with a power above 0, and commands
+/// that raise one of the laser's pins: `IoPwm` on EIO 4, `IoDo` on EIO 2 or 4, `PtpPoCmd` and
+/// `PtpPoWithLCmd` that switch these on. `laser_pins` is false for an arm whose pins drive
+/// something else than a laser.
 ///
 /// ```
 /// use magician_host::{burns, build};
@@ -24,13 +26,13 @@ pub const LASER_POWER: u8 = 4;
 pub fn burns(command: &Set, laser_pins: bool) -> bool {
     match command {
         Set::SetEndEffectorLaser(laser) => laser.enable_ctrl.is_on() && laser.on.is_on(),
-        // A power that is not a number counts as one.
+        // NaN counts as a power: how firmware treats it is unknown.
         Set::CpLeCmd(segment) => is_above_zero(segment.velocity_or_power),
         command => laser_pins && raises_laser_pin(command),
     }
 }
 
-/// Whether a command switches one of the laser's pins on.
+/// True if a command switches one of the laser's pins on.
 pub fn raises_laser_pin(command: &Set) -> bool {
     let is_laser = |address: u16| {
         [LASER_SUPPLY, LASER_POWER]
@@ -43,6 +45,7 @@ pub fn raises_laser_pin(command: &Set) -> bool {
     };
     match command {
         Set::IoDo(output) => is_laser(output.address.into()) && output.level.is_on(),
+        // PWM exists on EIO 4 alone of the two pins; the supply has only levels.
         Set::IoPwm(output) => output.address == LASER_POWER && is_above_zero(output.duty_cycle),
         Set::PtpPoCmd(command) => raised(&command.po),
         Set::PtpPoWithLCmd(command) => raised(&command.po),
@@ -54,18 +57,23 @@ fn is_above_zero(share: f32) -> bool {
     share.is_nan() || share > 0.0
 }
 
-/// As [`burns`], for a frame. One that can burn and cannot be read counts as one that does.
+/// True as for [`burns`], but for a frame. A frame that could burn and cannot be decoded counts as
+/// burning.
 pub fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
     let row = Row::with_id(frame.id());
+    // Reads never burn, and unknown ids have no known effect.
     if !acts(frame) || !row.is_some_and(|row| row.may_burn) {
         return false;
     }
     let command = Set::decode(frame.id(), frame.params());
+    // Undecodable parameters: assume the worst.
     command.map_or(true, |command| burns(&command, laser_pins))
 }
 
-/// Whether a frame may start a stopped queue: its waiting commands begin, whichever program queued them.
+/// True if a frame may start a stopped queue, whose waiting commands then run, whichever program
+/// queued them.
 pub fn frame_releases_queue(frame: &Frame<'_>) -> bool {
+    // Clearing the alarms releases a queue that an alarm holds.
     let releases = [
         QueuedCmdStartExec::ROW.id,
         ClearAlarmsState::ROW.id,
@@ -89,7 +97,7 @@ mod tests {
     use super::*;
     use crate::build;
 
-    /// A row that says that it cannot burn is never asked.
+    /// Rows that claim not to burn are never examined, so their list must be right.
     #[test]
     fn the_table_knows_what_may_burn() {
         use magician_protocol::commands::TABLE;
@@ -170,7 +178,7 @@ mod tests {
         ]
     }
 
-    /// Every class of commands: whether it burns where a laser may be on the pins, and where none is.
+    /// Commands of each class, with true if they burn: with a laser on the pins, and without.
     fn table() -> Vec<(Set, bool, bool)> {
         let mut table = vec![
             (laser(1, 1), true, true),

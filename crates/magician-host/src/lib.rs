@@ -1,15 +1,20 @@
 //! The host's side of a Dobot Magician arm, without I/O and without a clock.
 //!
-//! * [`connection`] sends requests and tells which answer is whose; [`stream`] keeps any number of queued commands flowing over
-//!   it; [`proxy`] gives several programs one arm.
-//! * [`admission`] decides which connection gives way when a listener has more than it can keep.
-//! * [`build`] makes commands of intentions; [`preflight`] checks them before a byte is sent.
-//! * [`picture`] knows an arm without asking it; [`gate`] decides when a jog may begin.
-//! * [`faults`] (feature) is what a bad line does, from a seed; [`pair`] (feature) a host and a virtual arm on one virtual clock.
+//! All of it is sans-io state machines and pure functions: the caller passes bytes and instants in
+//! and takes frames and events out. The crate `magician` drives them over real lines and re-exports
+//! them; browser pages and other runtimes can do the same.
 //!
-//! The crate `magician` drives these over real lines and re-exports them. Lengths are mm, angles degrees, times microseconds
-//! unless a name says otherwise. An erratum (E37) that is cited is in `docs/reference/ERRATA.md` of the repository, a model section in
-//! `docs/reference/MODEL.md`.
+//! * [`connection`] sends requests and matches replies to them; [`stream`] keeps any number of
+//!   queued commands flowing over a connection; [`proxy`] shares one arm among several programs.
+//! * [`admission`] decides which connection gives way when a listener has too many.
+//! * [`build`] makes commands from intentions; [`preflight`] checks them before a byte is sent.
+//! * [`picture`] tracks the state of an arm from the frames that pass; [`gate`] decides when a jog
+//!   may begin.
+//! * [`faults`] (feature) simulates a bad line from a seed; [`pair`] (feature) joins a host and a
+//!   virtual arm on one virtual clock.
+//!
+//! Lengths are mm, angles degrees, times microseconds unless a name says otherwise. Errata (E37)
+//! are listed in `docs/ERRATA.md` of the repository, model sections in `docs/MODEL.md`.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

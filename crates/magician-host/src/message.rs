@@ -1,4 +1,9 @@
-//! Sentences for people, each with its template and values, so that a front end can say it in another language.
+//! Sentences for people, each kept with its template and values, so that front ends can translate
+//! it.
+//!
+//! The English template is the identity of a sentence: a translation is looked up by it and filled
+//! with the values. So every sentence is written once, where its facts are known, and no front end
+//! parses text.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -6,8 +11,8 @@ use std::ops::Deref;
 
 use crate::{Error, Setting};
 
-/// A sentence for people. [`message!`](crate::message) makes one from a template and values; one that
-/// is made from a text alone has no template and stays as it is in every language.
+/// A sentence for people. [`message!`](crate::message) makes one from a template and values; a
+/// message from plain text has no template and is the same in every language.
 ///
 /// ```
 /// use magician_host::message;
@@ -29,21 +34,21 @@ struct Parts {
     values: Vec<(Cow<'static, str>, MessageValue)>,
 }
 
-/// Value in a [`Message`].
+/// A value in a [`Message`].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum MessageValue {
-    /// Number or quotation, as it is printed: the same in every language.
+    /// Number or quotation as printed, the same in every language.
     Text(String),
     /// Words with a template of their own.
     Message(Message),
-    /// Option by its name in `snake_case`; a front end says its own name for it.
+    /// Option by its name in `snake_case`. Front ends substitute their own name for it.
     Option(Cow<'static, str>),
 }
 
 impl Message {
-    /// Creates a message from its parts. The text is the template with the values in their places.
-    /// [`message!`](crate::message) does this.
+    /// Creates a message from its parts; `text` is the template with the values filled in. Use
+    /// [`message!`](crate::message).
     #[must_use]
     pub fn from_parts(
         text: String,
@@ -57,7 +62,7 @@ impl Message {
         }))
     }
 
-    /// Creates a word that stands in other messages, such as the name of a kind of shape.
+    /// Creates a word for use in other messages, such as the name of a kind of shape.
     #[must_use]
     pub fn word(word: &'static str) -> Self {
         Self::from_parts(word.to_owned(), word, Vec::new())
@@ -69,23 +74,24 @@ impl Message {
         &self.0.text
     }
 
-    /// English text with names in braces in the places of values: the identity of the sentence. `None`
-    /// for a text without one.
+    /// English text with names in braces in place of values: the identity of the sentence. `None`
+    /// for a text without a template.
     #[must_use]
     pub fn template(&self) -> Option<Cow<'_, str>> {
         let template = &self.0.template;
         (!template.is_empty()).then(|| without_formats(template))
     }
 
-    /// Values by the names of their places.
+    /// Values by the names of their placeholders.
     #[must_use]
     pub fn values(&self) -> &[(Cow<'static, str>, MessageValue)] {
         &self.0.values
     }
 }
 
-/// Drops the formats of places: `{height:.1}` becomes `{height}`.
+/// Removes formats from placeholders: `{height:.1}` becomes `{height}`.
 fn without_formats(template: &str) -> Cow<'_, str> {
+    // Most templates have no placeholders: return them without a copy.
     if !template.contains(['{', '}']) {
         return template.into();
     }
@@ -106,23 +112,25 @@ fn without_formats(template: &str) -> Cow<'_, str> {
     out.into()
 }
 
-/// Returns the number of decimals that a template wants of the value with this name.
+/// Returns the number of decimals that a template requests for a value. `None` if it does not.
 #[doc(hidden)]
 #[must_use]
 pub fn message_decimals(template: &str, name: &str) -> Option<usize> {
     let (_, format) = { template.split('{') }
         .filter_map(|place| place.split('}').next()?.split_once(':'))
         .find(|(place, _)| *place == name)?;
+    // Only decimals are supported: widths and signs have no meaning in other languages.
     format.strip_prefix('.')?.parse().ok()
 }
 
-/// A type whose values stand in messages.
+/// A type whose values may be used in messages.
 pub trait ToMessageValue {
-    /// Returns the value, with this number of decimals if it is one that has any.
+    /// Returns the value, with this number of decimals if it is a number.
     fn to_message_value(&self, decimals: Option<usize>) -> MessageValue;
 }
 
-/// Anything else is given as `format_args!(..)`, so that its words do not go untranslated unseen.
+/// Types printed as numbers. Other types must be passed as `format_args!(..)`, so that words in
+/// them are noticed as untranslated.
 macro_rules! printed {
     ($($kind:ty),*) => {$(
         impl ToMessageValue for $kind {
@@ -140,7 +148,7 @@ printed!(
     f32, f64, i8, i16, i32, i64, isize, u8, u16, u32, u64, usize, u128, char
 );
 
-/// Text is never cut to a number of characters.
+/// Text is never truncated to a number of characters.
 macro_rules! quoted {
     ($($kind:ty),*) => {$(
         impl ToMessageValue for $kind {
@@ -163,12 +171,13 @@ impl ToMessageValue for Message {
     fn to_message_value(&self, _decimals: Option<usize>) -> MessageValue {
         match self.template() {
             Some(_) => MessageValue::Message(self.clone()),
+            // A quotation: front ends must not look for a translation of it.
             None => MessageValue::Text(self.as_str().to_owned()),
         }
     }
 }
 
-/// Its sentence; the text has the command before it.
+/// The sentence of the error; `Display` puts the command before it.
 impl ToMessageValue for Error {
     fn to_message_value(&self, decimals: Option<usize>) -> MessageValue {
         self.sentence().to_message_value(decimals)
@@ -181,7 +190,7 @@ impl ToMessageValue for Setting {
     }
 }
 
-/// An option that is a value in a message, by its name in `snake_case`.
+/// An option as a value in a message, by its name in `snake_case`.
 #[derive(Clone, Copy, Debug)]
 pub struct OptionName(pub &'static str);
 
@@ -197,9 +206,11 @@ impl ToMessageValue for OptionName {
     }
 }
 
-/// Makes a [`Message`] of an English sentence and the values in it: `message!("{count} of {all} steps", count, all
-/// = steps.len())`. A place may say its decimals: `{height:.1}`. Each sentence is whole, so that a
-/// language with another order of words can say it; a word in it that is not always the same is a message too.
+/// Makes a [`Message`] from an English sentence and the values in it:
+/// `message!("{count} of {all} steps", count, all = steps.len())`.
+///
+/// A placeholder may give its decimals: `{height:.1}`. Each template is a whole sentence, so that a
+/// language with another word order can translate it; a word in it that varies is a message too.
 #[macro_export]
 macro_rules! message {
     ($template:literal $(, $name:ident $(= $value:expr)?)* $(,)?) => {
@@ -231,7 +242,7 @@ impl Deref for Message {
 
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Not by the text's own: the decimals of a place are for numbers.
+        // Ignores the caller's precision: decimals of a placeholder apply to numbers, not to text.
         f.write_str(self.as_str())
     }
 }
@@ -246,7 +257,7 @@ impl fmt::Display for MessageValue {
     }
 }
 
-/// By the text: what people read.
+/// Compares the text, which is what people read.
 impl PartialEq for Message {
     fn eq(&self, other: &Self) -> bool {
         self.as_str() == other.as_str()

@@ -1,5 +1,8 @@
-//! A host's connection and a virtual arm on one virtual clock, with a line between them that has [`Faults`], all from a
-//! seed: what reliability is tried with, deterministically and without waiting.
+//! A connection of the host and a virtual arm on one virtual clock, with a faulty line between
+//! them, all from a seed.
+//!
+//! Reliability tests run on it deterministically and without waiting: hours of a bad line take
+//! seconds, and a failure is repeated by its seed.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -12,7 +15,7 @@ use magician_protocol::{
 };
 use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
-/// One direction: faults, then a delay.
+/// Single direction of the line: faults, then a delay.
 struct Line {
     injector: Injector,
     under_way: VecDeque<(Micros, Vec<u8>)>,
@@ -25,12 +28,13 @@ impl Line {
         Self {
             injector: Injector::new(faults, seed),
             under_way: VecDeque::new(),
+            // A millisecond each way, about what a real line adds.
             delay: 1_000,
             lose_next: false,
         }
     }
 
-    /// From now on it does this; what is under way comes as it would have come.
+    /// Sets the faults from now on. What is under way arrives as before.
     fn set_faults(&mut self, now: Micros, faults: Faults, seed: u64) {
         let mut old = std::mem::replace(&mut self.injector, Injector::new(faults, seed));
         while let Some(at) = old.poll_timeout() {
@@ -46,7 +50,7 @@ impl Line {
         }
     }
 
-    /// What has passed; or what else struck the line.
+    /// Takes out what has passed, or another event of the line. `None` if there is nothing.
     fn take(&mut self, now: Micros) -> Option<Passed> {
         while let Some(passed) = self.injector.poll(now) {
             match passed {
@@ -54,6 +58,7 @@ impl Line {
                 other => return Some(other),
             }
         }
+        // Not only the first: after a change of faults or delays, later bytes may be due earlier.
         let at = self.under_way.iter().position(|(at, _)| *at <= now)?;
         let (_, bytes) = self.under_way.remove(at)?;
         Some(Passed::Bytes(bytes))
@@ -70,7 +75,7 @@ impl Line {
     }
 }
 
-/// A number in which everything that passed has a part (FNV-1a).
+/// Hash of everything that passed (FNV-1a), to compare runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(pub u64);
 
@@ -81,7 +86,7 @@ impl Default for Digest {
 }
 
 impl Digest {
-    /// These bytes passed now.
+    /// Adds bytes that passed at `now`.
     pub fn add(&mut self, now: Micros, bytes: &[u8]) {
         for byte in now.to_le_bytes().iter().chain(bytes) {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3);
@@ -89,51 +94,53 @@ impl Digest {
     }
 }
 
-/// The host, the arm, and the line between them.
+/// Host, arm, and the line between them.
 pub struct Pair {
-    /// The clock of all three, us.
+    /// Clock of all three, us.
     pub now: Micros,
-    /// The host's end.
+    /// Connection of the host.
     pub host: Connection,
     /// The virtual arm.
     pub arm: Controller,
     profile: Profile,
-    /// Where chance comes from.
+    /// Source of random numbers.
     pub dice: Dice,
-    /// When the arm was switched on last.
+    /// Instant of the arm's last power-up.
     booted: Micros,
     to_arm: Line,
     to_host: Line,
     arm_ear: Deframer,
-    /// When bytes came to it last.
+    /// Instant at which the arm last received bytes.
     arm_heard: Micros,
-    /// The plug is out; pulled by a test, or by a fault that the host was not told of yet.
+    /// True if the plug is out: pulled by a test, or by a fault that the host was not notified of
+    /// yet.
     pub unplugged: bool,
-    /// How often the arm was switched off and on.
+    /// Number of power cycles of the arm.
     pub boots: u32,
-    /// What the arm accepted into its queue: parameters and index, in order.
+    /// Commands accepted into the arm's queue: parameters and index, in order.
     pub accepted: Vec<(Vec<u8>, u64)>,
-    /// Every frame that the arm got whole.
+    /// Frames that the arm received whole.
     pub heard: Vec<FrameBuf>,
-    /// How many starts and clears of the queue came while the arm moved: each may end a motion (model section 14).
+    /// Number of starts and clears of the queue during motion; each may end the motion (model
+    /// section 14).
     pub cuts: u32,
-    /// How requests ended that were not fetched yet with [`finish`](Self::finish).
+    /// Results of requests that were not fetched with [`finish`](Self::finish) yet.
     pub results: HashMap<Ticket, Result<FrameBuf, Failure>>,
-    /// How often the host noticed that the arm was reset.
+    /// Number of resets that the host noticed.
     pub resets: u32,
-    /// How often the host noticed commands that were not sent, or sent only once.
+    /// Number of times that the host noticed commands that it had not sent, or sent once.
     pub unaccounted: u32,
-    /// The intervals of their indices, until they are taken.
+    /// Intervals of their indices, until they are taken.
     pub reports: Vec<(u64, u64)>,
     standing: u32,
-    /// Of every byte that the host has sent and received, and when: the same seed makes the same.
+    /// Hash of all bytes that the host sent and received, with their times: equal for equal seeds.
     pub digest: Digest,
-    /// The arm hears and does not answer.
+    /// True if the arm executes commands but does not reply.
     pub mute: bool,
 }
 
 impl Pair {
-    /// A host, and an arm that has just been switched on.
+    /// Creates a host and an arm that was just switched on.
     #[must_use]
     pub fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
         let mut dice = Dice::new(seed);
@@ -163,45 +170,46 @@ impl Pair {
         }
     }
 
-    /// Switches to an arm that gives its first queued command this index. Arms were seen to begin with 2.
+    /// Replaces the arm by another, which gives this index to its first queued command. Real arms
+    /// were seen to begin with 2.
     #[cfg(test)]
     pub(crate) fn count_from(&mut self, first: u64) {
         self.profile.queue.first_index = first;
         self.arm = Controller::new(self.profile.clone());
     }
 
-    /// From now on the line does this, both ways.
+    /// Sets the faults of both directions from now on.
     pub fn set_faults(&mut self, faults: Faults) {
         let seed = self.dice.number();
         (self.to_arm).set_faults(self.now, faults.on(Side::Requests), seed);
         self.set_reply_faults(faults);
     }
 
-    /// From now on the line does this to what the arm says.
+    /// Sets the faults of the arm's replies from now on.
     pub(crate) fn set_reply_faults(&mut self, faults: Faults) {
         let seed = self.dice.number();
         (self.to_host).set_faults(self.now, faults.on(Side::Replies), seed);
     }
 
-    /// Every reply takes so long.
+    /// Delays every reply by this time.
     #[cfg(test)]
     pub(crate) fn delay_replies(&mut self, by: Micros) {
         self.to_host.delay = by;
     }
 
-    /// The next frame to the arm comes to nothing.
+    /// Loses the next frame to the arm.
     #[cfg(test)]
     pub(crate) fn lose_next_request(&mut self) {
         self.to_arm.lose_next = true;
     }
 
-    /// The next frame from the arm comes to nothing.
+    /// Loses the next frame from the arm.
     #[cfg(test)]
     pub(crate) fn lose_next_reply(&mut self) {
         self.to_host.lose_next = true;
     }
 
-    /// The line breaks: what is under way on it comes to nothing.
+    /// Breaks the line: everything under way on it is lost.
     pub fn cut(&mut self) {
         self.to_arm.clear();
         self.to_host.clear();
@@ -211,11 +219,12 @@ impl Pair {
     pub fn power_cycle(&mut self) {
         self.arm = Controller::new(self.profile.clone());
         self.booted = self.now;
+        // Settings, queue and indices start anew, and so does the deframer at the arm's end.
         self.boots += 1;
         self.arm_ear = Deframer::new();
     }
 
-    /// The cable is pulled: what is under way is lost, and the host is told.
+    /// Pulls the cable and notifies the host. Everything under way is lost.
     #[cfg(test)]
     pub(crate) fn pull_cable(&mut self) {
         self.unplug();
@@ -228,14 +237,14 @@ impl Pair {
         self.arm_ear = Deframer::new();
     }
 
-    /// The cable is back, and the host is told.
+    /// Reconnects the cable and notifies the host.
     pub fn put_cable_back(&mut self) {
         self.cut();
         self.unplugged = false;
         self.host.restored();
     }
 
-    /// Puts bytes on the line to the host that the arm never sent.
+    /// Puts bytes on the line to the host that the arm did not send.
     pub fn inject(&mut self, bytes: &[u8]) {
         self.to_host
             .under_way
@@ -268,22 +277,23 @@ impl Pair {
         {
             self.accepted.push((view.params().to_vec(), index));
         }
+        // Executed but unanswered commands are what a host finds hardest.
         if !self.mute && !self.unplugged {
             self.to_host.put(self.now, reply.bytes());
         }
     }
 
-    /// What the arm's clock shows: it was set to 0 when the arm was switched on.
+    /// Time of the arm's clock, which starts at 0 at power-up.
     fn arm_clock(&self) -> ArmInstant {
         ArmInstant::from_micros(self.now - self.booted)
     }
 
-    /// What the host's clock shows when the arm's shows an instant.
+    /// Time of the host's clock at an instant of the arm's clock.
     fn host_clock(&self, at: ArmInstant) -> Micros {
         self.booted + at.as_micros()
     }
 
-    /// When a frame that has begun to come to the arm will not be completed any more.
+    /// Instant at which a partial frame at the arm expires. `None` without a partial frame.
     fn arm_expires(&self) -> Option<Micros> {
         let pending = self.arm_ear.pending();
         pending.then_some(self.arm_heard + INTER_BYTE_TIMEOUT_MS * 1000)
@@ -321,6 +331,8 @@ impl Pair {
             while let Some(event) = self.host.poll_event() {
                 match event {
                     Event::Done { ticket, result } => {
+                        // A second result would hide the first, so it is an error of the
+                        // connection.
                         let before = self.results.insert(ticket, result);
                         assert!(before.is_none(), "a ticket comes back once");
                     }
@@ -338,10 +350,10 @@ impl Pair {
         }
     }
 
-    /// Goes to the next instant at which something happens, but not beyond `end`.
+    /// Advances to the next event, but not beyond `end`.
     ///
     /// # Panics
-    /// When time stands still.
+    /// If time does not advance any more.
     pub fn step(&mut self, end: Micros) {
         self.exchange();
         let soonest = [
@@ -357,9 +369,12 @@ impl Pair {
         } else {
             self.standing + 1
         };
+        // A thousand steps without progress are a loop of events that cause each other.
         assert!(self.standing < 1000, "time stands still at {next}");
         self.now = next.max(self.now);
+        // Time first, then bytes and timers, as for a real arm.
         self.arm.advance(self.arm_clock());
+        // The arm drops half a frame after a silence, too (errata E04).
         if self.arm_expires().is_some_and(|at| at <= self.now) {
             self.arm_ear.expire();
             self.arm_hears(&[]);
@@ -368,20 +383,20 @@ impl Pair {
         self.exchange();
     }
 
-    /// Lets time pass.
+    /// Advances to `end`.
     pub fn run_until(&mut self, end: Micros) {
         while self.now < end {
             self.step(end);
         }
     }
 
-    /// Runs until the request has ended; fails when it ends after its deadline.
+    /// Runs until the request has ended.
     ///
     /// # Errors
-    /// How the request failed.
+    /// The failure of the request.
     ///
     /// # Panics
-    /// When it has not ended by the deadline.
+    /// If the request has not ended by the deadline.
     pub fn finish(&mut self, ticket: Ticket, deadline: Micros) -> Result<FrameBuf, Failure> {
         loop {
             if let Some(result) = self.results.remove(&ticket) {
@@ -392,10 +407,10 @@ impl Pair {
         }
     }
 
-    /// One request from submission to its end.
+    /// Submits a request and runs until it has ended.
     ///
     /// # Errors
-    /// How the request failed.
+    /// The failure of the request.
     pub fn ask(&mut self, request: Request, patience: Micros) -> Result<FrameBuf, Failure> {
         let deadline = self.now + patience;
         let ticket = self.host.submit(request.deadline(deadline));
@@ -403,10 +418,10 @@ impl Pair {
     }
 }
 
-/// The index in the answer to a queued command.
+/// Index in the reply to a queued command.
 ///
 /// # Panics
-/// When there is none.
+/// If the reply has no index.
 #[must_use]
 pub fn index_of(frame: &FrameBuf) -> u64 {
     QueuedCmdIndex::decode(frame.frame().params())

@@ -1,10 +1,10 @@
-//! Remedies of errors and notes, as data. A door (the command, Python, JSON ..) says them in its own words: it is a
-//! [`Voice`].
+//! Remedies of errors and notes, as data. Front ends (the command, Python, JSON) put them into
+//! their own words by implementing [`Voice`].
 
 use std::borrow::Cow;
 use std::fmt;
 
-/// An act and its effect: `magician stop` **drops what waits**.
+/// An act with its effect: `magician stop` **drops what waits**.
 ///
 /// ```
 /// use magician_host::{Act, Action, Remedy};
@@ -17,12 +17,13 @@ use std::fmt;
 pub struct Remedy {
     /// The act.
     pub act: Act,
-    /// The effect: a predicate without a full stop, which follows the name of the act. Empty if the act says all.
+    /// Effect, as a predicate without a full stop that follows the name of the act. Empty if the
+    /// act is self-explanatory.
     pub effect: Cow<'static, str>,
 }
 
 impl Remedy {
-    /// Returns the remedy of an act and its effect.
+    /// Creates a remedy from an act and its effect.
     pub fn new(act: impl Into<Act>, effect: impl Into<Cow<'static, str>>) -> Self {
         Self {
             act: act.into(),
@@ -30,7 +31,7 @@ impl Remedy {
         }
     }
 
-    /// Returns the remedy of leaving an option out.
+    /// Creates the remedy of leaving an option out.
     #[must_use]
     pub const fn without(setting: Setting) -> Self {
         Self {
@@ -40,35 +41,35 @@ impl Remedy {
     }
 }
 
-/// An act that a person can do.
+/// An act of a person.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Act {
-    /// Something that is done to the arm, or asked.
+    /// Perform an action on the arm, or a query.
     Do(Action),
     /// Give an option with this value.
     Give(Setting, Given),
     /// Leave an option out.
     Omit(Setting),
-    /// A command of the operating system, as it is typed.
+    /// Run a command of the operating system, as typed.
     System(Cow<'static, str>),
-    /// Give a pin, by its EIO address, this function.
+    /// Assign a function to a pin, given by its EIO address.
     SetPin(u8, PinUse),
     /// Use the arm through the station at this address.
     UseStation(Cow<'static, str>),
 }
 
-/// Functions of a pin that is driven.
+/// Function of an output pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PinUse {
-    /// A level.
+    /// Digital level.
     DigitalOutput,
-    /// Pulses.
+    /// Pulse-width modulation.
     Pwm,
 }
 
 impl PinUse {
-    /// The name, as in JSON.
+    /// Name in JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -90,7 +91,7 @@ impl From<(Setting, Given)> for Act {
     }
 }
 
-/// The name as in JSON: `home`, `scale 0.5`, `without raw`.
+/// Formats the name as in JSON: `home`, `scale 0.5`, `without raw`.
 impl fmt::Display for Act {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -108,7 +109,7 @@ impl fmt::Display for Act {
 /// Name of [`Act::SetPin`] in JSON.
 pub const SET_PIN: &str = "set-pin";
 
-/// The value of an option.
+/// Value of an option.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Given {
@@ -120,11 +121,11 @@ pub enum Given {
     Number(f64),
     /// A point, mm.
     Point(f64, f64),
-    /// A position in space, mm; shown to the micrometre.
+    /// A position in space, mm, with three decimals.
     Position([f64; 3]),
     /// A word that the option takes.
     Word(&'static str),
-    /// A placeholder of a value that a person chooses: `Z`, `NAME`, `X,Y`.
+    /// Placeholder for a value that a person chooses: `Z`, `NAME`, `X,Y`.
     Any(&'static str),
 }
 
@@ -151,10 +152,10 @@ macro_rules! named {
         }
 
         impl $kind {
-            /// All of them.
+            /// All values.
             pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
 
-            /// The name, as in JSON.
+            /// Name in JSON.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -174,7 +175,7 @@ macro_rules! named {
 pub(crate) use named;
 
 named! {
-    /// Something that is done to the arm, or asked, by itself.
+    /// An action on the arm, or a query, without further arguments.
     Action {
         /// Clear the alarms, so that the queue goes on.
         ClearAlarms = "clear-alarms",
@@ -212,8 +213,8 @@ named! {
 }
 
 named! {
-    /// An option of the caller, by its name in `snake_case`: a flag of the command, an argument of Python, a field of a
-    /// job.
+    /// An option of the caller, by its name in `snake_case`: a flag of the command, an argument in
+    /// Python, a field of a job.
     Setting {
         /// Let the laser burn.
         AllowLaser = "allow_laser",
@@ -316,39 +317,41 @@ named! {
     }
 }
 
-/// The words in which a door names an act.
+/// Wording of acts by a front end.
 pub trait Voice {
-    /// The call that does this: `magician stop`, `arm.stop()`.
+    /// Call for an action: `magician stop`, `arm.stop()`.
     fn action(&self, action: Action) -> String;
 
-    /// The option with this value: `--scale 0.5`, `scale=0.5`.
+    /// Option with a value: `--scale 0.5`, `scale=0.5`.
     fn give(&self, setting: Setting, given: &Given) -> String;
 
-    /// A command of the operating system: `sudo systemctl start bluetooth`.
+    /// Command of the operating system: `sudo systemctl start bluetooth`.
     fn system(&self, line: &str) -> String {
         line.to_owned()
     }
 
-    /// The option without a value: `--raw`, `raw`.
+    /// Option without a value: `--raw`, `raw`.
     fn setting(&self, setting: Setting) -> String;
 
-    /// True if the caller can follow it as things are; what is not is not said.
+    /// True if the caller can follow the act in the present situation; other acts are omitted.
     fn takes(&self, act: &Act) -> bool {
+        // By default a front end can do everything.
         let _ = act;
         true
     }
 
-    /// The call that gives a pin this function: `magician io mux 6 pwm`, `arm.multiplex(6, "pwm")`.
+    /// Call that assigns a function to a pin: `magician io mux 6 pwm`, `arm.multiplex(6, "pwm")`.
     fn set_pin(&self, pin: u8, function: PinUse) -> String {
         Act::SetPin(pin, function).to_string()
     }
 
-    /// The way to an arm of the station at this address: `magician --station URL VERB`, `magician.Station("URL")`.
+    /// Way to use an arm through the station at this address: `magician --station URL VERB`,
+    /// `magician.Station("URL")`.
     fn use_station(&self, url: &str) -> String {
         format!("the station {url}")
     }
 
-    /// The act.
+    /// Words for an act.
     fn act(&self, act: &Act) -> String {
         match act {
             Act::Do(action) => self.action(*action),
@@ -360,13 +363,14 @@ pub trait Voice {
         }
     }
 
-    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 fits there`. None if there is nothing to do. Acts
-    /// that are the same in these words are said once.
+    /// Joins remedies to one sentence: `--fit shrinks it; --scale 0.5 fits there`. `None` if the
+    /// list is empty. Acts with the same words appear once.
     fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
         let mut acts: Vec<String> = Vec::new();
         let mut all = Vec::new();
         for remedy in remedies.iter().filter(|remedy| self.takes(&remedy.act)) {
             let act = self.act(&remedy.act);
+            // Two acts may have the same words in a front end that lacks one of them.
             if acts.contains(&act) {
                 continue;
             }

@@ -1,22 +1,28 @@
-//! Rest of an arm, told by the poses that were read.
+//! Detection of an arm at rest from the poses read.
+//!
+//! The protocol has no query for motion that works during jogs and after stops, so equal poses must
+//! serve. Two equal poses are not enough: a moving arm reports one pose for a whole control period,
+//! and an arm that reverses passes each position twice.
 
 use magician_motion::MotionLaw;
 use magician_protocol::commands::Pose;
 
 use crate::connection::Micros;
 
-/// Shortest time between two poses that count: the pose of a moving arm stands for a period, and a host's clock and line are
-/// off by a few milliseconds.
+/// Shortest time between two poses that count, us: a period, during which a moving arm reports one
+/// pose, plus a few milliseconds of jitter of host and line.
 pub const REST_READ_INTERVAL: Micros = PERIOD + 5_000;
-/// Shortest time over which the poses of an arm at rest are equal: two periods. A speed that passes through zero shows one pose
-/// for less than that.
+/// Shortest time over which the poses of an arm at rest are equal, us: two periods. A speed that
+/// passes through zero shows one pose for less.
 pub const REST_TIME: Micros = 2 * PERIOD;
-/// Poses that have to be equal. An arm that turns round passes each place twice, at equal times before and after its turn; it
-/// shows no pose a third time.
+/// Number of equal poses required.
+// An arm that reverses passes each position twice, at equal times before and after the reversal,
+// and never a third time.
 const EQUAL_READS: u8 = 3;
 const PERIOD: Micros = MotionLaw::MAGICIAN.period_us() as Micros;
 
-/// Tells from poses whether an arm is at rest: three equal ones, over two periods of 20 ms at least.
+/// Detects from poses whether an arm is at rest: three equal ones over at least two periods of 20
+/// ms.
 ///
 /// ```
 /// use magician_host::RestDetector;
@@ -38,13 +44,13 @@ pub struct RestDetector {
 struct Seen {
     pose: Pose,
     since: Micros,
-    /// When the last pose that counts was read, and how many have been.
+    /// Instant of the last pose that counts, and the number of such poses.
     last: Micros,
     reads: u8,
 }
 
 impl RestDetector {
-    /// Takes a pose that was read at `now`, us. True if the arm is at rest.
+    /// Processes a pose read at `now`, us. True if the arm is at rest.
     pub fn see(&mut self, now: Micros, pose: Pose) -> bool {
         match &mut self.seen {
             Some(seen) if seen.pose == pose => {
@@ -73,14 +79,14 @@ impl RestDetector {
         })
     }
 
-    /// When the next pose counts, us; `None` if none was seen.
+    /// Instant from which the next pose counts, us. `None` before the first pose.
     #[must_use]
     pub fn next_read(&self) -> Option<Micros> {
         self.seen
             .map(|seen| seen.last.saturating_add(REST_READ_INTERVAL))
     }
 
-    /// Forgets the poses: something may move the arm.
+    /// Discards the poses, because something may move the arm.
     pub fn forget(&mut self) {
         self.seen = None;
     }
@@ -99,7 +105,8 @@ mod tests {
         }
     }
 
-    /// Places of an axis that turns round: the speed falls by a step in each period of 20 ms, through zero or past it.
+    /// Positions of an axis that reverses: the speed falls by one step per period of 20 ms, through
+    /// zero or past it.
     fn turning(now: Micros, passes_zero: bool) -> f32 {
         let period = (now / PERIOD) as i32;
         let half = if passes_zero { 0 } else { 1 };

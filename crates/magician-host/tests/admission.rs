@@ -17,7 +17,7 @@ const LIMITS: AdmissionLimits = AdmissionLimits {
     idle: None,
 };
 
-/// What a connection is known to be: the test's own account of it.
+/// Standing of a connection according to the test's own bookkeeping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Known {
     Stranger,
@@ -49,7 +49,7 @@ fn event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// A table, and who has a place in it.
+/// A table, with the test's account of places.
 struct Hall {
     table: AdmissionTable<u32>,
     present: BTreeMap<u32, (Origin, Known)>,
@@ -76,7 +76,7 @@ impl Hall {
         self.present.entry(key).and_modify(|one| one.1 = known);
     }
 
-    /// Lets something happen; holds what gives way to the laws.
+    /// Performs an event, and checks the connection that gives way against the laws.
     fn live(&mut self, event: Event) {
         self.now += Duration::from_millis(1);
         let before = self.present.clone();
@@ -274,7 +274,8 @@ fn strangers_go_first_when_the_system_has_no_descriptors() {
     assert_eq!(table.shed(), None);
 }
 
-/// Connections from one place come every millisecond, each as soon as it may, and say nothing.
+/// Connections from one origin arrive every millisecond, each as soon as permitted, and stay
+/// silent.
 #[test]
 fn connections_that_wait_for_their_instant_leave_each_its_grace() {
     let grace = Duration::from_millis(100);
@@ -313,7 +314,7 @@ fn connection_may_open_at_once_where_a_place_is_free_or_anyone_has_claimed() {
     let at = table.opens_at(later, Origin::Elsewhere, grace);
     assert_eq!(at, Some(now + grace));
     assert_eq!(table.opens_at(later, Origin::Loopback, grace), None);
-    // One that was heard gives way after those that were not.
+    // Heard ones give way after silent ones.
     table.heard(later, 0);
     let at = table.opens_at(later, Origin::Elsewhere, grace);
     assert_eq!(at, Some(now + grace));

@@ -1,5 +1,7 @@
-//! Builders of commands by their bytes: `data/builders.json` has each with arguments, id and
-//! parameters. Python writes the builders again, and `test_words.py` holds them to the same file.
+//! Builders of commands, compared with their bytes: `data/builders.json` has each one with
+//! arguments, id and parameters.
+//!
+//! Python has its own builders, and `test_words.py` compares them with the same file.
 
 use std::collections::BTreeSet;
 use std::fmt::Debug;
@@ -14,7 +16,7 @@ use serde_json::Value;
 
 const TABLE: &str = include_str!("data/builders.json");
 
-/// Builders that take or give other things than numbers; they have tests of their own.
+/// Builders whose arguments or results are not numbers; they have separate tests.
 const ELSEWHERE: [&str; 6] = [
     "conveyor_speed",
     "rail_to",
@@ -42,7 +44,7 @@ impl Args<'_> {
         whole.try_into().expect("in range")
     }
 
-    /// A value with a name, by its number.
+    /// A named value, by its number.
     fn named<T: From<u8>>(self, at: usize) -> T {
         self.whole::<u8>(at).into()
     }
@@ -52,7 +54,7 @@ impl Args<'_> {
     }
 }
 
-/// What a builder makes of its arguments.
+/// Result of a builder for its arguments.
 fn built(name: &str, args: Args<'_>) -> FrameBuf {
     let n = |at| args.number(at);
     let set = match name {

@@ -1,4 +1,4 @@
-//! Settings above the ceilings: the arm stores them as their ceiling (model section 6).
+//! Speed settings above the ceilings: the arm stores the ceiling instead (model section 6).
 
 use magician_motion::Ceilings;
 use magician_protocol::Set;
@@ -6,10 +6,10 @@ use magician_protocol::commands::{
     JogCoordinateParams, JogJointParams, PtpCoordinateParams, PtpJointParams,
 };
 
-/// A setting of speeds that the arm lowers to its ceilings when it is set. Those of continuous paths and of the rail it keeps
-/// as they are.
+/// A speed setting that the arm lowers to its ceilings when it is set. Settings of continuous paths
+/// and of the rail are stored unchanged.
 pub trait Capped {
-    /// Lowers what is above its ceiling to it; true if anything was.
+    /// Lowers values above their ceiling. True if any was lowered.
     fn cap(&mut self, ceilings: &Ceilings) -> bool;
 }
 
@@ -54,7 +54,7 @@ impl Capped for PtpCoordinateParams {
     }
 }
 
-/// A command as the arm stores it.
+/// The command as the arm stores it.
 pub(crate) fn as_stored(command: &Set, ceilings: &Ceilings) -> Set {
     let mut stored = *command;
     match &mut stored {
@@ -62,6 +62,7 @@ pub(crate) fn as_stored(command: &Set, ceilings: &Ceilings) -> Set {
         Set::JogCoordinateParams(set) => set.cap(ceilings),
         Set::PtpJointParams(set) => set.cap(ceilings),
         Set::PtpCoordinateParams(set) => set.cap(ceilings),
+        // Other settings are stored as sent.
         _ => false,
     };
     stored
@@ -72,13 +73,14 @@ fn lower_joints(velocity: &mut [f32; 4], acceleration: &mut [f32; 4], most: &Cei
     lower(acceleration.each_mut(), [most.joint_acceleration; 4]) || above
 }
 
-/// Lowers values to their ceilings, rounded to what the wire has; true if any was above.
+/// Lowers values to their ceilings, rounded to `f32` as on the wire. True if any was lowered.
 fn lower<const N: usize>(values: [&mut f32; N], ceilings: [f64; N]) -> bool {
     let mut above = false;
     for (value, ceiling) in values
         .into_iter()
         .zip(ceilings.map(|ceiling| ceiling as f32))
     {
+        // NaN compares as not above: it is stored as sent and refused where a motion uses it.
         if *value > ceiling {
             (*value, above) = (ceiling, true);
         }

@@ -1,8 +1,10 @@
-//! What the commands of the protocol mean to the arm's motions.
+//! Meaning of the protocol's commands for the arm's motions.
 //!
-//! [`MotionSettings`] are the values that hosts set and motions depend on, and the speeds, heights and tool bias that follow
-//! from them, [`Capped`] what the arm lowers to its ceilings; [`PtpMove`] is a point-to-point command as a request for the planner. Neither `magician-protocol` nor
-//! `magician-motion` can say that, as they do not know each other.
+//! `magician-protocol` has the commands and `magician-motion` the maths, and neither knows the
+//! other. This crate connects them, for the virtual arm and the host alike: [`MotionSettings`]
+//! holds the settings that motions depend on and derives speeds, jump heights and tool bias from
+//! them; [`Capped`] lowers settings to the arm's ceilings; [`PtpMove`] turns a point-to-point
+//! command into a request for the planner.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]

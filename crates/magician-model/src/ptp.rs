@@ -4,21 +4,22 @@ use magician_motion::{JointAngles, JumpHeights, Move, MoveKind, Pose, Target, Tr
 use magician_protocol::commands::{PtpCmd, PtpPoCmd, PtpPoWithLCmd, PtpWithLCmd};
 use magician_protocol::{PoList, PtpMode, Set};
 
-/// What any of the four point-to-point commands asks for.
+/// A point-to-point move, from any of the four commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PtpMove {
-    /// How to travel, and what the numbers mean.
+    /// Travel and meaning of the numbers.
     pub mode: PtpMode,
     /// x, y, z and r (mm, deg), or J1 to J4 (deg).
     pub numbers: [f32; 4],
-    /// The carriage's place on the rail or, in a relative mode, its way, mm. `None` for a command without it.
+    /// Rail position or, in a relative mode, displacement on the rail, mm. `None` if the command
+    /// has none.
     pub rail: Option<f32>,
-    /// What is switched on the way. `None` for a command that switches nothing.
+    /// Outputs switched on the way. `None` if the command has none.
     pub outputs: Option<PoList>,
 }
 
 impl PtpMove {
-    /// The move that a command asks for. `None` for any other command.
+    /// The move of a command. `None` for commands other than the four.
     #[must_use]
     pub fn of(command: &Set) -> Option<Self> {
         Some(match command {
@@ -30,7 +31,7 @@ impl PtpMove {
         })
     }
 
-    /// The request for the planner, with jumps of these heights (errata E28). `None` for an unknown mode.
+    /// Request for the planner, with these jump heights (errata E28). `None` for an unknown mode.
     #[must_use]
     pub fn request(&self, heights: JumpHeights) -> Option<Move> {
         let numbers = self.numbers.map(f64::from);
@@ -53,7 +54,7 @@ impl PtpMove {
         Some(Move { target, kind })
     }
 
-    /// The pose at which the move ends. `None` where its numbers do not say it.
+    /// Pose at the end of the move. `None` for relative and joint modes.
     #[must_use]
     pub fn pose(&self) -> Option<[f32; 4]> {
         self.mode.is_absolute_pose().then_some(self.numbers)
@@ -102,7 +103,7 @@ mod tests {
         PtpMove::of(&command.into())?.request(HEIGHTS)
     }
 
-    /// The table of errata E28.
+    /// Follows the table of errata E28.
     #[test]
     fn each_mode_has_its_target_and_way() {
         let numbers = NUMBERS.map(f64::from);

@@ -1,4 +1,5 @@
-//! The settings that motions depend on, and what follows from them (model section 6).
+//! Settings that motions depend on, and the speeds, heights and bias derived from them (model
+//! section 6).
 
 use magician_motion::{
     ArmModel, Ceilings, CpSpeeds, JogAxis, JumpHeights, KinematicLimits, MotionError, PowerUp,
@@ -13,8 +14,8 @@ use magician_protocol::{Flag, Set};
 
 use crate::ceilings::as_stored;
 
-/// The settings that motions depend on, each as it travels on the wire, bit for bit. What follows from them is computed when
-/// asked for.
+/// Settings that motions depend on, each bit for bit as on the wire. Speeds and heights are
+/// computed from them on request.
 ///
 /// ```
 /// use magician_model::MotionSettings;
@@ -24,7 +25,7 @@ use crate::ceilings::as_stored;
 ///
 /// let model = ArmModel::MAGICIAN;
 /// let mut settings = MotionSettings::at_power_up(&model);
-/// // The ratio of jogs is 50 % then.
+/// // The jog ratio at power-up is 50 %.
 /// assert_eq!(settings.jog(JogAxis::X, &model.ceilings)?.velocity, 30.0);
 ///
 /// assert!(settings.note(&Set::from(PtpJumpParams { jump_height: 15.0, z_limit: 90.0 })));
@@ -43,30 +44,30 @@ pub struct MotionSettings {
     pub jog_common: JogCommonParams,
     /// Jog speeds of the carriage on the rail, mm/s and mm/s2.
     pub jog_rail: JogLParams,
-    /// Speeds of the joints from point to point, deg/s and deg/s2.
+    /// Speeds of the joints in point-to-point moves, deg/s and deg/s2.
     pub ptp_joint: PtpJointParams,
     /// Speeds of the tool on straight lines.
     pub ptp_coordinate: PtpCoordinateParams,
-    /// The height of jumps as it was set last by one number, mm.
+    /// Jump height as last set by the command with one height, mm.
     pub ptp_jump: PtpJumpParams,
-    /// The heights of jumps that are in force, mm.
+    /// Jump heights in force, mm.
     pub ptp_jump2: PtpJump2Params,
-    /// Ratios from point to point, percent.
+    /// Ratios of point-to-point moves, percent.
     pub ptp_common: PtpCommonParams,
     /// Speeds of the carriage on the rail, mm/s and mm/s2.
     pub ptp_rail: PtpLParams,
     /// Speeds of continuous paths.
     pub cp: CpParams,
-    /// Speeds of arcs, which no motion takes.
+    /// Speeds of arcs. The arm stores them, but no motion uses them (model section 9).
     pub arc: ArcParams,
-    /// Ratios of arcs, which no motion takes.
+    /// Ratios of arcs. The arm stores them, but no motion uses them (model section 9).
     pub arc_common: ArcCommonParams,
-    /// Whether the arm stands on a rail that is in use.
+    /// On if the arm stands on a rail that is in use.
     pub with_rail: SetDeviceWithL,
 }
 
 impl MotionSettings {
-    /// The settings of an arm of this firmware that has just been switched on.
+    /// Settings of an arm of this model right after power-up.
     #[must_use]
     pub fn at_power_up(model: &ArmModel) -> Self {
         let PowerUp {
@@ -141,7 +142,7 @@ impl MotionSettings {
         }
     }
 
-    /// Follows a command; true if it sets one of these.
+    /// Applies a command. True if it sets one of these settings.
     pub fn note(&mut self, command: &Set) -> bool {
         match command {
             Set::EndEffectorParams(set) => self.tool = *set,
@@ -162,17 +163,19 @@ impl MotionSettings {
             Set::ArcParams(set) => self.arc = *set,
             Set::ArcCommonParams(set) => self.arc_common = *set,
             Set::SetDeviceWithL(set) => self.with_rail = *set,
+            // Not a setting of motion.
             _ => return false,
         }
         true
     }
 
-    /// Follows a command as an arm with these ceilings stores it; true if it sets one of these.
+    /// Applies a command as an arm with these ceilings stores it. True if it sets one of these
+    /// settings.
     pub fn note_stored(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
         self.note(&as_stored(command, ceilings))
     }
 
-    /// The tool bias.
+    /// Tool bias, mm.
     #[must_use]
     pub fn tool(&self) -> ToolBias {
         let EndEffectorParams {
@@ -189,7 +192,7 @@ impl MotionSettings {
         self.with_rail.with_l.is_on()
     }
 
-    /// Speeds of moves from point to point, as set: the planner knows the ceilings.
+    /// Speeds of point-to-point moves as set. The planner applies the ceilings.
     #[must_use]
     pub fn speeds(&self) -> Speeds {
         let (joint, space, ratio) = (&self.ptp_joint, &self.ptp_coordinate, &self.ptp_common);
@@ -205,7 +208,8 @@ impl MotionSettings {
         }
     }
 
-    /// Speeds of arcs and circles: those from point to point, whatever was set for arcs (model section 9).
+    /// Speeds of arcs and circles: the point-to-point speeds, whatever was set for arcs (model
+    /// section 9).
     #[must_use]
     pub fn arc_speeds(&self) -> Speeds {
         self.speeds()
@@ -222,7 +226,8 @@ impl MotionSettings {
         }
     }
 
-    /// Speeds of continuous paths, with the period of this firmware unless the host clocks the path.
+    /// Speeds of continuous paths. The period is the firmware's own unless the host clocks the path
+    /// (`real_time_track`).
     #[must_use]
     pub fn cp(&self, model: &ArmModel) -> CpSpeeds {
         let real_time = self.cp.real_time_track.is_on();
@@ -230,6 +235,7 @@ impl MotionSettings {
             plan_acceleration: self.cp.plan_acc.into(),
             junction_velocity: self.cp.junction_vel.into(),
             period_s: if real_time {
+                // The same field is a period in ms in this mode.
                 f64::from(self.cp.acc_or_period) / 1000.0
             } else {
                 model.path.period
@@ -238,7 +244,8 @@ impl MotionSettings {
         }
     }
 
-    /// Speeds of jogging an axis, each up to its ceiling. The ratio scales the velocity alone.
+    /// Speed and acceleration of jogging an axis, each clamped to its ceiling. The ratio scales the
+    /// velocity alone.
     ///
     /// # Errors
     /// [`MotionError::Speed`] for a value or a ratio that is NaN, zero or negative.
@@ -257,12 +264,12 @@ impl MotionSettings {
         speeds.jog(axis, ceilings)
     }
 
-    /// Deceleration of a jog that stops, up to its ceiling: no ratio and no velocity matters to it. Not positive for a
-    /// setting that is not.
+    /// Deceleration of a stopping jog, clamped to its ceiling. Neither ratio nor velocity affects
+    /// it. Not positive if the setting is not.
     #[must_use]
     pub fn jog_deceleration(&self, axis: JogAxis, ceilings: &Ceilings) -> f64 {
         let (set, ceiling) = (self.jog_as_set(axis), ceilings.of_axis(axis));
-        // f64::min would hide a NaN.
+        // f64::min would replace a NaN by the ceiling.
         if set.acceleration > ceiling.acceleration {
             ceiling.acceleration
         } else {
@@ -290,7 +297,8 @@ impl MotionSettings {
         }
     }
 
-    /// Speeds of moves on the rail. `None` if a value or a ratio is NaN, zero or negative.
+    /// Speed and acceleration of moves on the rail. `None` if a value or ratio is NaN, zero or
+    /// negative.
     #[must_use]
     pub fn rail(&self) -> Option<KinematicLimits> {
         let (set, ratios) = (&self.ptp_rail, &self.ptp_common);
@@ -300,26 +308,27 @@ impl MotionSettings {
         })
     }
 
-    /// Speeds of jogs on the rail; the acceleration of a jog has no ratio. `None` if a value or the ratio is NaN, zero or
+    /// Speed and acceleration of jogs on the rail. `None` if a value or the ratio is NaN, zero or
     /// negative.
     #[must_use]
     pub fn rail_jog(&self) -> Option<KinematicLimits> {
         let set = &self.jog_rail;
         Some(KinematicLimits {
             velocity: scaled(set.velocity, self.jog_common.velocity_ratio)?,
+            // The acceleration of a jog has no ratio.
             acceleration: scaled(set.acceleration, 100.0)?,
         })
     }
 }
 
 impl Default for MotionSettings {
-    /// The settings at power-up of firmware 3.6.14.
+    /// Settings at power-up of firmware 3.6.14.
     fn default() -> Self {
         Self::at_power_up(&ArmModel::MAGICIAN)
     }
 }
 
-/// The bias of a tool as a host sets it, rounded to what the wire has.
+/// Tool bias as a host sets it, rounded to `f32` as on the wire.
 #[must_use]
 pub fn tool_to_wire(tool: ToolBias) -> EndEffectorParams {
     EndEffectorParams {
@@ -329,7 +338,7 @@ pub fn tool_to_wire(tool: ToolBias) -> EndEffectorParams {
     }
 }
 
-/// One height sets both (model section 7).
+/// The command with one height sets both heights (model section 7).
 const fn both_heights(set: &PtpJumpParams) -> PtpJump2Params {
     PtpJump2Params {
         start_jump_height: set.jump_height,
@@ -338,9 +347,9 @@ const fn both_heights(set: &PtpJumpParams) -> PtpJump2Params {
     }
 }
 
-/// A value times its ratio in percent, up to 100. `None` for what is no speed.
+/// Value times ratio in percent, clamped to 100 %. `None` if either is NaN, zero or negative.
 fn scaled(value: f32, percent: f32) -> Option<f64> {
-    // NaN is not above 0; f64::min would hide one.
+    // Both comparisons are false for NaN, which f64::min would hide.
     let sensible = value > 0.0 && percent > 0.0;
     sensible.then_some(f64::from(value) * (f64::from(percent).min(100.0) / 100.0))
 }
@@ -448,7 +457,7 @@ mod tests {
             [jog(JogAxis::Z).velocity, jog(JogAxis::Z).acceleration],
             [150.0, 400.0]
         );
-        // A stop has a deceleration whatever the ratio is by then.
+        // A stop decelerates whatever the ratio is by then.
         let without = after(&[space.into(), jog_ratio(0.0)]);
         assert!(without.jog(JogAxis::Z, &MODEL.ceilings).is_err());
         assert_eq!(without.jog_deceleration(JogAxis::Z, &MODEL.ceilings), 400.0);

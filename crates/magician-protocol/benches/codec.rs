@@ -1,7 +1,7 @@
-//! What the codec costs: `cargo bench -p magician-protocol`.
+//! Speed of the codec: `cargo bench -p magician-protocol`.
 //!
-//! The first lines compare decoding with a bare sum of the same bytes in the same run; the
-//! figures to reach are a ratio of 3, 10 M frames/s byte by byte, and 15 ns to encode.
+//! The first lines compare decoding with a bare sum of the same bytes in the same run. Targets are
+//! a ratio of 3, 10 M frames/s byte by byte, and 15 ns to encode.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ use magician_protocol::{
     Writable,
 };
 
-/// The replies of an arm that streams a path while its state is watched.
+/// Replies of an arm that streams a path while its state is polled.
 fn replies() -> Vec<FrameBuf> {
     let mut replies = Vec::new();
     let mut reply = |id, ctrl, params: &[u8]| {
@@ -84,7 +84,7 @@ fn deframe(deframer: &mut Deframer, mut input: &[u8]) -> u32 {
     count
 }
 
-/// The least of many runs: the machine is shared.
+/// Minimum of many runs, because the machine is shared.
 fn least(mut run: impl FnMut()) -> Duration {
     let time = |_| {
         let start = Instant::now();
@@ -132,7 +132,7 @@ fn deframe_and_decode(bencher: Bencher<'_, '_>) {
         .bench_local(|| deframe(&mut deframer, black_box(&stream)));
 }
 
-/// Byte by byte, as an interrupt handler has them.
+/// Input byte by byte, as from an interrupt handler.
 #[bench(args = ["mixed replies", "index replies", "short requests"])]
 fn push(bencher: Bencher<'_, '_>, what: &str) {
     let frames = match what {
@@ -202,7 +202,7 @@ fn encode_cp() -> FrameBuf {
     FrameBuf::encode(CpCmd::ROW.id, Ctrl::QUEUED, &black_box(segment)).expect("short")
 }
 
-/// The segments of a large drawing against the ranges of the table.
+/// Range check of the segments of a large drawing.
 #[bench]
 fn check_cp(bencher: Bencher<'_, '_>) {
     let segments: Vec<Set> = (0..100_000u32)

@@ -1,8 +1,8 @@
-//! Damages recorded frames for as long as asked and checks that the codec stands it:
-//! `cargo run --release -p magician-protocol --example mutate -- --cases 100000000 --seed 1`.
+//! Fuzzes the codec with damaged recorded frames for a given number of cases: `cargo run --release
+//! -p magician-protocol --example mutate -- --cases 100000000 --seed 1`.
 //!
-//! An execution is one damaged frame: deframed in two pieces, and when a frame comes out, read as
-//! a request and, in turn, written back, explained and serialised through text.
+//! Each case damages one frame and deframes it in two pieces. A frame that comes out is decoded as
+//! a request and, in turn, encoded again, explained and serialised through text.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use magician_protocol::{
     encode_text,
 };
 
-/// A small fast generator (xorshift64*).
+/// Small fast random generator (xorshift64*).
 struct Random(u64);
 
 impl Random {
@@ -27,7 +27,7 @@ impl Random {
     }
 }
 
-/// Frames on record, one under the other.
+/// Recorded frames of both data files.
 fn seeds() -> Vec<Vec<u8>> {
     let data = [
         include_str!("../tests/data/vectors.toml"),
@@ -65,7 +65,7 @@ fn damage(frame: &mut Vec<u8>, random: &mut Random) {
             _ => frame[at] = any,
         }
     }
-    // Half the time the damage is deeper: length and sum are right again.
+    // Half the cases damage deeper: length and checksum are made right again.
     if random.next() & 1 == 0
         && let [a, b, len, body @ .., sum] = &mut frame[..]
         && body.len() >= 2
@@ -117,7 +117,7 @@ impl Tally {
     }
 }
 
-/// What is written reads as the same bytes again.
+/// Asserts that encoded bytes decode to the same bytes again.
 fn write_back(frame: &Frame<'_>, request: &Request) {
     let mut first = [0; MAX_PARAMS];
     let mut writer = Writer::new(&mut first);

@@ -1,8 +1,14 @@
+//! The controller's alarms: one table with names, causes and remedies, and the bit set that
+//! `GetAlarmsState` returns.
+//!
+//! The table also has alarms that only the Magician's siblings are known to raise; `magician` is
+//! false for those. The texts of `cause` and `remedy` are shown to users.
+
 use core::fmt;
 
 use crate::{DecodeError, FieldType, Reader, Wire, Writer};
 
-/// Family of an alarm, sixteen bits each.
+/// Family of an alarm: the high nibble of its code, sixteen codes each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum AlarmGroup {
@@ -31,13 +37,14 @@ pub struct Alarm {
     pub name: &'static str,
     /// Family.
     pub group: AlarmGroup,
-    /// What raises it.
+    /// Cause, as a clause without a full stop.
     pub cause: &'static str,
-    /// What to do about it.
+    /// Remedy, as an instruction to the user.
     pub remedy: &'static str,
-    /// Whether the controller drops it by itself when the cause is gone.
+    /// True if the controller clears the alarm by itself once its cause is gone.
     pub clears_itself: bool,
-    /// Whether the Magician is known to raise it; the others come from its siblings' lists.
+    /// True if the Magician is known to raise the alarm; otherwise only its siblings' lists have
+    /// it.
     pub magician: bool,
 }
 
@@ -59,7 +66,7 @@ macro_rules! alarms {
                 pub const $name: u8 = $code;
             )+
 
-            /// Every alarm that has a name, by code.
+            /// All named alarms, ordered by code.
             pub const TABLE: &'static [Self] = &[ $( Self {
                 code: $code,
                 name: stringify!($name),
@@ -131,33 +138,37 @@ alarms! {
 }
 
 impl Alarm {
-    /// The alarm of a code, if it has a name.
+    /// Returns the alarm with a code. `None` if the code has no name.
     #[must_use]
     pub fn with_code(code: u8) -> Option<&'static Self> {
         Self::TABLE.iter().find(|alarm| alarm.code == code)
     }
 
-    /// What may be behind a [kinematic](Self::is_kinematic) alarm of an arm whose tool bias is 0.
+    /// Hint for a [kinematic](Self::is_kinematic) alarm of an arm whose tool bias is 0.
     pub const TOOL_UNKNOWN: &str = "the tool is unknown to the arm: its bias is 0,0,0, so x, y and z are those of the \
         wrist; if a tool is mounted, set its bias (EndEffectorParams, 59.7,0,0 for the suction \
         cup)";
 
-    /// Whether an alarm of this code says that a pose is out of reach or beyond a joint limit, which the tool bias
-    /// decides: 0x10 to 0x12 before a motion, 0x20 to 0x22 on its way.
+    /// True if the alarm reports a pose out of reach or beyond a joint limit.
+    ///
+    /// These are 0x10 to 0x12 (raised before a motion) and 0x20 to 0x22 (raised during one). A
+    /// wrong tool bias is a common cause of both.
     #[must_use]
     pub const fn is_kinematic(code: u8) -> bool {
         matches!(code, 0x10..=0x12 | 0x20..=0x22)
     }
 
-    /// Whether an alarm of this code holds the queue: all but 0x00 to 0x07 (model section 4).
+    /// True if an alarm with this code holds the queue: all but 0x00 to 0x07 (model section 4).
     #[must_use]
     pub const fn blocks(code: u8) -> bool {
         code > 7
     }
 }
 
-/// The alarms that stand: bit n % 8 of byte n / 8 is alarm n (errata E20). The Magician sends 16
-/// bytes, its siblings up to 32.
+/// Set of active alarms: bit n % 8 of byte n / 8 is alarm n (errata E20).
+///
+/// The Magician sends 16 bytes, its siblings up to 32; the length received is kept, so that a set
+/// writes back the same bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct AlarmSet {
     bytes: [u8; Self::CAPACITY],
@@ -165,10 +176,10 @@ pub struct AlarmSet {
 }
 
 impl AlarmSet {
-    /// Most bytes in an alarm state.
+    /// Largest alarm state, bytes.
     pub const CAPACITY: usize = 32;
 
-    /// No alarm, as the Magician says it: 16 bytes.
+    /// Creates an empty set of 16 bytes, the Magician's length.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -177,7 +188,7 @@ impl AlarmSet {
         }
     }
 
-    /// The alarms of a state of 1 to 32 bytes.
+    /// Creates a set from an alarm state. `None` unless it has 1 to 32 bytes.
     #[must_use]
     pub fn from_bytes(from: &[u8]) -> Option<Self> {
         let mut bytes = [0; Self::CAPACITY];
@@ -188,43 +199,44 @@ impl AlarmSet {
         })
     }
 
-    /// The state's bytes.
+    /// Alarm state as on the wire.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.len)).unwrap_or_default()
     }
 
-    /// Whether an alarm stands.
+    /// True if the alarm is active.
     #[must_use]
     pub fn contains(&self, code: u8) -> bool {
         self.bytes[usize::from(code / 8)] & (1 << (code % 8)) != 0
     }
 
-    /// Raises an alarm; one beyond the state's length lengthens it.
+    /// Raises an alarm. A code beyond the current length makes the state longer.
     pub fn insert(&mut self, code: u8) {
         self.bytes[usize::from(code / 8)] |= 1 << (code % 8);
         self.len = self.len.max(code / 8 + 1);
     }
 
-    /// Drops an alarm.
+    /// Clears an alarm.
     pub fn remove(&mut self, code: u8) {
         self.bytes[usize::from(code / 8)] &= !(1 << (code % 8));
     }
 
-    /// Whether no alarm stands.
+    /// True if no alarm is active.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.bytes.iter().all(|byte| *byte == 0)
     }
 
-    /// The codes that stand, lowest first.
+    /// Active codes in ascending order.
     pub fn codes(&self) -> impl Iterator<Item = u8> + '_ {
         (0..=u8::MAX).filter(|code| self.contains(*code))
     }
 
-    /// Whether an alarm stands that holds the queue.
+    /// True if an active alarm holds the queue.
     #[must_use]
     pub fn blocking(&self) -> bool {
+        // The first byte has codes 0x00 to 0x07, which do not hold it (see `Alarm::blocks`).
         self.bytes[1..].iter().any(|byte| *byte != 0)
     }
 }
@@ -248,6 +260,8 @@ impl Wire for AlarmSet {
 
     fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
         let bytes = reader.rest();
+        // Bytes beyond 32 carry no code (a code is one byte): ignored, as surplus is elsewhere
+        // (E11).
         let known = bytes.get(..Self::CAPACITY).unwrap_or(bytes);
         Self::from_bytes(known).ok_or(DecodeError::Length {
             expected: 1,
@@ -261,7 +275,7 @@ impl Wire for AlarmSet {
 }
 
 impl fmt::Display for AlarmSet {
-    /// `0x12 PlanInvLimit, 0x41 LimitAxis1Neg`, or `none`.
+    /// Writes `0x12 PlanInvLimit, 0x41 LimitAxis1Neg`, or `none` if the set is empty.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_empty() {
             return f.write_str("none");

@@ -1,8 +1,10 @@
+//! Checks of values against the ranges of the command table, and the error that names the field.
+
 use core::fmt;
 
 use crate::{Field, Range};
 
-/// A field whose value is out of its range; see [`Layout::check`](crate::Layout::check).
+/// Error of a field whose value is out of range; see [`Layout::check`](crate::Layout::check).
 ///
 /// ```
 /// use magician_protocol::commands::PtpCommonParams;
@@ -19,31 +21,32 @@ use crate::{Field, Range};
 pub struct RangeError {
     /// Name of the field.
     pub field: &'static str,
-    /// Position in an array or a list of outputs, from 0.
+    /// Index in an array or a list of outputs, from 0. `None` for a plain field.
     pub item: Option<usize>,
-    /// Part of an output.
+    /// Part of an output (`ratio`, `address`, `level`). `None` for other fields.
     pub part: Option<&'static str>,
-    /// The value; the length of a text or list that is too long.
+    /// The value; for a text or list that is too long, its length.
     pub value: Number,
-    /// Unit of the value, as in the table.
+    /// Unit of the value, as in the command table.
     pub unit: &'static str,
-    /// The range that applies, given the other fields: of [`Range::By`] the one case.
+    /// Range in force, given the other fields: for [`Range::By`], the matching case alone.
     /// [`Range::Any`] if the value is not a finite number.
     pub range: Range,
 }
 
-/// A number as it stands in a field, so that it is shown as it was given: 0.001 as `f64` is
-/// 0.0010000000474974513.
+/// A number of a field, displayed as the caller wrote it.
+///
+/// Kept as `f32` because 0.001 widened to `f64` prints as 0.0010000000474974513.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Number {
-    /// Of a field of whole numbers, of an enum or of a length.
+    /// Value of an integer or enum field, or a length.
     Integer(i64),
-    /// Of a field with a fraction.
+    /// Value of a floating-point field.
     Float(f32),
 }
 
 impl Number {
-    /// The same number as `f64`.
+    /// Converts to `f64`.
     #[must_use]
     pub fn to_f64(self) -> f64 {
         match self {
@@ -70,13 +73,13 @@ impl fmt::Display for Number {
 }
 
 impl RangeError {
-    /// The end of the range that the value is past. `None` if the value is not a finite number.
+    /// Bound that the value violates. `None` if the value is not a finite number.
     #[must_use]
     pub fn limit(&self) -> Option<i32> {
         self.range.limit_broken_by(self.value)
     }
 
-    /// The same for an item of an array or list.
+    /// Adds the index of an item in an array or list.
     pub(crate) const fn at(mut self, item: usize) -> Self {
         self.item = Some(item);
         self
@@ -84,16 +87,17 @@ impl RangeError {
 }
 
 impl Range {
-    /// The end of the range that a number is past; `None` if it is within.
+    /// Bound that a number violates. `None` if it is in range.
     #[inline]
     fn limit_broken_by(&self, number: Number) -> Option<i32> {
         let number = number.to_f64();
         let below = |least: i32| (number < f64::from(least)).then_some(least);
         let above = |most: i32| (number > f64::from(most)).then_some(most);
         match *self {
+            // Absolute: the bounds hold only in absolute modes, so the caller checks those.
             Self::Any | Self::Absolute(..) => None,
             Self::Within(least, most) => below(least).or_else(|| above(most)),
-            // The arm takes more than the most for the most: no harm is done.
+            // The controller clamps larger values to the maximum, so they do no harm.
             Self::Capped(least, _) => below(least),
             Self::Above(limit) => (number <= f64::from(limit)).then_some(limit),
             Self::AtMost(count, _) => above(count.into()),
@@ -104,7 +108,7 @@ impl Range {
     }
 }
 
-/// Checks a number of a field.
+/// Checks a numeric field against `range`; NaN and infinities always fail.
 #[inline]
 pub(crate) fn check_number(
     value: Number,
@@ -125,7 +129,7 @@ pub(crate) fn check_number(
     })
 }
 
-/// Checks the length of a text or list.
+/// Checks the length of a text or list. Ranges other than [`Range::AtMost`] do not limit it.
 pub(crate) fn check_count(
     count: usize,
     field: &'static Field,
@@ -155,7 +159,7 @@ impl fmt::Display for RangeError {
             Range::Capped(least, _) => {
                 write!(f, " {value}{unit} is below the minimum of {least}{unit}")
             }
-            // Its cases have units of their own.
+            // Each case has its own unit and prints it.
             Range::By(_) => write!(f, " {value} is out of range: {range}"),
             Range::Within(..) | Range::Absolute(..) => {
                 write!(f, " {value}{unit} is out of range: {range}{unit}")
@@ -166,7 +170,7 @@ impl fmt::Display for RangeError {
 
 impl core::error::Error for RangeError {}
 
-/// A unit as it follows a number: nothing if it is not one, or depends on the item or the mode.
+/// Unit printed after a number; empty if the table's unit is a description or depends on the mode.
 struct Unit(&'static str);
 
 impl fmt::Display for Unit {
@@ -176,6 +180,8 @@ impl fmt::Display for Unit {
             "mm" | "deg" | "mm/s" | "deg/s" | "mm/s^2" | "deg/s^2" | "Hz" | "turns" => {
                 write!(f, " {}", self.0)
             }
+            // "flag", "code", "pulses (unconfirmed)" and the like: text that would not read as a
+            // unit.
             _ => Ok(()),
         }
     }

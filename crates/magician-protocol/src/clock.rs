@@ -1,16 +1,19 @@
-//! The two clocks, each with instants of its own type, so that the one cannot be passed for the other.
+//! Instants of the two clocks, as types that cannot be confused.
 //!
-//! * **The host's**, [`HostInstant`]: what timeouts, deadlines, a line's bytes and silences, and the dead man of a jog count
-//!   in. A shell reads it off the wall, a test lets it pass; its origin is theirs to choose. (`magician-host` counts it in
-//!   plain microseconds, which are no instant of the arm's clock either.)
-//! * **The arm's**, [`ArmInstant`]: what motion, WAIT, DeviceTime and estimates count in, from power-up on. A virtual arm's
-//!   may run faster or slower than the host's, or stand.
-//! * A span is a [`Duration`], whichever clock it was taken from: an instant and a span make an instant of the same clock,
-//!   two instants of one clock a span, and two of different clocks nothing at all.
-//! * Both count whole microseconds in integers, so that sums do not depend on how time is cut; what a span has beyond is
-//!   dropped. Nothing overflows: sums stop at the first and the last instant there is.
-//! * One clock becomes the other where a speed or a leap says how, and nowhere else: `ArmClock` and `Runner` of
-//!   `magician-sim` (the speed of a virtual arm), `Pair` of `magician-host` (both are one), its stream (`stream/clock.rs`: who leads).
+//! * [`HostInstant`] is the host's clock: timeouts, deadlines, bytes and silences on a line, the
+//!   hold time of a jog. Applications read it from the wall clock and tests advance it by hand; its
+//!   origin is theirs to choose. (`magician-host` uses plain microseconds internally, which are not
+//!   arm time either.)
+//! * [`ArmInstant`] is the arm's clock since power-up: motion, WAIT, DeviceTime and estimates. The
+//!   clock of a virtual arm may run faster or slower than the host's, or stand still.
+//! * A span of either clock is a [`Duration`]. Instant plus span is an instant of the same clock;
+//!   the difference of two instants of one clock is a span; mixing clocks does not compile.
+//! * Both count whole microseconds in integers, so results do not depend on how time is cut.
+//!   Fractions of a microsecond in a span are dropped. Arithmetic saturates at the first and last
+//!   instant.
+//! * Conversions between the clocks exist only where a speed or a jump defines one: `ArmClock` and
+//!   `Runner` of `magician-sim` (speed of a virtual arm), `Pair` of `magician-host` (both clocks
+//!   are one) and its stream (`stream/clock.rs`: which clock leads).
 
 use core::ops::{Add, AddAssign, Sub};
 use core::time::Duration;
@@ -22,24 +25,24 @@ macro_rules! instant {
         pub struct $name(u64);
 
         impl $name {
-            /// The first instant.
+            /// Origin of the clock.
             pub const ZERO: Self = Self(0);
-            /// The last instant, which never comes.
+            /// Latest representable instant; as a deadline, never.
             pub const MAX: Self = Self(u64::MAX);
 
-            /// So many microseconds after the first.
+            /// Creates an instant `micros` microseconds after [`ZERO`](Self::ZERO).
             #[must_use]
             pub const fn from_micros(micros: u64) -> Self {
                 Self(micros)
             }
 
-            /// Microseconds since the first.
+            /// Microseconds since [`ZERO`](Self::ZERO).
             #[must_use]
             pub const fn as_micros(self) -> u64 {
                 self.0
             }
 
-            /// So many microseconds later.
+            /// Returns the instant `micros` microseconds later, saturating.
             #[must_use]
             pub const fn after_micros(self, micros: u64) -> Self {
                 Self(self.0.saturating_add(micros))
@@ -77,7 +80,7 @@ macro_rules! instant {
         impl Sub for $name {
             type Output = Duration;
 
-            /// The span since an earlier instant; none if that is later.
+            /// Span since an earlier instant; zero if `earlier` is later.
             fn sub(self, earlier: Self) -> Duration {
                 Duration::from_micros(self.micros_since(earlier))
             }
@@ -86,7 +89,8 @@ macro_rules! instant {
 }
 
 instant! {
-    /// An instant of the arm's clock: microseconds since it was switched on or, in a virtual one, since it was made.
+    /// An instant of the arm's clock: microseconds since power-up or, for a virtual arm, since it
+    /// was created.
     ///
     /// ```
     /// use core::time::Duration;
@@ -99,7 +103,7 @@ instant! {
     /// assert_eq!(begun - ended, Duration::ZERO);
     /// ```
     ///
-    /// It is no instant of the host's clock:
+    /// The host's clock has a type of its own:
     ///
     /// ```compile_fail
     /// # use magician_protocol::{ArmInstant, HostInstant};
@@ -113,7 +117,7 @@ instant! {
     HostInstant
 }
 
-/// The whole microseconds of a span, up to the last that there is.
+/// Whole microseconds of a span, saturating.
 fn whole_micros(span: Duration) -> u64 {
     u64::try_from(span.as_micros()).unwrap_or(u64::MAX)
 }

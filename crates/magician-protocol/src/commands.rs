@@ -1,10 +1,11 @@
-//! The protocol, one row a command; everything else about a command is derived from its row.
+//! The command table: one row for each command. Structs, codec, help, JSON and checks are derived
+//! from it.
 //!
-//! The rows are the 74 commands of the vendor's document (V1.1.3, four of V1.1.5) and 16 known
-//! from vendor headers, corrected by the errata that the comments and notes name (docs/reference/ERRATA.md). Lengths are mm,
-//! angles degrees. How a row is written is said at the macro, in `table.rs`.
+//! The rows are the 74 commands of the vendor's document (V1.1.3, four of V1.1.5) and 16 known from
+//! vendor headers, corrected by the errata named in rows and comments (docs/ERRATA.md). Lengths are
+//! mm, angles degrees. The syntax of a row is documented at the macro in `table.rs`.
 //!
-//! The file is long because it is the table: one place for every wire layout.
+//! The file is long because it is the table: every wire layout is in one place.
 
 use crate::layout::{Field, Form, FormKind, LayoutInfo};
 use crate::range::Range;

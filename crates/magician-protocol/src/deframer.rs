@@ -1,34 +1,50 @@
+//! Recovery of frames from a byte stream, after any split, foreign text or damage.
+//!
+//! The header is not escaped, so 0xAA 0xAA may also stand inside parameters, and a damaged Len byte
+//! may take in the frames behind it. The deframer therefore treats each header as a *candidate*: it
+//! waits for Len bytes, compares the checksum, and on failure resumes the search at the candidate's
+//! second byte. A candidate whose checksum matches by chance although its Len is damaged is
+//! recognised by two signs together: its length is unusual for the command, and whole frames stand
+//! inside it.
+//!
+//! Memory and work are bounded for any input, because the deframer also runs in interrupt handlers
+//! and faces strangers on the network.
+
 use core::fmt;
 
 use crate::Row;
 use crate::frame::{Ctrl, Frame, MAX_LEN, checksum};
 
+// Above MAX_FRAME (254), so that the buffer is not moved for every frame, and small enough that
+// the whole state stays below 512 bytes (invariant; test `state_is_small`).
 const CAPACITY: usize = 472;
-/// Bytes of the shortest frame.
+/// Size of the shortest frame (header, Len, id, Ctrl, checksum), bytes.
 const SHORTEST: usize = 6;
-/// Additions that the search for swallowed frames may cost a candidate; with the candidate's own
-/// sum it keeps the worst input, a run of 0xAA, under 256 additions a byte.
+/// Budget of additions for the search for swallowed frames, per candidate.
+// Together with the candidate's own checksum it keeps the worst input, a run of 0xAA, below 256
+// additions a byte.
 const SEARCH: usize = 80;
 
-/// Why a frame candidate (two header bytes and what follows) was given up.
+/// Reason why a frame candidate (two header bytes and what follows) was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rejection {
-    /// The checksum byte is not the one the bytes call for.
+    /// The checksum byte does not match the body.
     Checksum {
-        /// What the bytes call for.
+        /// Checksum computed over the body.
         expected: u8,
-        /// What stood there.
+        /// Checksum byte received.
         found: u8,
     },
-    /// Len is below 2 or above 250 (errata E03); or it fits no form of the command and takes in
-    /// whole frames, which is what a damaged Len does when the sum happens to be right.
+    /// Len is below 2 or above 250 (errata E03), or the frame has a length that its command does
+    /// not have and contains whole frames, as after a damaged Len byte whose checksum matches by
+    /// chance.
     Length(u8),
     /// The line fell silent, or the input ended, inside the frame.
     Truncated,
 }
 
 impl Rejection {
-    /// It in a word: `checksum`, `length`, `truncated`.
+    /// Short name: `checksum`, `length` or `truncated`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -39,7 +55,7 @@ impl Rejection {
     }
 }
 
-/// With `#` it does not repeat the [name](Self::name).
+/// Describes the rejection; the alternate form (`#`) omits the leading [name](Self::name).
 impl fmt::Display for Rejection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !f.alternate() && *self != Self::Truncated {
@@ -55,7 +71,7 @@ impl fmt::Display for Rejection {
     }
 }
 
-/// What a [`Deframer`] found.
+/// An event of the [`Deframer`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event<'a> {
     /// A whole frame.
@@ -65,16 +81,16 @@ pub enum Event<'a> {
         /// The frame.
         frame: Frame<'a>,
     },
-    /// A candidate that was given up; the search goes on from its second byte.
+    /// A rejected candidate. The search resumes at its second byte.
     Rejected {
         /// Position of its first byte in the stream.
         offset: u64,
-        /// The candidate's bytes as far as they were there.
+        /// Bytes of the candidate received so far.
         bytes: &'a [u8],
-        /// Why.
+        /// Reason of the rejection.
         reason: Rejection,
     },
-    /// Bytes that belong to no candidate. A long run may come in several events.
+    /// Bytes outside any candidate. A long run may be split over several events.
     Noise {
         /// Position of the first byte in the stream.
         offset: u64,
@@ -85,12 +101,14 @@ pub enum Event<'a> {
 
 /// Finds frames in a byte stream: in any split, between foreign text, after damage.
 ///
-/// The protocol does not escape its header (errata E04), so a candidate that fails is searched
-/// again from its second byte: a fault costs the frame it hits, and one good frame after it when
-/// by chance (1 in 256) a false sum is right. State is under 512 bytes, work
-/// under 256 additions a byte. There is no clock inside: when the line has been silent for
-/// [`INTER_BYTE_TIMEOUT_MS`](crate::INTER_BYTE_TIMEOUT_MS) and [`pending`](Self::pending) says
-/// that bytes wait, call [`expire`](Self::expire).
+/// The protocol does not escape its header (errata E04), so the search resumes at the second byte
+/// of a rejected candidate. A fault costs the frame it hits and, if a false checksum matches by
+/// chance (1 in 256), one good frame after it. State is below 512 bytes, work below 256 additions a
+/// byte.
+///
+/// The deframer has no clock. When the line has been silent for
+/// [`INTER_BYTE_TIMEOUT_MS`](crate::INTER_BYTE_TIMEOUT_MS) and [`pending`](Self::pending) is true,
+/// call [`expire`](Self::expire).
 ///
 /// ```
 /// use magician_protocol::{Deframer, Event};
@@ -107,11 +125,11 @@ pub struct Deframer {
     start: u16,
     end: u16,
     expiring: bool,
-    /// Bytes the candidate at `start` needs before it is worth another look.
+    /// Bytes the candidate at `start` needs before it is judged again.
     wanted: u16,
     /// Stream position of `buffer[start]`.
     offset: u64,
-    /// Stream position up to which a rejected candidate has already reported the bytes.
+    /// Stream position up to which a rejected candidate has reported the bytes already.
     reported: u64,
 }
 
@@ -129,7 +147,7 @@ impl Default for Deframer {
 }
 
 impl Deframer {
-    /// An empty decoder at stream position 0.
+    /// Creates a deframer at stream position 0.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -143,11 +161,13 @@ impl Deframer {
         }
     }
 
-    /// Takes bytes from the front of `input` until there is something to report; `None` when all
-    /// of `input` has been taken and what is left may still become a frame.
+    /// Consumes bytes from the front of `input` until there is an event to report.
+    ///
+    /// `None` when all of `input` is consumed and the bytes held may still become a frame.
     #[inline]
     pub fn next<'a>(&'a mut self, input: &mut &[u8]) -> Option<Event<'a>> {
-        // What cannot complete the candidate is only kept.
+        // Fast path for byte-by-byte input: do not judge a candidate that these bytes cannot
+        // complete.
         let held = usize::from(self.end - self.start);
         if held + input.len() < usize::from(self.wanted) && !self.expiring {
             self.refill(input);
@@ -175,6 +195,7 @@ impl Deframer {
                     return Some(Event::Frame { offset, frame });
                 }
                 Verdict::Rejected(count, reason) => {
+                    // Only one byte is consumed: a true header may begin inside a false candidate.
                     let (offset, at) = self.take(1);
                     self.reported = self.reported.max(offset + count as u64);
                     let bytes = &self.buffer[at..at + count];
@@ -185,6 +206,7 @@ impl Deframer {
                     });
                 }
                 Verdict::Noise(count) => {
+                    // The rejected candidate showed these bytes already: report each byte once.
                     let known = self.reported.saturating_sub(self.offset).min(count as u64);
                     let (offset, at) = self.take(count);
                     let fresh = known as usize;
@@ -199,26 +221,27 @@ impl Deframer {
         }
     }
 
-    /// The line has been silent for the inter-byte timeout, or the input has ended: gives up the
-    /// candidate that waits for bytes. Call [`next`](Self::next) with no input until it returns
-    /// `None` to see what that leaves.
+    /// Gives up the incomplete candidate, after the inter-byte timeout or at the end of input.
+    ///
+    /// Then call [`next`](Self::next) with empty input until it returns `None`, to get the frames
+    /// that the candidate hid.
     pub fn expire(&mut self) {
         self.expiring = self.pending();
     }
 
-    /// Whether bytes wait for the rest of their frame.
+    /// True if bytes wait for the rest of their frame.
     #[must_use]
     pub fn pending(&self) -> bool {
         self.start != self.end
     }
 
-    /// Stream position that the search has reached: every byte before it has been reported.
+    /// Stream position of the search: all bytes before it have been reported.
     #[must_use]
     pub fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// Moves past `count` bytes; returns the stream and buffer position they began at.
+    /// Consumes `count` bytes and returns the stream and buffer positions of the first.
     fn take(&mut self, count: usize) -> (u64, usize) {
         let before = (self.offset, usize::from(self.start));
         self.offset += count as u64;
@@ -273,11 +296,12 @@ impl Deframer {
             [] => Verdict::More,
             [0xAA] => self.incomplete(2),
             [0xAA, 0xAA] => self.incomplete(3),
+            // Neither a header nor the beginning of one.
             _ => Verdict::Noise(noise_length(bytes)),
         }
     }
 
-    /// A candidate that cannot be judged before it has `wanted` bytes.
+    /// Verdict on a candidate that has fewer than the `wanted` bytes it can be judged by.
     fn incomplete(&mut self, wanted: usize) -> Verdict {
         match (self.expiring, self.end - self.start) {
             (false, _) => {
@@ -290,8 +314,9 @@ impl Deframer {
     }
 }
 
-/// Whether a candidate whose sum is right is none all the same. One in 256 damaged Len bytes gets
-/// past the sum, and could take thirty good frames with it.
+/// True if a candidate with a matching checksum is false nevertheless.
+///
+/// One in 256 damaged Len bytes passes the checksum and could take thirty good frames with it.
 #[inline]
 fn is_false(body: &[u8]) -> bool {
     let [id, ctrl, params @ ..] = body else {
@@ -305,12 +330,13 @@ fn swallows(id: u8, params: &[u8]) -> bool {
     holds_frame(params) && !Row::with_id(id).is_some_and(|row| row.takes_open(params))
 }
 
-/// Whether a whole frame stands in these bytes; gives up after [`SEARCH`] additions.
+/// True if `bytes` contain a whole frame. Gives up after [`SEARCH`] additions.
 fn holds_frame(bytes: &[u8]) -> bool {
     let mut budget = SEARCH;
     bytes.windows(SHORTEST).enumerate().any(|(at, head)| {
         let (len, inner) = match (head, bytes.get(at + 3..)) {
             ([0xAA, 0xAA, len, ..], Some(inner)) => (usize::from(*len), inner),
+            // Not a header here: try the next position.
             _ => return false,
         };
         let Some((body, [sum, ..])) = inner.split_at_checked(len) else {
@@ -324,12 +350,13 @@ fn holds_frame(bytes: &[u8]) -> bool {
     })
 }
 
-/// How many bytes come before the next possible header; at least 1.
+/// Bytes before the next possible header; at least 1.
 fn noise_length(bytes: &[u8]) -> usize {
     let mut at = 1;
     while let Some(skip) = bytes[at..].iter().position(|byte| *byte == 0xAA) {
         at += skip;
         match bytes.get(at + 1) {
+            // The last byte, if 0xAA, may be half a header: keep it.
             None | Some(0xAA) => return at,
             Some(_) => at += 1,
         }

@@ -1,32 +1,35 @@
+//! Explanation of single frames for traces, logs and `magician decode`: row, form, fields, and the
+//! deviations from the strict form.
+
 use crate::layout::Fields;
 use crate::message::QueuedCmdIndex;
 use crate::motor;
 use crate::{DecodeError, FieldValue, Frame, Layout, LayoutInfo, NoArgs, Row};
 
-/// The sender of a frame.
+/// Direction of travel of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// The host, to the arm.
+    /// From the host to the arm.
     Request,
-    /// The arm, to the host.
+    /// From the arm to the host.
     Reply,
 }
 
-/// Most leniencies that one frame can show.
+/// Largest number of notes on one frame.
 pub const MAX_NOTES: usize = 6;
 
-/// A frame explained: which command, which form, what it carries.
+/// A decoded frame: its command, form, fields and deviations.
 #[derive(Clone, Debug)]
 pub struct Description<'a> {
-    /// The command.
+    /// Row of the command.
     pub row: &'static Row,
     /// Name of the form, as the vendor writes it (`GetPose`, `SetPTPCmd`).
     pub name: &'static str,
     /// The sender.
     pub direction: Direction,
-    /// Whether the form is a set.
+    /// True if the form is a set.
     pub write: bool,
-    /// Whether the frame asks to be queued.
+    /// True if the queued bit is set.
     pub queued: bool,
     /// The layout that the parameters follow.
     pub layout: &'static LayoutInfo,
@@ -35,20 +38,20 @@ pub struct Description<'a> {
 }
 
 impl<'a> Description<'a> {
-    /// The fields with their values.
+    /// Fields with their values.
     ///
     /// # Errors
-    /// None in practice: [`describe`] has tried them.
+    /// Never in practice: [`describe`] has decoded the fields once.
     pub fn values(&self) -> Result<Fields<'a>, DecodeError> {
         self.layout.values(self.params)
     }
 
-    /// The leniencies applied, in words.
+    /// Deviations from the strict form, in words, with their errata.
     pub fn notes(&self) -> impl Iterator<Item = &'static str> {
         self.notes.into_iter().flatten()
     }
 
-    /// Whether the frame is in exactly the form that a strict sender uses.
+    /// True if the frame has exactly the form that a strict sender uses.
     #[must_use]
     pub fn exact(&self) -> bool {
         self.notes.iter().all(Option::is_none)
@@ -61,11 +64,10 @@ impl<'a> Description<'a> {
     }
 }
 
-/// Explains a frame that travelled in a known direction.
+/// Explains a frame whose direction is known.
 ///
 /// # Errors
-/// [`DecodeError::UnknownId`], and [`DecodeError::Length`] when the parameters fit no accepted
-/// form.
+/// [`DecodeError::UnknownId`], or [`DecodeError::Length`] if the parameters fit no accepted form.
 pub fn describe<'a>(
     frame: &Frame<'a>,
     direction: Direction,
@@ -74,6 +76,7 @@ pub fn describe<'a>(
     let row = Row::with_id(frame.id()).ok_or(DecodeError::UnknownId(frame.id()))?;
     let queued = ctrl.queued() && !row.steers_queue();
     let write = row.sets(ctrl);
+    // A get of a set-only command is answered empty and does nothing (E12).
     let inert = !write && row.value.is_none();
     let layout = match direction {
         _ if inert => NoArgs::INFO,
@@ -102,6 +105,7 @@ pub fn describe<'a>(
             FieldValue::Signed(speed) if motor::float_bits(speed).is_some() => {
                 description.note("speed taken as the bits of a float (E41)");
             }
+            // All other types have one form on the wire.
             _ => {}
         }
     }
@@ -129,22 +133,26 @@ fn note_ctrl(description: &mut Description<'_>, frame: &Frame<'_>, inert: bool) 
     if ctrl.error() {
         description.note("error bit set: the controller refused the command (E05)");
     }
+    // Bits 3 to 7: reserved, destination, slave.
     if ctrl.0 & 0xF8 != 0 {
         description.note("destination or reserved bits set in Ctrl (E05)");
     }
 }
 
 impl<'a> Description<'a> {
-    /// Explains a frame whose direction is unknown: the direction whose layout fits exactly, the
-    /// host's if both do, else the one that fits with a leniency.
+    /// Explains a frame whose direction is unknown.
+    ///
+    /// Takes the direction whose layout fits exactly (the host's if both do), else one that fits
+    /// with a deviation.
     ///
     /// # Errors
-    /// As [`describe`], for the host's direction.
+    /// As [`describe`], for the direction from the host.
     pub fn guess(frame: &Frame<'a>) -> Result<Self, DecodeError> {
         let request = describe(frame, Direction::Request);
         let reply = describe(frame, Direction::Reply);
         let fits = |d: &Result<Description<'_>, _>| d.as_ref().is_ok_and(Description::fits_exactly);
         match (fits(&request), fits(&reply)) {
+            // Typical of frames without parameters: nothing in them shows the direction.
             (true, true) => request.map(|mut description| {
                 description.note("fits both directions, taken as the host's");
                 description

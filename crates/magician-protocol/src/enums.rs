@@ -1,3 +1,6 @@
+//! Flags and enums of single bytes, open to values without a name: an unknown byte is kept and
+//! written back unchanged.
+
 use core::fmt;
 
 use crate::check::{Number, RangeError, check_number};
@@ -5,7 +8,7 @@ use crate::layout::Field;
 use crate::wire::{EnumInfo, FieldType, Reader, Variant, Wire, Writer};
 use crate::{DecodeError, Range, row::same_name};
 
-/// A byte of which 0 is off and anything else is on; keeps the byte it was read from.
+/// A byte where 0 is off and anything else is on. The original byte is kept.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Flag(pub u8);
 
@@ -15,7 +18,7 @@ impl Flag {
     /// On.
     pub const ON: Self = Self(1);
 
-    /// Whether it is on.
+    /// True if the byte is not 0.
     #[must_use]
     pub const fn is_on(self) -> bool {
         self.0 != 0
@@ -51,14 +54,14 @@ impl Wire for Flag {
 }
 
 impl EnumInfo {
-    /// Name of a value, if it has one.
+    /// Name of a value. `None` if the value has no name.
     #[must_use]
     pub fn name_of(&self, value: u8) -> Option<&'static str> {
         let variant = self.variants.iter().find(|v| v.value == value)?;
         Some(variant.name)
     }
 
-    /// Value of a name, without regard to case, `-` and `_`.
+    /// Value of a name, ignoring case, `-` and `_`. `None` if no value has that name.
     #[must_use]
     pub fn value_of(&self, name: &str) -> Option<u8> {
         let variant = self.variants.iter().find(|v| same_name(v.name, name))?;
@@ -75,7 +78,7 @@ macro_rules! open_enums {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum $name {
             $( #[doc = $doc] $variant, )+
-            /// A value without a name; it travels as it is.
+            /// A value without a name, kept as received.
             Unknown(u8),
         }
 
@@ -127,7 +130,7 @@ macro_rules! open_enums {
 }
 
 open_enums! {
-    /// How a point-to-point move travels and what its numbers mean (document 1.10.5, errata E28).
+    /// Travel and target of a point-to-point move (document 1.10.5, errata E28).
     PtpMode {
         0 JumpXyz "Lift, joint transfer, descend; absolute x y z r.",
         1 MovjXyz "All joints together; absolute x y z r.",
@@ -141,7 +144,7 @@ open_enums! {
         9 JumpMovlXyz "Lift, straight transfer, descend; absolute x y z r.",
     }
 
-    /// Which way to jog; the axis is a joint or a coordinate (document 1.9.4, errata E25).
+    /// Direction of a jog; the axis is a joint or a coordinate (document 1.9.4, errata E25).
     JogCommand {
         0 Stop "Slow down and stop.",
         1 Axis1Plus "J1 or x, positive.",
@@ -156,7 +159,7 @@ open_enums! {
         10 RailMinus "Rail, negative.",
     }
 
-    /// What the numbers of a continuous-path segment count from (document 1.11.2).
+    /// Reference of the numbers of a continuous-path segment (document 1.11.2).
     CpMode {
         0 Relative "From the end of the segment before.",
         1 Absolute "From the base frame.",
@@ -174,13 +177,13 @@ open_enums! {
         1 V2 "Second version.",
     }
 
-    /// When hand teaching reports a point (document 1.7.1).
+    /// Condition on which hand teaching reports a point (document 1.7.1).
     TeachTrigger {
         0 OnRelease "Once, when the unlock key is released.",
         1 Periodic "Again and again while the key is held.",
     }
 
-    /// What an EIO pin does (document 1.15.1, errata E40).
+    /// Function of an EIO pin (document 1.15.1, errata E40).
     IoFunction {
         0 None "Nothing.",
         1 DigitalOutput "Digital output.",
@@ -205,13 +208,13 @@ open_enums! {
         1 Stepper2 "Second motor output.",
     }
 
-    /// What a trigger looks at (document 1.14.1).
+    /// Signal that a trigger observes (document 1.14.1).
     TriggerMode {
         0 Level "Digital level.",
         1 Analog "Analog value.",
     }
 
-    /// How a trigger compares (document 1.14.1, errata E35).
+    /// Comparison of a trigger (document 1.14.1, errata E35).
     TriggerCondition {
         0 EqualOrBelow "Level equal to the threshold; analog below it.",
         1 DifferentOrAtMost "Level different from the threshold; analog at most it.",
@@ -219,7 +222,7 @@ open_enums! {
         3 Above "Analog above the threshold.",
     }
 
-    /// Elbow side of a SCARA arm; without meaning on this one.
+    /// Elbow side of a SCARA arm; meaningless on the Magician.
     Handedness {
         0 Left "Left hand.",
         1 Right "Right hand.",
@@ -227,7 +230,8 @@ open_enums! {
 }
 
 impl PtpMode {
-    /// True if the numbers are a pose (x, y, z and r), absolute or relative. False for an unknown mode.
+    /// True if the numbers are a pose (x, y, z and r), absolute or relative. False for an unknown
+    /// mode.
     #[must_use]
     pub const fn is_pose(self) -> bool {
         matches!(
@@ -250,7 +254,8 @@ impl PtpMode {
         )
     }
 
-    /// True if the numbers, and the place on the rail, are added to where the move starts. False for an unknown mode.
+    /// True if the numbers and the rail position are added to the start of the move. False for an
+    /// unknown mode.
     #[must_use]
     pub const fn is_relative(self) -> bool {
         matches!(
@@ -259,25 +264,25 @@ impl PtpMode {
         )
     }
 
-    /// True if the numbers say by themselves where the move ends. False for an unknown mode.
+    /// True if the end of the move follows from the numbers alone. False for an unknown mode.
     #[must_use]
     pub const fn is_absolute(self) -> bool {
         (self.is_pose() || self.is_joint()) && !self.is_relative()
     }
 
-    /// True if the numbers are the pose at which the move ends. False for an unknown mode.
+    /// True if the numbers are the pose at the end of the move. False for an unknown mode.
     #[must_use]
     pub const fn is_absolute_pose(self) -> bool {
         self.is_pose() && self.is_absolute()
     }
 
-    /// True if the move lifts, goes across and descends. False for an unknown mode.
+    /// True if the move lifts, travels and descends. False for an unknown mode.
     #[must_use]
     pub const fn is_jump(self) -> bool {
         matches!(self, Self::JumpXyz | Self::JumpAngle | Self::JumpMovlXyz)
     }
 
-    /// True if the tool goes on a straight line from start to end. False for an unknown mode.
+    /// True if the tool moves on a straight line from start to end. False for an unknown mode.
     #[must_use]
     pub const fn is_line(self) -> bool {
         matches!(self, Self::MovlXyz | Self::MovlAngle | Self::MovlXyzInc)
@@ -285,7 +290,8 @@ impl PtpMode {
 }
 
 impl JogCommand {
-    /// The number of the axis, from 0 for J1 or x, and whether its value grows; `None` for a stop and for the rail.
+    /// Axis index, from 0 for J1 or x, and true for the positive direction. `None` for a stop, for
+    /// the rail and for unknown values.
     #[must_use]
     pub const fn axis(self) -> Option<(usize, bool)> {
         Some(match self {
@@ -297,6 +303,7 @@ impl JogCommand {
             Self::Axis3Minus => (2, false),
             Self::Axis4Plus => (3, true),
             Self::Axis4Minus => (3, false),
+            // Stop and unknown values have no axis; the rail is not one of the four.
             _ => return None,
         })
     }

@@ -1,24 +1,26 @@
+//! Errors of decoding and encoding.
+
 use core::fmt;
 
-/// Why the parameters of a well-formed frame could not be read as a command's layout.
+/// Error of decoding the parameters of a well-formed frame as the layout of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DecodeError {
     /// The parameter count fits no accepted form of the layout (errata E11).
     Length {
-        /// Fewest parameter bytes the layout takes.
+        /// Fewest parameter bytes accepted.
         expected: usize,
         /// Parameter bytes in the frame.
         found: usize,
     },
-    /// The list of outputs fits neither form of errata E29.
+    /// The list of outputs has neither form of errata E29.
     List {
         /// Bytes left for the list.
         found: usize,
     },
-    /// The id stands in no row of the table.
+    /// The command table has no row with this id.
     UnknownId(u8),
-    /// The row has no such layout (a get of a set-only command, for instance).
+    /// The command has no such form (a get of a set-only command, for instance).
     NoSuchForm(u8),
 }
 
@@ -40,13 +42,13 @@ impl fmt::Display for DecodeError {
 
 impl core::error::Error for DecodeError {}
 
-/// Why a value does not fit a frame.
+/// Error of encoding a value that does not fit a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EncodeError {
     /// More parameter bytes than the 248 a frame carries (errata E03).
     TooLong {
-        /// Parameter bytes that the value needs.
+        /// Parameter bytes needed.
         needed: usize,
     },
 }

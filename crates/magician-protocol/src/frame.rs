@@ -1,24 +1,29 @@
+//! Frames: constants, the control byte, the checksum, borrowed ([`Frame`]) and owned ([`FrameBuf`])
+//! bytes.
+
 use core::fmt;
 
 use crate::{DecodeError, EncodeError, Layout, Row, Set, Writer};
 
-/// The two bytes every frame starts with.
+/// First two bytes of every frame.
 pub const HEADER: [u8; 2] = [0xAA, 0xAA];
-/// Largest Len byte: id, Ctrl and parameters (errata E03).
+/// Largest Len byte: id, Ctrl and parameters together (errata E03).
 pub(crate) const MAX_LEN: usize = 250;
-/// Most parameter bytes in a frame.
+/// Largest number of parameter bytes in a frame.
 pub const MAX_PARAMS: usize = MAX_LEN - 2;
-/// Most bytes in a frame, header and checksum included.
+/// Largest frame including header and checksum, bytes.
 pub const MAX_FRAME: usize = MAX_LEN + 4;
-/// Serial speed of the USB and TTL ports, 8N1 (document 1.1).
+/// Baud rate of the USB and TTL ports, 8N1 (document 1.1).
 pub const BAUD_RATE: u32 = 115_200;
 /// UDP port of the Wi-Fi module (errata E45).
 pub const UDP_PORT: u16 = 8899;
-/// Silence inside a frame after which its start is given up, in ms (errata E04).
+/// Silence inside a frame after which the incomplete frame is dropped, ms (errata E04).
 pub const INTER_BYTE_TIMEOUT_MS: u64 = 50;
 
-/// The checksum of a frame's id, Ctrl and parameters: the two's complement of their sum
-/// (document 1.2.2; Len is not summed, errata E02).
+/// Checksum over a frame's id, Ctrl and parameters: the two's complement of their sum (document
+/// 1.2.2).
+///
+/// Len is not part of the sum (errata E02).
 ///
 /// ```
 /// assert_eq!(magician_protocol::checksum(&[0x0A, 0x00]), 0xF6);
@@ -31,43 +36,43 @@ pub fn checksum(body: &[u8]) -> u8 {
         .wrapping_neg()
 }
 
-/// The control byte of a frame (document 1.2.1, bits 2 to 7 errata E05).
+/// Control byte of a frame (document 1.2.1, bits 2 to 7 errata E05).
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Ctrl(pub u8);
 
 impl Ctrl {
-    /// A get: rw 0, not queued.
+    /// Ctrl of a get: rw 0, not queued.
     pub const GET: Self = Self(0);
-    /// An immediate set: rw 1, not queued.
+    /// Ctrl of an immediate set: rw 1, not queued.
     pub const SET: Self = Self(1);
-    /// A queued set: rw 1, queued.
+    /// Ctrl of a queued set: rw 1, queued.
     pub const QUEUED: Self = Self(3);
 
-    /// Bit 0: set (1) or get (0).
+    /// Bit 0: true for a set, false for a get.
     #[must_use]
     pub const fn write(self) -> bool {
         self.0 & 1 != 0
     }
 
-    /// Bit 1: to be queued.
+    /// Bit 1: true if the command goes into the queue.
     #[must_use]
     pub const fn queued(self) -> bool {
         self.0 & 2 != 0
     }
 
-    /// Bit 2: the controller refused the command (errata E05, never seen in a capture).
+    /// Bit 2: true if the controller refused the command (errata E05, never seen in a capture).
     #[must_use]
     pub const fn error(self) -> bool {
         self.0 & 4 != 0
     }
 
-    /// The same with bit 2 set.
+    /// Same byte with bit 2 set.
     #[must_use]
     pub const fn with_error(self) -> Self {
         Self(self.0 | 4)
     }
 
-    /// Bits 4 and 5: 0 the arm, 1 the extension controller.
+    /// Bits 4 and 5: 0 for the arm, 1 for the extension controller.
     #[must_use]
     pub const fn destination(self) -> u8 {
         (self.0 >> 4) & 3
@@ -86,25 +91,27 @@ impl fmt::Debug for Ctrl {
     }
 }
 
-/// The bytes of one frame whose header, length and checksum have been checked.
+/// A frame, borrowed; header, length and checksum have been checked.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     bytes: &'a [u8],
 }
 
 impl<'a> Frame<'a> {
-    /// Takes a frame that fills `bytes` exactly; `None` if it does not or is damaged.
+    /// Creates a frame from bytes that are exactly one. `None` otherwise, or if it is damaged.
     #[must_use]
     pub fn new(bytes: &'a [u8]) -> Option<Self> {
         let [0xAA, 0xAA, len, body @ .., sum] = bytes else {
             return None;
         };
+        // Two bytes at least, id and Ctrl.
         let whole = usize::from(*len) == body.len() && (2..=MAX_LEN).contains(&body.len());
         (whole && checksum(body) == *sum).then_some(Self { bytes })
     }
 
-    /// For the deframer, which has done the checks.
+    /// Creates a frame from bytes that the deframer has checked.
     pub(crate) fn trusted(bytes: &'a [u8]) -> Self {
+        // Only in debug builds, so that no frame is summed twice.
         debug_assert!(Self::new(bytes).is_some());
         Self { bytes }
     }
@@ -115,19 +122,19 @@ impl<'a> Frame<'a> {
         self.bytes
     }
 
-    /// Id of the command.
+    /// Command id.
     #[must_use]
     pub fn id(&self) -> u8 {
         self.bytes.get(3).copied().unwrap_or_default()
     }
 
-    /// The control byte.
+    /// Control byte.
     #[must_use]
     pub fn ctrl(&self) -> Ctrl {
         Ctrl(self.bytes.get(4).copied().unwrap_or_default())
     }
 
-    /// The parameters, possibly none.
+    /// Parameters; may be empty.
     #[must_use]
     pub fn params(&self) -> &'a [u8] {
         let end = self.bytes.len().saturating_sub(1);
@@ -145,12 +152,12 @@ impl fmt::Debug for Frame<'_> {
     }
 }
 
-/// Commands that this process has encoded by [`FrameBuf::set`].
+/// Number of commands that this process has encoded by [`FrameBuf::set`].
 #[cfg(feature = "counters")]
 #[doc(hidden)]
 pub static ENCODED: core::sync::atomic::AtomicUsize = core::sync::atomic::AtomicUsize::new(0);
 
-/// A frame that owns its bytes, on the stack.
+/// A frame that owns its bytes, without allocation.
 #[derive(Clone, Copy)]
 pub struct FrameBuf {
     bytes: [u8; MAX_FRAME],
@@ -158,24 +165,24 @@ pub struct FrameBuf {
 }
 
 impl FrameBuf {
-    /// A frame with these parameters.
+    /// Creates a frame from id, Ctrl and parameter bytes.
     ///
     /// # Errors
-    /// [`EncodeError::TooLong`] beyond 248 parameter bytes.
+    /// [`EncodeError::TooLong`] for more than 248 parameter bytes.
     pub fn new(id: u8, ctrl: Ctrl, params: &[u8]) -> Result<Self, EncodeError> {
         Self::with(id, ctrl, |writer| writer.put(params))
     }
 
-    /// A frame with the parameters of a layout.
+    /// Creates a frame with the parameters of a layout.
     ///
     /// # Errors
-    /// [`EncodeError::TooLong`] when a list or text is too long for a frame.
+    /// [`EncodeError::TooLong`] if a list or text does not fit a frame.
     #[inline]
     pub fn encode<L: Layout>(id: u8, ctrl: Ctrl, layout: &L) -> Result<Self, EncodeError> {
         Self::with(id, ctrl, |writer| layout.encode(writer))
     }
 
-    /// The get request of a row.
+    /// Creates the get request of a row.
     ///
     /// # Errors
     /// As [`FrameBuf::encode`].
@@ -184,7 +191,7 @@ impl FrameBuf {
         Self::encode(row.id, Ctrl::GET, query)
     }
 
-    /// The frame that sets a value or orders an action: at once or queued, as `ctrl` says.
+    /// Creates the frame of a set or an action; `ctrl` selects immediate or queued.
     ///
     /// # Errors
     /// As [`FrameBuf::encode`].
@@ -201,11 +208,13 @@ impl FrameBuf {
             len: 0,
         };
         let bytes = &mut frame.bytes;
+        // Parameters first, because Len and checksum depend on them.
         let mut writer = Writer::new(&mut bytes[5..5 + MAX_PARAMS]);
         fill(&mut writer);
         let count = writer.finish()?;
         bytes[..5].copy_from_slice(&[HEADER[0], HEADER[1], (count + 2) as u8, id, ctrl.0]);
         bytes[count + 5] = checksum(&bytes[3..count + 5]);
+        // At most 254.
         frame.len = (count + 6) as u8;
         Ok(frame)
     }
@@ -216,7 +225,7 @@ impl FrameBuf {
         &self.bytes[..usize::from(self.len)]
     }
 
-    /// The frame as a view.
+    /// Borrows the frame.
     #[must_use]
     pub fn frame(&self) -> Frame<'_> {
         Frame::trusted(self.bytes())
@@ -250,10 +259,10 @@ impl fmt::Debug for FrameBuf {
 }
 
 impl Frame<'_> {
-    /// Reads the parameters as `L`; whether the frame is that command is for the caller to know.
+    /// Decodes the parameters as `L`. The id is not checked: the caller knows the command.
     ///
     /// # Errors
-    /// [`DecodeError`] when the parameter count fits no accepted form.
+    /// [`DecodeError`] if the parameter count fits no accepted form.
     pub fn read<L: Layout>(&self) -> Result<L, DecodeError> {
         L::decode(self.params())
     }

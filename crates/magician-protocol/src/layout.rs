@@ -1,3 +1,9 @@
+//! Layouts as data: the fields of a form with type, unit and range, tolerated parameter counts, and
+//! values read through that description.
+//!
+//! The typed structs decode through the same description, so programs that learn of a command at
+//! run time (command line, JSON, traces) and typed programs accept the same frames.
+
 use core::fmt;
 
 use crate::alarm::AlarmSet;
@@ -12,77 +18,78 @@ use crate::{DecodeError, Writer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Field {
-    /// Its name, as in JSON and on the command line.
+    /// Name, as in JSON and on the command line.
     pub name: &'static str,
-    /// How it lies on the wire.
+    /// Type on the wire.
     pub ty: FieldType,
-    /// Its unit, or what it is instead of a quantity.
+    /// Unit, or a word for a value that is not a quantity (`flag`, `enum`).
     pub unit: &'static str,
-    /// Values it may take.
+    /// Accepted values.
     pub range: Range,
-    /// What it means.
+    /// Meaning, as a sentence.
     pub doc: &'static str,
-    /// Whether a host may leave it out.
+    /// True if a host may leave the field out.
     pub optional: bool,
-    /// Whether a controller accepts a frame that ends before it: a sender leaves out all such
-    /// fields of a layout or none.
+    /// True if a controller accepts a frame that ends before this field. A sender leaves out all
+    /// such fields of a layout or none.
     pub omittable: bool,
-    /// What a host sends when the field is left out; `None` sends nothing.
+    /// Value that a host sends in place of a field left out. `None` if it sends nothing.
     pub default: Option<u8>,
 }
 
-/// A parameter count that is not the layout's own but is accepted from the hosts that send it.
+/// A tolerated form: a parameter count other than the layout's own, accepted from the hosts that
+/// send it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Form {
-    /// Parameter bytes.
+    /// Number of parameter bytes.
     pub len: usize,
-    /// How the bytes map to the layout.
+    /// Mapping of the bytes to the layout.
     pub kind: FormKind,
-    /// The senders of this form, with the errata number.
+    /// Senders of this form, with the errata number.
     pub note: &'static str,
 }
 
-/// How a tolerated form maps to its layout.
+/// Mapping of a tolerated form to its layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum FormKind {
-    /// The missing tail is zero.
+    /// Missing bytes at the end are zero.
     Zeros,
     /// The layout begins after this many bytes.
     Skip(usize),
-    /// Every number comes as one byte.
+    /// Each field is a single byte.
     Bytes,
 }
 
-/// The fields of one form of a command.
+/// Description of one form of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct LayoutInfo {
     /// Name of the Rust type.
     pub name: &'static str,
-    /// Its fields in wire order.
+    /// Fields in wire order.
     pub fields: &'static [Field],
     /// Tolerated forms.
     pub forms: &'static [Form],
 }
 
-/// How the parameters of a frame fit a layout.
+/// Result of matching a parameter count with a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Normalised {
-    /// The mapping, [`FormKind::Skip`]`(0)` for the layout's own form.
+    /// Mapping; [`FormKind::Skip`]`(0)` for the layout's own form.
     pub kind: FormKind,
-    /// The leniency applied, if any.
+    /// Deviation from the strict form, with its errata. `None` if exact.
     pub note: Option<&'static str>,
 }
 
 const SURPLUS: &str = "surplus parameter bytes ignored (E11)";
 const OMITTED: &str = "address or port left out (E39, E43)";
-/// Longest layout that has a tolerated form, rounded up.
+/// Size of a buffer for the layouts with tolerated forms, rounded up from the longest.
 const LONGEST_FORM: usize = 32;
 
 impl LayoutInfo {
-    /// Bytes of the exact form, `None` when its last field takes the rest of the frame.
+    /// Parameter bytes of the exact form. `None` if the last field takes the rest of the frame.
     #[must_use]
     pub const fn size(&self) -> Option<usize> {
         let (mut at, mut sum) = (0, 0);
@@ -110,11 +117,12 @@ impl LayoutInfo {
         sum
     }
 
-    /// Finds the form that a parameter count belongs to.
+    /// Finds the form with this many parameter bytes.
     ///
     /// # Errors
-    /// [`DecodeError::Length`] when it belongs to none.
+    /// [`DecodeError::Length`] if there is no such form.
     pub fn normalise(&self, count: usize) -> Result<Normalised, DecodeError> {
+        // Tolerated forms first: a surplus of known length means something else than surplus bytes.
         if let Some(form) = self.forms.iter().find(|form| form.len == count) {
             return Ok(Normalised {
                 kind: form.kind,
@@ -128,6 +136,7 @@ impl LayoutInfo {
             Some(full) if count > full => Some(SURPLUS),
             Some(_) if count == shortest => self.omission(),
             _ => {
+                // Too short: the next larger size is expected.
                 return Err(DecodeError::Length {
                     expected: full.filter(|_| count > shortest).unwrap_or(shortest),
                     found: count,
@@ -140,7 +149,7 @@ impl LayoutInfo {
         })
     }
 
-    /// What to say of a frame that ends before the fields that may be left out.
+    /// Note for a frame that ends before its omittable fields. `None` if a host may leave them out.
     fn omission(&self) -> Option<&'static str> {
         self.fields
             .iter()
@@ -148,7 +157,7 @@ impl LayoutInfo {
             .then_some(OMITTED)
     }
 
-    /// Brings a tolerated form into the layout's own, then hands it to `read`.
+    /// Converts a tolerated form into the layout's own and passes it to `read`.
     pub(crate) fn read_form<T>(
         &self,
         params: &[u8],
@@ -181,12 +190,12 @@ impl LayoutInfo {
         self.size().unwrap_or(0).min(LONGEST_FORM)
     }
 
-    /// The fields that these parameters hold, with their values. A field that a short form
-    /// leaves out does not appear.
+    /// Fields present in the parameters, with their values. Fields that a short form leaves out are
+    /// skipped.
     ///
     /// # Errors
-    /// As [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs that
-    /// fits neither form.
+    /// As [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs in
+    /// neither form.
     pub fn values<'a>(&self, params: &'a [u8]) -> Result<Fields<'a>, DecodeError> {
         let normalised = self.normalise(params.len())?;
         let (skip, as_bytes) = match normalised.kind {
@@ -195,6 +204,7 @@ impl LayoutInfo {
             FormKind::Bytes => (0, true),
         };
         let mut reader = Reader::new(params.get(skip..).unwrap_or(&[]));
+        // `Fields` cannot fail half way, so the types that may be malformed are tried here.
         if let Some((last, head)) = self.fields.split_last()
             && matches!(last.ty, FieldType::Outputs | FieldType::Alarms)
         {
@@ -202,6 +212,7 @@ impl LayoutInfo {
             let _ = probe.slice(head.iter().filter_map(|field| field.ty.size()).sum());
             match last.ty {
                 FieldType::Outputs => drop(PoList::read(&mut probe)?),
+                // `Alarms`, the other type of the condition.
                 _ => drop(AlarmSet::read(&mut probe)?),
             }
         }
@@ -215,7 +226,7 @@ impl LayoutInfo {
         })
     }
 
-    /// The field of this name, without regard to case, `-` and `_`.
+    /// Finds a field by name, ignoring case, `-` and `_`.
     #[must_use]
     pub fn field(&self, name: &str) -> Option<&'static Field> {
         self.fields
@@ -247,28 +258,28 @@ impl<'a> Iterator for Fields<'a> {
     }
 }
 
-/// The value of a field, for programs that learn of the layout at run time.
+/// The value of a field whose layout is known only at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldValue<'a> {
     /// An unsigned number.
     Unsigned(u64),
     /// A signed number.
     Signed(i32),
-    /// A number with a fraction.
+    /// A floating-point number.
     Float(f32),
-    /// A byte of which 0 is off and anything else is on.
+    /// A byte where 0 is off and anything else is on.
     Flag(u8),
     /// A byte with named values.
     Enum(&'static EnumInfo, u8),
-    /// A fixed number of numbers, as they lie on the wire.
+    /// A fixed-size array, as its bytes on the wire.
     Array(Scalar, &'a [u8]),
-    /// Text up to its NUL, usually UTF-8.
+    /// Text before its NUL, usually UTF-8.
     Text(&'a [u8]),
     /// Bytes.
     Bytes(&'a [u8]),
     /// Alarm bits.
     Alarms(AlarmSet),
-    /// Outputs to switch on the way.
+    /// Outputs to switch during a move.
     Outputs(PoList),
 }
 
@@ -302,7 +313,7 @@ impl<'a> FieldValue<'a> {
         }
     }
 
-    /// The items of an array; nothing for other values.
+    /// Items of an array; empty for other values.
     pub fn items(&self) -> impl Iterator<Item = FieldValue<'static>> + use<'a> {
         let (scalar, bytes) = match *self {
             Self::Array(scalar, bytes) => (scalar, bytes),
@@ -315,8 +326,8 @@ impl<'a> FieldValue<'a> {
 }
 
 impl fmt::Display for FieldValue<'_> {
-    /// As the command line takes it: arrays with commas, outputs as `50:4:1,75:5:0`; a named
-    /// value of an enum is followed by its name. Text is [`visible`].
+    /// Formats the value as the command line takes it: arrays with commas, outputs as
+    /// `50:4:1,75:5:0`. An enum value is followed by its name. Text is [`visible`].
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unsigned(number) => number.fmt(f),
@@ -346,7 +357,7 @@ impl fmt::Display for FieldValue<'_> {
     }
 }
 
-/// A field's name on the wire side: a trailing `_` only keeps clear of Rust's keywords.
+/// Public name of a field: without the trailing `_` that avoids a Rust keyword.
 pub(crate) const fn field_name(name: &'static str) -> &'static str {
     match name.as_bytes() {
         [_, .., b'_'] => name.split_at(name.len() - 1).0,
@@ -362,6 +373,7 @@ pub(crate) fn write_default(field: &Field, writer: &mut Writer<'_>) {
         FieldType::Scalar(scalar) => {
             writer.put(&u64::from(default).to_le_bytes()[..scalar.size()]);
         }
+        // Flags and enums are single bytes.
         _ => default.write(writer),
     }
 }

@@ -1,19 +1,21 @@
-//! The Dobot Magician protocol (V1.1.3 and what came after): frames, every command, alarms.
+//! The Dobot Magician protocol (V1.1.3 and later additions): frames, the command table, alarms.
 //!
-//! Bytes become values here and values become bytes, and nothing else happens: no I/O, no clock,
-//! no allocation, no dependency (`serde` only behind the feature of that name).
+//! A codec and nothing else: bytes to values and values to bytes. There is no I/O, no clock, no
+//! allocation and no dependency (`serde` is behind the feature of that name), so the crate also
+//! runs in firmware.
 //!
 //! * [`Deframer`] finds frames in a byte stream that may be cut anywhere or damaged;
-//!   [`Frame`] is a frame's bytes, [`FrameBuf`] one that you own.
+//!   [`Frame`] borrows a frame's bytes, [`FrameBuf`] owns them.
 //! * [`commands`] is the protocol: one table with a row for each command. A row's layouts are
 //!   structs ([`commands::Pose`], [`commands::PtpCmd`], ...) that implement [`Layout`].
-//! * [`Request`] is what a frame asks of the controller; [`Row`] and [`LayoutInfo`] describe a
-//!   command to programs that learn of it at run time (command line, JSON, documentation).
+//! * [`Request`] is a decoded request frame; [`Row`] and [`LayoutInfo`] describe a command to
+//!   programs that discover its fields at run time (command line, JSON, documentation).
 //! * [`Alarm`] and [`AlarmSet`] name the controller's alarms, with cause and remedy.
-//! * [`ArmInstant`] and [`HostInstant`] are instants of the arm's clock and of the host's.
+//! * [`ArmInstant`] and [`HostInstant`] are instants of the arm's clock and of the host's clock.
 //!
-//! Lengths are mm, angles degrees, everywhere. "Document" is the vendor's description of the protocol, its errata (E37)
-//! are in `docs/reference/ERRATA.md` of the repository.
+//! Lengths are mm and angles degrees throughout. "Document" in a comment means the vendor's
+//! description of the protocol; numbers such as E37 are its errata, listed in `docs/ERRATA.md` of
+//! the repository.
 //!
 //! ```
 //! use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, commands::Pose};

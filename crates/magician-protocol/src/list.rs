@@ -1,20 +1,22 @@
+//! Lists of outputs that a move switches on its way (`PTPPOCmd` and `PTPPOWithLCmd`).
+
 use core::fmt;
 
 use crate::check::{Number, RangeError, check_count, check_number};
 use crate::{DecodeError, Field, FieldType, MAX_PARAMS, Range, Reader, Wire, Writer};
 
-/// An output to switch when a share of a move is done (document 1.10.9, errata E29).
+/// An output to switch at a share of a move (document 1.10.9, errata E29).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PoCmd {
-    /// Share of the move, percent, 0 to 100.
+    /// Share of the move done, 0 to 100 percent.
     pub ratio: u8,
     /// EIO address, 1 to 20.
     pub address: u16,
-    /// Level to set, 0 or 1.
+    /// Level to output, 0 or 1.
     pub level: u8,
 }
 
-/// A part of an output with its range.
+/// Number in an output, with its range.
 struct Part {
     name: &'static str,
     value: u16,
@@ -49,23 +51,26 @@ impl PoCmd {
     }
 }
 
+// Ratio, address (two bytes), level.
 const SIZE: usize = 4;
+// 17 bytes precede the list in PTPPOCmd: mode and four numbers. PTPPOWithLCmd has 4 more, for
+// which the range in the command table is stricter.
 const CAPACITY: usize = (MAX_PARAMS - 17) / SIZE;
 
-/// The outputs that a move switches on its way, at most 57.
+/// Outputs that a move switches on its way, at most [`PoList::CAPACITY`].
 #[derive(Clone, Copy)]
 pub struct PoList {
     items: [PoCmd; CAPACITY],
     len: u8,
-    /// Whether the frame carried a count byte; only for telling, never written.
+    /// True if the frame carried a count byte. Shown in traces, never written.
     counted: bool,
 }
 
 impl PoList {
-    /// Most entries that fit a frame.
+    /// Largest number of outputs in a frame.
     pub const CAPACITY: usize = CAPACITY;
 
-    /// The outputs in order; `None` for more than [`PoList::CAPACITY`].
+    /// Creates a list in the given order. `None` for more than [`PoList::CAPACITY`] outputs.
     #[must_use]
     pub fn new(outputs: &[PoCmd]) -> Option<Self> {
         let mut items = [PoCmd::default(); CAPACITY];
@@ -77,13 +82,13 @@ impl PoList {
         })
     }
 
-    /// The outputs in order.
+    /// Outputs in order.
     #[must_use]
     pub fn as_slice(&self) -> &[PoCmd] {
         self.items.get(..usize::from(self.len)).unwrap_or_default()
     }
 
-    /// Whether the frame it came from carried a count byte (errata E29).
+    /// True if the frame carried a count byte (errata E29).
     #[must_use]
     pub fn counted(&self) -> bool {
         self.counted
@@ -98,6 +103,7 @@ impl Wire for PoList {
         let bytes = reader.rest();
         let (entries, counted) = match (found % SIZE, bytes.split_first()) {
             (0, _) => (bytes, false),
+            // One byte beyond whole entries is a count of them, if it is the right one (E29).
             (1, Some((count, rest))) if usize::from(*count) == rest.len() / SIZE => (rest, true),
             _ => return Err(DecodeError::List { found }),
         };

@@ -1,29 +1,33 @@
+//! Requests as a controller reads them, and the reply to a queued command.
+
 use crate::commands::{Get, Set};
 use crate::layout::{Field, LayoutInfo};
 use crate::wire::{FieldType, Reader, Scalar, Wire};
 use crate::{DecodeError, Frame, Layout, Range, Row, Writer};
 
-/// What a frame asks of the controller.
+/// A decoded request frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)]
 pub enum Request {
-    /// To report a value.
+    /// Report a value.
     Get(Get),
-    /// To set a value or act, at once.
+    /// Set a value or perform an action immediately.
     Set(Set),
-    /// To set a value or act when its turn comes.
+    /// Queue a set or an action.
     Queue(Set),
-    /// A set-only command with rw = 0: answered empty, does nothing (errata E12).
+    /// A set-only command with rw = 0: answered empty, without effect (errata E12).
     Nothing,
 }
 
 impl Request {
-    /// Reads a frame as a controller does: bit 1 alone decides queueing (errata E07), get-only
-    /// commands answer whatever rw says (errata E12), the commands that steer the queue are never
-    /// queued.
+    /// Decodes a frame as a controller does.
+    ///
+    /// Bit 1 alone decides whether it is queued (errata E07), get-only commands answer whatever rw
+    /// says (errata E12), and commands that control the queue are never queued.
     ///
     /// # Errors
-    /// [`DecodeError::UnknownId`] and [`DecodeError::Length`].
+    /// [`DecodeError::UnknownId`], or the layout's [`DecodeError::Length`] and
+    /// [`DecodeError::List`].
     pub fn decode(frame: &Frame<'_>) -> Result<Self, DecodeError> {
         let (id, ctrl, params) = (frame.id(), frame.ctrl(), frame.params());
         let row = Row::with_id(id).ok_or(DecodeError::UnknownId(id))?;
@@ -32,12 +36,13 @@ impl Request {
             (Some(_), _) if queued => Set::decode(id, params).map(Self::Queue),
             (Some(_), _) if ctrl.write() => Set::decode(id, params).map(Self::Set),
             (_, Some(_)) => Get::decode(id, params).map(Self::Get),
+            // A set-only command that is no set (E12).
             _ => Ok(Self::Nothing),
         }
     }
 }
 
-/// The answer to a queued command: the index it was given (document 1.2.1, errata E37).
+/// Reply to a queued command: the index it was given (document 1.2.1, errata E37).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct QueuedCmdIndex(pub u64);
 

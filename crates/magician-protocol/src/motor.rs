@@ -1,10 +1,13 @@
+//! Speed of the external steppers, which hosts write as an integer or as a float (errata E41).
+
 use crate::commands::{EMotor, EMotorS};
 
-/// Fastest speed that is read as a whole number, pulses/s; no stepper comes near it.
+/// Largest speed read as an integer, pulses/s.
+// A choice far above any stepper, below all usual floats.
 const FASTEST: u32 = 1 << 24;
 
-/// What a speed means to a host that wrote it as a float (errata E41); `None` when it is a
-/// plausible whole number, or the float would be none.
+/// Speed of a host that wrote it as a float (errata E41). `None` if `speed` is a plausible integer,
+/// or its bits are NaN or infinite.
 pub(crate) fn float_bits(speed: i32) -> Option<f32> {
     let float = f32::from_bits(speed as u32);
     (speed.unsigned_abs() > FASTEST && float.is_finite()).then_some(float)
@@ -15,9 +18,10 @@ fn pulses_per_second(speed: i32) -> f64 {
 }
 
 impl EMotor {
-    /// The speed that the sender meant, pulses/s. The field is a whole number, but hosts that
-    /// follow the document write a float: beyond 2^24 either way the bits are read as one
-    /// (errata E41).
+    /// Speed meant by the sender, pulses/s.
+    ///
+    /// The field is an integer, but hosts that follow the document write a float: beyond 2^24 in
+    /// either direction the bits are read as one (errata E41).
     #[must_use]
     pub fn pulses_per_second(&self) -> f64 {
         pulses_per_second(self.speed)
@@ -25,7 +29,7 @@ impl EMotor {
 }
 
 impl EMotorS {
-    /// The speed that the sender meant, pulses/s; as [`EMotor::pulses_per_second`].
+    /// Speed meant by the sender, pulses/s; as [`EMotor::pulses_per_second`].
     #[must_use]
     pub fn pulses_per_second(&self) -> f64 {
         pulses_per_second(self.speed)

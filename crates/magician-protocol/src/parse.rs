@@ -1,3 +1,6 @@
+//! Parameters from `key=value` arguments, checked against a layout; errors name the field and the
+//! text.
+
 use core::fmt;
 use core::str::FromStr;
 
@@ -6,28 +9,28 @@ use crate::list::{PoCmd, PoList};
 use crate::wire::{FieldType, Scalar, Wire};
 use crate::{AlarmSet, Text, Writer};
 
-/// Why `key=value` arguments are not the fields of a layout.
+/// Error of `key=value` arguments that do not match a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ParseError<'a> {
     /// No field has this name.
     UnknownField(&'a str),
-    /// A field that is not optional was left out.
+    /// A required field was left out.
     Missing(&'static Field),
     /// A field was given twice.
     Twice(&'static Field),
-    /// An optional field was given but one before it was left out.
+    /// An optional field was given although an earlier one was left out.
     Gap {
-        /// The field left out.
+        /// Field left out.
         missing: &'static Field,
-        /// The field given.
+        /// Field given.
         given: &'static Field,
     },
-    /// The text is no value of the field.
+    /// The text is not a value of the field.
     Value {
-        /// The field.
+        /// Field given.
         field: &'static Field,
-        /// The text.
+        /// Text given.
         text: &'a str,
     },
 }
@@ -50,7 +53,7 @@ impl fmt::Display for ParseError<'_> {
 
 impl core::error::Error for ParseError<'_> {}
 
-/// What a field takes, in words.
+/// Description of the values that a field takes.
 struct Expected(&'static Field);
 
 impl fmt::Display for Expected {
@@ -83,11 +86,12 @@ impl fmt::Display for Expected {
     }
 }
 
-/// Writes the parameters of a layout from `key=value` arguments, arrays with commas, lists as
-/// `po=50:4:1,75:5:0`, named enum values by name or number.
+/// Encodes `key=value` arguments as the parameters of a layout.
+///
+/// Arrays are separated by commas, lists are `po=50:4:1,75:5:0`, enum values are names or numbers.
 ///
 /// # Errors
-/// [`ParseError`]; what was written until then is void.
+/// [`ParseError`]; the bytes written until then must be discarded.
 pub fn encode_text<'a>(
     info: &LayoutInfo,
     arguments: &[(&'a str, &'a str)],
@@ -103,6 +107,7 @@ pub fn encode_text<'a>(
             return Err(ParseError::Twice(field));
         }
     }
+    // Fields are positional: bytes after a field left out would be decoded as that field.
     let mut gap = None;
     for field in info.fields {
         let given = arguments
@@ -144,6 +149,7 @@ fn write_value(field: &Field, text: &str, writer: &mut Writer<'_>) -> Option<()>
         },
         FieldType::Enum(info) => match info.value_of(text) {
             Some(value) => value.write(writer),
+            // Enums are open, so values without a name are sent by number.
             None => write_number::<u8>(text, writer)?,
         },
         FieldType::Text => Text::new(text)?.write(writer),
@@ -198,6 +204,7 @@ fn parse_alarms(text: &str) -> Option<AlarmSet> {
 fn parse_outputs(text: &str) -> Option<PoList> {
     let mut items = [PoCmd::default(); PoList::CAPACITY];
     let mut len = 0;
+    // An empty text is an empty list.
     for entry in text.split(',').filter(|entry| !entry.trim().is_empty()) {
         let mut parts = entry.trim().split(':');
         *items.get_mut(len)? = PoCmd {

@@ -1,6 +1,8 @@
+//! Ranges of fields as data, for checks, help, documentation and JSON schemas.
+
 use core::fmt;
 
-/// What values a field may have.
+/// Accepted values of a field.
 ///
 /// ```
 /// use magician_protocol::commands::{PtpCommonParams, TrigCmd};
@@ -15,52 +17,54 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Range {
-    /// Every value of its type.
+    /// Every value of the type.
     Any,
-    /// From the first to the second.
+    /// From the first to the second, both included.
     Within(i32, i32),
-    /// Larger than this.
+    /// Greater than this.
     Above(i32),
-    /// From the first to the second; the arm takes larger ones for the second.
+    /// From the first to the second; the arm clamps larger values to the second.
     Capped(i32, i32),
-    /// From the first to the second where the command's mode is absolute; where it is a way, both ends of it count.
+    /// From the first to the second in absolute modes. In relative modes, start and end of the
+    /// displacement must be in range.
     Absolute(i32, i32),
-    /// At most so many of these (bytes of a text, elements of a list).
+    /// At most this many (bytes of a text, elements of a list).
     AtMost(u8, &'static str),
-    /// What another field says.
+    /// Depends on another field.
     By(&'static [Case]),
 }
 
-/// What values a field may have when another one has a certain value.
+/// Range of a field for one value of another field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Case {
-    /// The other field.
+    /// Name of the other field.
     pub field: &'static str,
-    /// Its value.
+    /// Value of the other field.
     pub is: u8,
-    /// Name of the mode that this is.
+    /// Name of that value's mode.
     pub name: &'static str,
-    /// The least.
+    /// Inclusive lower bound.
     pub least: i32,
-    /// The most.
+    /// Inclusive upper bound.
     pub most: i32,
-    /// Unit of the two; empty if there is none.
+    /// Unit of both bounds; empty if they have none.
     pub unit: &'static str,
 }
 
-/// The least and the most of a number, as far as they do not depend on other fields.
+/// Bounds of a number, as far as they do not depend on other fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bounds {
-    /// It is this or more.
+    /// Inclusive lower bound.
     pub minimum: Option<i32>,
-    /// It is more than this.
+    /// Exclusive lower bound.
     pub exclusive_minimum: Option<i32>,
-    /// It is this or less. A range that is capped has none: the arm takes more for the most.
+    /// Inclusive upper bound. `None` for [`Range::Capped`], as the arm clamps larger values.
     pub maximum: Option<i32>,
 }
 
 impl Range {
-    /// The bounds of a number, as a JSON schema has them; of what depends on another field the widest, none of anything else.
+    /// Returns the bounds as in a JSON schema: the widest ones if they depend on another field, no
+    /// bounds for texts, lists and rail positions.
     ///
     /// ```
     /// use magician_protocol::Range;
@@ -73,6 +77,8 @@ impl Range {
     pub fn bounds(&self) -> Bounds {
         let none = Bounds::default();
         match *self {
+            // `AtMost` limits a count, and a displacement of a relative mode may be outside of an
+            // absolute range.
             Self::Any | Self::AtMost(..) | Self::Absolute(..) => none,
             Self::Within(least, most) => Bounds {
                 minimum: Some(least),
@@ -95,14 +101,14 @@ impl Range {
         }
     }
 
-    /// Whether every value will do.
+    /// True if the range accepts every value of the type.
     #[must_use]
     pub fn is_any(&self) -> bool {
         *self == Self::Any
     }
 }
 
-/// In words; empty for every value of the type.
+/// Formats the range in words; empty for [`Range::Any`].
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

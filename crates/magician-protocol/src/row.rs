@@ -1,16 +1,18 @@
+//! Rows of the command table: what is known of a command, and how it is found by id or name.
+
 use core::fmt;
 
 use crate::commands::TABLE;
 use crate::text::until_nul;
 use crate::{AlarmSet, Ctrl, FieldType, LayoutInfo};
 
-/// Area of the protocol a command belongs to.
+/// Area of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Chapter {
     /// The device itself: name, version, clock (1.3).
     Info,
-    /// Where the arm is (1.4).
+    /// Position of the arm (1.4).
     Pose,
     /// Alarms (1.5).
     Alarm,
@@ -18,9 +20,9 @@ pub enum Chapter {
     Home,
     /// Teaching by hand (1.7).
     Teach,
-    /// What the arm carries (1.8).
+    /// Tool and end effector (1.8).
     Tool,
-    /// Moving while a key is held (1.9).
+    /// Jogging: motion while a key is held (1.9).
     Jog,
     /// Point-to-point moves (1.10).
     Ptp,
@@ -34,17 +36,17 @@ pub enum Chapter {
     Trigger,
     /// Pins, steppers and sensors (1.15).
     Io,
-    /// Corrections that are kept without power (1.16).
+    /// Corrections kept without power (1.16).
     Calibration,
     /// The wireless network (1.17).
     Wifi,
-    /// Finding lost steps (1.18).
+    /// Detection of lost steps (1.18).
     LostStep,
-    /// Running and emptying the queue (1.19).
+    /// Control of the queue (1.19).
     Queue,
 }
 
-/// Where a command is described.
+/// Source of a command's description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Source {
@@ -56,19 +58,19 @@ pub enum Source {
     Header,
 }
 
-/// How sure the layout is.
+/// Confidence in a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Confidence {
     /// Several independent sources agree.
     High,
-    /// One good source, or several that leave something open.
+    /// A single good source, or several that leave something open.
     Medium,
-    /// One source, never seen at work.
+    /// A single source, never seen at work.
     Low,
 }
 
-/// What a command does, as far as it matters to the sender.
+/// Effect of a command, as far as it matters to the sender.
 ///
 /// ```
 /// use magician_protocol::{Effect, Row};
@@ -79,30 +81,30 @@ pub enum Confidence {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Effect {
-    /// It reports and changes nothing.
+    /// Reports a value and changes nothing.
     Look,
-    /// It reports and clears what it reports (errata, open question 11).
+    /// Reports a value and clears it (errata, open question 11).
     Consume,
-    /// It sets something to a value, until it is set again or the arm is switched off.
+    /// Sets a value, which is kept until it is set again or the arm is switched off.
     Setting,
-    /// It changes what the arm keeps without power.
+    /// Changes what the arm keeps without power.
     Store,
-    /// It moves the arm, and has finished when the arm stands.
+    /// Moves the arm; finished when the arm stands still.
     Motion,
-    /// It moves the arm until another command stops it.
+    /// Moves the arm until another command stops it.
     Jog,
-    /// It runs an external motor.
+    /// Runs an external motor.
     Motor,
-    /// It switches the laser.
+    /// Switches the laser.
     Laser,
-    /// It lets time pass.
+    /// Lets time pass.
     Wait,
-    /// It changes whether the queue runs, or what is in it.
+    /// Starts, stops or changes the queue.
     Queue,
 }
 
 impl Effect {
-    /// Its name, as in JSON and on pages.
+    /// Name in JSON and on pages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -119,64 +121,66 @@ impl Effect {
         }
     }
 
-    /// Whether the arm moves.
+    /// True if the command moves the arm.
     #[must_use]
     pub const fn moves_arm(self) -> bool {
         matches!(self, Self::Motion | Self::Jog)
     }
 
-    /// Whether something moves: the arm or an external motor.
+    /// True if the command moves the arm or an external motor.
     #[must_use]
     pub const fn moves(self) -> bool {
         self.moves_arm() || matches!(self, Self::Motor)
     }
 }
 
-/// A command of the protocol.
+/// A command of the protocol, with everything the table says about it.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Row {
     /// Id in the frame.
     pub id: u8,
-    /// The vendor's name, without Get or Set.
+    /// Vendor's name, without Get or Set.
     pub name: &'static str,
-    /// What it is for.
+    /// Purpose, as a sentence.
     pub doc: &'static str,
-    /// Area it belongs to.
+    /// Area of the protocol.
     pub chapter: Chapter,
-    /// Section of the document, empty when the document does not have it.
+    /// Section of the document; empty if the document does not have the command.
     pub section: &'static str,
-    /// Where it is described.
+    /// Source of the description.
     pub source: Source,
-    /// How sure the layout is.
+    /// Confidence in the layout.
     pub confidence: Confidence,
-    /// Where the document is corrected (docs/reference/ERRATA.md): `E22`, `E18 to E20`, empty where it is right.
+    /// Errata that correct the document (docs/ERRATA.md): `E22`, `E18 to E20`; empty if it is
+    /// right.
     pub errata: &'static str,
-    /// Whether a set may be queued.
+    /// True if a set may be queued.
     pub queueable: bool,
-    /// Whether an immediate set may be sent again when its answer is lost.
+    /// True if an immediate set may be retransmitted when its reply is lost.
     pub resendable: bool,
-    /// True if a set may harm what the arm keeps without power: [`danger`](Self::danger) says how.
+    /// True if a set may damage what the arm keeps without power; [`danger`](Self::danger) says
+    /// how.
     pub dangerous: bool,
-    /// What it does; of a row that can be got and set, what its set does.
+    /// Effect; for a row with get and set, the effect of the set.
     pub effect: Effect,
-    /// Whether a set can light the laser, which depends on its parameters.
+    /// True if a set can switch the laser on, depending on its parameters.
     pub may_burn: bool,
-    /// Whether the controller acts on a set at once, queued or not.
+    /// True if the controller acts on a set at once and ignores the queued bit.
     pub(crate) steers: bool,
     /// Name of the get form.
     pub get_name: &'static str,
     /// Name of the set form.
     pub set_name: &'static str,
-    /// What a get carries; `None` when there is no get.
+    /// Parameters of a get. `None` if there is no get.
     pub query: Option<&'static LayoutInfo>,
-    /// What the answer to a get carries; `None` when there is no get.
+    /// Parameters of the reply to a get. `None` if there is no get.
     pub value: Option<&'static LayoutInfo>,
-    /// What a set carries; `None` when there is no set.
+    /// Parameters of a set. `None` if there is no set.
     pub set: Option<&'static LayoutInfo>,
 }
 
-/// A name that stands for no command.
+/// Error of a name or id without a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NameError;
 
@@ -188,8 +192,10 @@ impl fmt::Display for NameError {
 
 impl core::error::Error for NameError {}
 
+// The table has fewer than 255 rows.
 const NO_ROW: u8 = u8::MAX;
 
+// Index in TABLE by id, computed at compile time: lookup runs for every frame.
 static INDEX: [u8; 256] = {
     let mut index = [NO_ROW; 256];
     let mut at = 0;
@@ -200,10 +206,10 @@ static INDEX: [u8; 256] = {
     index
 };
 
-/// No layout has as many bytes.
+/// Size for a layout that is absent or open-ended; no layout is as large.
 const NO_SIZE: u8 = u8::MAX;
 
-/// The sizes of each id's query, value and set.
+/// Sizes of each id's query, value and set.
 static SIZES: [[u8; 3]; 256] = {
     let mut sizes = [[NO_SIZE; 3]; 256];
     let mut at = 0;
@@ -226,13 +232,14 @@ const fn size(info: Option<&LayoutInfo>) -> u8 {
 }
 
 impl Row {
-    /// What a set of a dangerous command does, as a predicate that follows the command's name; `None`
-    /// if it is not dangerous.
+    /// Danger of a set, as a predicate that follows the command's name. `None` if it is not
+    /// dangerous.
     #[must_use]
     pub const fn danger(&self) -> Option<&'static str> {
         match (self.dangerous, self.id) {
             (false, _) => None,
-            // A program in the flash runs by the key at the base, with no host there (model section 12).
+            // A program in the flash runs by the key at the base, with no host there (model section
+            // 12).
             (true, 243) => Some(
                 "has what follows written to the arm's flash, where it runs later by the arm's key",
             ),
@@ -240,16 +247,17 @@ impl Row {
         }
     }
 
-    /// Whether frames of an id usually carry this many parameter bytes: exactly those of one of
-    /// its layouts, or a queue index.
+    /// True if frames of an id usually have this many parameter bytes: the size of one of its
+    /// layouts, or a queue index.
     #[inline]
     pub(crate) fn usual(id: u8, ctrl: Ctrl, count: usize) -> bool {
         let sizes = &SIZES[usize::from(id)];
+        // Eight bytes are the index in the reply to a queued command.
         sizes.iter().any(|size| usize::from(*size) == count) || count == 8 && ctrl.queued()
     }
 
-    /// Whether these parameters can be those of a layout without a fixed size, although they look
-    /// like frames: UTF-8 with nothing after its NUL, a list of outputs, alarm bits.
+    /// True if the parameters, although they look like frames, may belong to a layout without a
+    /// fixed size: UTF-8 with only NULs after its NUL, a list of outputs, alarm bits.
     pub(crate) fn takes_open(&self, params: &[u8]) -> bool {
         let layouts = [self.query, self.value, self.set];
         layouts.into_iter().flatten().any(|info| {
@@ -266,20 +274,22 @@ fn open_fits(info: &LayoutInfo, last: FieldType, params: &[u8]) -> bool {
             let rest = params.get(text.len()..).unwrap_or_default();
             rest.iter().all(|byte| *byte == 0) && core::str::from_utf8(text).is_ok()
         }
+        // Every bit may be an alarm, so only the size is a criterion.
         FieldType::Alarms => params.len() <= AlarmSet::CAPACITY,
         FieldType::Outputs => info.values(params).is_ok(),
+        // Fixed sizes are covered by `usual`; plain bytes prove nothing.
         _ => false,
     }
 }
 
 impl Row {
-    /// The row of an id; `None` when the Magician does not have it.
+    /// Row of an id. `None` if the Magician does not have the command.
     #[must_use]
     pub fn with_id(id: u8) -> Option<&'static Self> {
         TABLE.get(usize::from(INDEX[usize::from(id)]))
     }
 
-    /// For the table: the row of an id that is known to stand in it.
+    /// Row of an id that is in the table, for constants. An unknown id does not compile.
     pub(crate) const fn of(id: u8) -> &'static Self {
         let mut at = 0;
         while TABLE[at].id != id {
@@ -288,29 +298,31 @@ impl Row {
         &TABLE[at]
     }
 
-    /// The row of a command that can be got; see [`find`](Self::find).
+    /// Finds a command with a get; see [`find`](Self::find).
     ///
     /// # Errors
-    /// [`NameError`] when no readable command has that name.
+    /// [`NameError`] if no readable command has that name.
     pub fn find_readable(name: &str) -> Result<&'static Self, NameError> {
         Self::search(name, |row| row.value.is_some())
     }
 
-    /// The row of a command that can be set; see [`find`](Self::find).
+    /// Finds a command with a set; see [`find`](Self::find).
     ///
     /// # Errors
-    /// [`NameError`] when no writable command has that name.
+    /// [`NameError`] if no writable command has that name.
     pub fn find_writable(name: &str) -> Result<&'static Self, NameError> {
         Self::search(name, |row| row.set.is_some())
     }
 
-    /// The row that a person means: the vendor's name, the Rust name or the id (decimal or hex
-    /// after `0x`), without regard to case, `-` and `_`, with or without Get or Set.
+    /// Finds a command by vendor name, Rust name or id (decimal, or hex after `0x`).
     ///
-    /// `ClearAllAlarmsState` is id 20, which is what hosts send (errata E19); 21 has only its id.
+    /// Case, `-` and `_` are ignored, and Get or Set may be left out.
+    ///
+    /// `ClearAllAlarmsState` is id 20, which is what hosts send (errata E19); id 21 is found only
+    /// by its id.
     ///
     /// # Errors
-    /// [`NameError`] when no command has that name.
+    /// [`NameError`] if no command has that name or id.
     pub fn find(name: &str) -> Result<&'static Self, NameError> {
         Self::search(name, |_| true)
     }
@@ -332,15 +344,14 @@ impl Row {
             || layouts.into_iter().flatten().any(|info| is(info.name))
     }
 
-    /// Whether a frame with this Ctrl is a set of this command: rw is 1, or it is to be queued
-    /// (errata E07).
+    /// True if a frame with this Ctrl is a set of this command: rw is 1, or it is queued (errata
+    /// E07).
     #[must_use]
     pub const fn sets(&self, ctrl: Ctrl) -> bool {
         self.set.is_some() && (ctrl.write() || ctrl.queued() && !self.steers_queue())
     }
 
-    /// Name of the form that a frame with this Ctrl is in, as the vendor writes it; the set's for
-    /// a command that has no other.
+    /// Vendor's name of the form that a frame with this Ctrl has; the set's if there is no get.
     #[must_use]
     pub const fn form_name(&self, ctrl: Ctrl) -> &'static str {
         if self.sets(ctrl) || self.value.is_none() {
@@ -350,22 +361,24 @@ impl Row {
         }
     }
 
-    /// Whether a frame with this Ctrl only looks: it changes nothing, and one answer will do for
-    /// several hosts that ask at the same time. A get that clears what it reports
-    /// ([`Effect::Consume`]) does not.
+    /// True if a frame with this Ctrl is a plain read: it changes nothing, and one reply may be
+    /// shared by several hosts.
+    ///
+    /// False for gets that clear what they report ([`Effect::Consume`]).
     #[must_use]
     pub const fn only_looks(&self, ctrl: Ctrl) -> bool {
         let consumes = matches!(self.effect, Effect::Consume);
         self.value.is_some() && !self.sets(ctrl) && ctrl.destination() == 0 && !consumes
     }
 
-    /// Whether a set leaves a value that the same set once more does not change.
+    /// True if repeating a set leaves the value unchanged.
     #[must_use]
     pub const fn is_idempotent(&self) -> bool {
         matches!(self.effect, Effect::Setting) && self.resendable
     }
 
-    /// Whether it steers the queue (`queue ignored` in the table): it acts at once and is never queued itself.
+    /// True if the command controls the queue (`queue ignored` in the table): it acts at once and
+    /// is never queued itself.
     #[must_use]
     pub const fn steers_queue(&self) -> bool {
         self.steers
@@ -377,6 +390,7 @@ fn parse_id(name: &str) -> Option<u8> {
         Some(hex) => (hex, 16),
         None => (name, 10),
     };
+    // from_str_radix accepts a sign; "+5" is not an id.
     if digits.starts_with('+') {
         return None;
     }
@@ -389,7 +403,7 @@ fn letters(name: &str) -> impl Iterator<Item = u8> + '_ {
         .map(|byte| byte.to_ascii_lowercase())
 }
 
-/// Whether two names are the same but for case, `-` and `_`.
+/// True if two names are equal, ignoring case, `-` and `_`.
 pub(crate) fn same_name(a: &str, b: &str) -> bool {
     letters(a).eq(letters(b))
 }

@@ -1,3 +1,5 @@
+//! JSON shape of values (feature `serde`): an object with one entry for each field present.
+
 use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
 
 use crate::layout::{FieldValue, Fields};
@@ -5,13 +7,14 @@ use crate::text::Lossy;
 use crate::{DecodeError, Description, Layout, MAX_PARAMS, Writer};
 
 impl Serialize for FieldValue<'_> {
-    /// Numbers as numbers, but NaN and the infinities as strings; bytes as hex; enums and flags
+    /// Serialises numbers as numbers (NaN and infinities as strings), bytes as hex, enums and flags
     /// as their wire numbers.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Unsigned(number) => serializer.serialize_u64(*number),
             Self::Signed(number) => serializer.serialize_i32(*number),
             Self::Float(number) if number.is_finite() => serializer.serialize_f32(*number),
+            // JSON has no numbers for NaN and infinities.
             Self::Float(number) => serializer.collect_str(number),
             Self::Flag(byte) | Self::Enum(_, byte) => serializer.serialize_u8(*byte),
             Self::Array(..) => serializer.collect_seq(self.items()),
@@ -51,11 +54,12 @@ fn serialize_fields<S: Serializer>(
     map.end()
 }
 
-/// The fields of a layout as a map.
+/// Serialises the fields of a layout as a map.
 pub(crate) fn serialize_layout<L: Layout, S: Serializer>(
     layout: &L,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
+    // Through the wire form, so that typed values and frames have the same JSON.
     let mut params = [0; MAX_PARAMS];
     let mut writer = Writer::new(&mut params);
     layout.encode(&mut writer);
@@ -64,7 +68,7 @@ pub(crate) fn serialize_layout<L: Layout, S: Serializer>(
 }
 
 impl Serialize for Description<'_> {
-    /// The fields that the frame carries, as a map.
+    /// Serialises the fields that the frame carries as a map.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serialize_fields(self.values(), serializer)
     }

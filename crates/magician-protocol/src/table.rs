@@ -1,6 +1,8 @@
-//! The macro that turns the table of [`commands`](crate::commands) into code.
+//! Macros that turn the rows of [`commands`](crate::commands) into code: structs, codec, the
+//! request enums and the description as constants. Their order matters: each is used by those below
+//! it.
 
-/// `Readable` for the value of a row that has one.
+/// Implements `Readable` for the value of a row, if it has one.
 macro_rules! readable {
     ($id:literal [] []) => {};
     ($id:literal [] [$value:ident]) => {
@@ -14,7 +16,7 @@ macro_rules! readable {
     };
 }
 
-/// `Writable`, and `Queueable` where the row says so, for what a row can set.
+/// Implements `Writable` for what a row can set, and `Queueable` if the row says so.
 macro_rules! writable {
     ($id:literal $queue:ident []) => {};
     ($id:literal yes [$set:ident]) => {
@@ -28,7 +30,7 @@ macro_rules! writable {
     };
 }
 
-/// What the words after the description of a row say of where it is from.
+/// Picks one item of a row's origin, `[Chapter "section" Source Confidence, errata "E22"]`.
 macro_rules! origin {
     (chapter [$chapter:ident $($rest:tt)*]) => {
         Chapter::$chapter
@@ -50,7 +52,7 @@ macro_rules! origin {
     };
 }
 
-/// Whether the word of a row is the one that is asked for.
+/// True if a word of a row is the expected one.
 macro_rules! is {
     (yes yes) => {
         true
@@ -66,6 +68,7 @@ macro_rules! is {
     };
 }
 
+/// The name given in a row, or the default.
 macro_rules! name_or {
     ($default:expr) => {
         $default
@@ -75,7 +78,7 @@ macro_rules! name_or {
     };
 }
 
-/// A struct from its fields, with its wire layout.
+/// Declares a struct from its fields, with its wire layout.
 macro_rules! layout {
     ($doc:expr, $name:ident $body:tt) => { layout! { $doc, $name $body [] } };
     (
@@ -118,6 +121,7 @@ macro_rules! layout {
                 let read = |reader: &mut Reader<'_>| {
                     Ok(Self { $( $field: read_field!(reader, $type $(, $default)?), )* })
                 };
+                // Fast path: almost every frame has the exact form.
                 if SIZE == Some(params.len()) {
                     return read(&mut Reader::new(params));
                 }
@@ -152,7 +156,7 @@ macro_rules! layout {
     };
 }
 
-/// A range as data.
+/// Range of a field as a [`Range`](crate::Range).
 macro_rules! range {
     ([]) => {
         $crate::Range::Any
@@ -179,6 +183,7 @@ macro_rules! range {
     };
 }
 
+/// A [`Case`](crate::Case) of a range that depends on another field.
 macro_rules! case {
     ($field:ident $is:literal $name:literal $least:literal $most:literal $($unit:literal)?) => {
         $crate::Case {
@@ -192,7 +197,7 @@ macro_rules! case {
     };
 }
 
-/// The range that applies to a field of this value: what depends on another field is decided.
+/// Range in force for a field of this value: ranges that depend on another field are resolved.
 macro_rules! range_beside {
     ($value:ident [$( $field:ident $is:literal $name:literal $least:literal..=$most:literal $($unit:literal)? ),+]) => {
         $( if u8::from($value.$field) == $is {
@@ -206,7 +211,7 @@ macro_rules! range_beside {
     };
 }
 
-/// The same as a sentence of the documentation.
+/// Range of a field as a sentence for the documentation.
 macro_rules! range_doc {
     ([]) => {
         ""
@@ -231,6 +236,7 @@ macro_rules! range_doc {
     };
 }
 
+/// True if there are any tokens.
 macro_rules! has {
     () => {
         false
@@ -240,6 +246,7 @@ macro_rules! has {
     };
 }
 
+/// The default of a field, as an `Option`.
 macro_rules! default_of {
     () => {
         None
@@ -249,6 +256,7 @@ macro_rules! default_of {
     };
 }
 
+/// Reads a field, or takes its default at the end of the parameters.
 macro_rules! read_field {
     ($reader:ident, $type:ty) => {
         <$type as Wire>::read($reader)?
@@ -262,25 +270,35 @@ macro_rules! read_field {
     };
 }
 
-/// The table. A row is
+/// Declares the command table. A row is
 ///
 /// ```text
 /// ID "VendorName" "what it is for" [Chapter "section" Source Confidence]
-///                                   and, errata "E22" where its description is corrected
+///                                   and, errata "E22" if its description is corrected
 ///     [queue yes|no|ignored, resend yes|no, danger yes|no, effect Effect]
-///     query Args { fields }     what a get carries, when it carries something
-///     state Value { fields }    a value that can be got
-///     param Value { fields }    a value that can be got and set
-///     action Order { fields }   what a set carries
+///     query Args { fields }     parameters of a get, if it has any
+///     state Value { fields }    a value with a get
+///     param Value { fields }    a value with a get and a set
+///     action Order { fields }   parameters of a set
 /// ```
 ///
-/// (`, may burn` after the effect where parameters can light the laser; `queue ignored` where the controller does not look at
-/// the bit isQueued) with any of the four left out that the command does not have, each followed by its tolerated
-/// forms, if any: `forms [ 14 Zeros "who sends it" ]`. A field is `name: type, "unit", [range],
-/// "meaning";` (a range is `[0..=9]`, `[0..=9 where absolute]`, `[above 0]`, `[1..=100 capped]`, `[at most 23 "bytes"]`,
-/// `[mode 0 "level mode" 0..=1, mode 1 "analog mode" 0..=3 "counts"]` or, for any value, `[]`), with `= 0` after the type when it may be left out and is then 0, an `Option`
-/// when it may be left out and its absence means something, `| required` when only a lenient
-/// controller does without.
+/// Any of the four forms may be absent. `, may burn` after the effect marks commands whose
+/// parameters can switch the laser on; `queue ignored` marks commands that act at once whatever the
+/// queued bit says. Each form may be followed by its tolerated forms:
+/// `forms [ 14 Zeros "who sends it" ]`.
+///
+/// A field is `name: type, "unit", [range], "meaning";`. Ranges are
+///
+/// * `[]`: any value;
+/// * `[0..=9]`, and `[0..=9 where absolute]` if the range holds only in absolute modes;
+/// * `[above 0]`: exclusive lower bound;
+/// * `[1..=100 capped]`: the arm clamps larger values;
+/// * `[at most 23 "bytes"]`: length of a text or list;
+/// * `[mode 0 "level mode" 0..=1, mode 1 "analog mode" 0..=3 "counts"]`: depends on another field.
+///
+/// The type may be followed by `= 0` (default of a field that the host leaves out) or by
+/// `| required` (only a lenient controller accepts a frame without the field). An `Option` is a
+/// field whose absence has a meaning.
 macro_rules! commands {
     ($(
         $id:literal $vendor:literal $doc:literal $origin:tt
@@ -300,7 +318,8 @@ macro_rules! commands {
             writable! { $id $queue [ $($param)? $($action)? ] }
         )+
 
-        /// What the document does not have stands as `none` in the table.
+        /// Section number of the document. The table writes `none` for commands that it does not
+        /// have.
         const fn section(name: &'static str) -> &'static str {
             match name.as_bytes() {
                 b"none" => "",
@@ -308,7 +327,7 @@ macro_rules! commands {
             }
         }
 
-        /// Every command of the Magician, by id.
+        /// All commands of the Magician, ordered by id.
         pub const TABLE: &[Row] = &[ $( Row {
             id: $id,
             name: $vendor,
@@ -331,7 +350,7 @@ macro_rules! commands {
             set: first!( $( $param::INFO )? $( $action::INFO )? ),
         }, )+ ];
 
-        /// A request to report a value, by the value asked for.
+        /// A get request; each variant carries the parameters of its query.
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[cfg_attr(not(magician_workspace), non_exhaustive)]
         pub enum Get {
@@ -342,10 +361,10 @@ macro_rules! commands {
         }
 
         impl Get {
-            /// Reads the request of an id.
+            /// Decodes the get request of an id.
             ///
             /// # Errors
-            /// [`DecodeError::NoSuchForm`] when the id has no get, and those of the layout.
+            /// [`DecodeError::NoSuchForm`] if the id has no get, and the errors of the layout.
             pub fn decode(id: u8, params: &[u8]) -> Result<Self, DecodeError> {
                 match id {
                     $( $( $id => Layout::decode(params).map(Self::$state), )?
@@ -354,7 +373,7 @@ macro_rules! commands {
                 }
             }
 
-            /// The row of the command.
+            /// Row of the command.
             #[must_use]
             pub fn row(&self) -> &'static Row {
                 match self {
@@ -363,7 +382,7 @@ macro_rules! commands {
                 }
             }
 
-            /// Writes the parameters.
+            /// Encodes the parameters.
             pub fn encode(&self, writer: &mut Writer<'_>) {
                 match self {
                     $( $( Self::$state(query) => query.encode(writer), )?
@@ -372,7 +391,8 @@ macro_rules! commands {
             }
         }
 
-        /// A value to set or an action to do: an element of the controller's queue.
+        /// A set or an action: the content of a set request, and of an element of the controller's
+        /// queue.
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[cfg_attr(not(magician_workspace), non_exhaustive)]
         pub enum Set {
@@ -381,10 +401,10 @@ macro_rules! commands {
         }
 
         impl Set {
-            /// Reads the request of an id.
+            /// Decodes the set request of an id.
             ///
             /// # Errors
-            /// [`DecodeError::NoSuchForm`] when the id has no set, and those of the layout.
+            /// [`DecodeError::NoSuchForm`] if the id has no set, and the errors of the layout.
             pub fn decode(id: u8, params: &[u8]) -> Result<Self, DecodeError> {
                 match id {
                     $( $( $id => $param::decode(params).map(Self::$param), )?
@@ -393,7 +413,7 @@ macro_rules! commands {
                 }
             }
 
-            /// The row of the command.
+            /// Row of the command.
             #[must_use]
             pub fn row(&self) -> &'static Row {
                 match self {
@@ -402,7 +422,7 @@ macro_rules! commands {
                 }
             }
 
-            /// Writes the parameters.
+            /// Encodes the parameters.
             pub fn encode(&self, writer: &mut Writer<'_>) {
                 match self {
                     $( $( Self::$param(value) => value.encode(writer), )?
@@ -410,16 +430,16 @@ macro_rules! commands {
                 }
             }
 
-            /// Checks the fields against their ranges; see [`Layout::check`].
+            /// Checks all fields against their ranges; see [`Layout::check`].
             ///
             /// # Errors
-            /// [`RangeError`] for the first field that is out of its range.
+            /// [`RangeError`] for the first field out of range.
             #[inline]
             pub fn check(&self) -> Result<(), RangeError> {
                 self.check_fields(|_| true)
             }
 
-            /// Checks those fields that `wanted` picks.
+            /// Checks the fields selected by `wanted`.
             ///
             /// # Errors
             /// As [`check`](Self::check).
@@ -439,23 +459,26 @@ macro_rules! commands {
     };
 }
 
+/// The first of several alternatives, as an `Option`.
 macro_rules! first {
     () => { None };
     ($($any:tt)+) => { Some($($any)+) };
 }
 
-/// Two macros for crates that must treat every command: `for_each_readable!(callback)` and
-/// `for_each_writable!(callback)` call `callback!` with the names of all layouts of that kind, so
-/// that a match over [`Get`](crate::Get) or [`Set`](crate::Set) cannot forget one.
+/// Exports two macros for crates that must handle every command.
+///
+/// `for_each_readable!(callback)` and `for_each_writable!(callback)` call `callback!` with the
+/// names of all layouts of that kind, so that a match over [`Get`](crate::Get) or
+/// [`Set`](crate::Set) cannot miss one.
 macro_rules! for_each {
     (($d:tt) [ $($readable:ident)+ ] [ $($writable:ident)+ ]) => {
-        /// Calls a macro with the names of all values that can be got.
+        /// Calls a macro with the names of all values that have a get.
         #[macro_export]
         macro_rules! for_each_readable {
             ($d callback:ident) => { $d callback! { $($readable)+ } };
         }
 
-        /// Calls a macro with the names of all layouts that can be set.
+        /// Calls a macro with the names of all layouts that have a set.
         #[macro_export]
         macro_rules! for_each_writable {
             ($d callback:ident) => { $d callback! { $($writable)+ } };

@@ -1,10 +1,13 @@
+//! Texts and raw bytes at the end of a frame.
+
 use core::fmt;
 
 use crate::check::{RangeError, check_count};
 use crate::{DecodeError, Field, FieldType, MAX_PARAMS, Range, Reader, Wire, Writer};
 
-/// Text in a frame: at most 247 bytes without its NUL (errata E17). UTF-8 when we wrote it; what
-/// a controller sends is kept as it came.
+/// Text in a frame: at most 247 bytes without its NUL (errata E17).
+///
+/// Texts from this library are UTF-8; bytes from a controller are kept as received.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Text {
     bytes: [u8; MAX_PARAMS],
@@ -12,10 +15,10 @@ pub struct Text {
 }
 
 impl Text {
-    /// Most bytes of text that fit a frame with the NUL.
+    /// Largest text that fits a frame with its NUL, bytes.
     pub const CAPACITY: usize = MAX_PARAMS - 1;
 
-    /// The text; `None` when it is longer than [`Text::CAPACITY`] bytes or holds a NUL.
+    /// Creates a text. `None` if it is longer than [`Text::CAPACITY`] bytes or contains a NUL.
     #[must_use]
     pub fn new(text: &str) -> Option<Self> {
         let fits = text.len() <= Self::CAPACITY && !text.as_bytes().contains(&0);
@@ -32,28 +35,29 @@ impl Text {
         Self { bytes, len }
     }
 
-    /// The bytes without the NUL.
+    /// Bytes without the NUL.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.len)).unwrap_or_default()
     }
 
-    /// The text.
+    /// The text as `str`.
     ///
     /// # Errors
-    /// When the controller sent bytes that are not UTF-8.
+    /// If the controller sent bytes that are not UTF-8.
     pub fn as_str(&self) -> Result<&str, core::str::Utf8Error> {
         core::str::from_utf8(self.as_bytes())
     }
 
-    /// The text as it came, with U+FFFD for what is not UTF-8: for programs. People are shown the text itself, whose
-    /// `Display` escapes what a terminal would obey.
+    /// The text as received, with U+FFFD for invalid UTF-8; for programs.
+    ///
+    /// For people use `Display`, which escapes control characters.
     #[must_use]
     pub fn lossy(&self) -> impl fmt::Display + '_ {
         Lossy(self.as_bytes())
     }
 
-    /// The text cut to `max` bytes.
+    /// Text cut to at most `max` bytes; may cut inside a character.
     #[must_use]
     pub fn truncated(&self, max: usize) -> Self {
         let bytes = self.as_bytes();
@@ -61,7 +65,7 @@ impl Text {
     }
 }
 
-/// Bytes as text, with U+FFFD for what is not UTF-8.
+/// Bytes shown as text, with U+FFFD for invalid UTF-8.
 pub(crate) struct Lossy<'a>(pub(crate) &'a [u8]);
 
 impl fmt::Display for Lossy<'_> {
@@ -76,7 +80,7 @@ impl fmt::Display for Lossy<'_> {
     }
 }
 
-/// Everything before the first NUL.
+/// Bytes before the first NUL.
 pub(crate) fn until_nul(bytes: &[u8]) -> &[u8] {
     match bytes.iter().position(|byte| *byte == 0) {
         Some(end) => bytes.get(..end).unwrap_or_default(),
@@ -93,6 +97,7 @@ impl Wire for Text {
 
     fn write(&self, writer: &mut Writer<'_>) {
         writer.put(self.as_bytes());
+        // Exactly 248 bytes fill the frame: a controller then sent no NUL, and none fits.
         if usize::from(self.len) < MAX_PARAMS {
             writer.put(&[0]);
         }
@@ -109,7 +114,7 @@ impl Default for Text {
     }
 }
 
-/// For people: what a terminal would obey is [`visible`](crate::visible).
+/// Formats the text for people: control characters are escaped as by [`visible`](crate::visible).
 impl fmt::Display for Text {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         crate::FieldValue::Text(self.as_bytes()).fmt(f)
@@ -122,7 +127,7 @@ impl fmt::Debug for Text {
     }
 }
 
-/// The rest of a frame as bytes, possibly none.
+/// Remaining bytes of a frame; may be empty.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Bytes {
     bytes: [u8; MAX_PARAMS],
@@ -130,13 +135,14 @@ pub struct Bytes {
 }
 
 impl Bytes {
-    /// The bytes; `None` for more than a frame carries.
+    /// Creates the field. `None` for more bytes than a frame carries.
     #[must_use]
     pub fn new(from: &[u8]) -> Option<Self> {
         let mut bytes = [0; MAX_PARAMS];
         bytes.get_mut(..from.len())?.copy_from_slice(from);
         Some(Self {
             bytes,
+            // At most MAX_PARAMS, 248.
             len: from.len() as u8,
         })
     }

@@ -1,8 +1,15 @@
+//! Safe display of text from outside: control characters escaped, markup quoted.
+//!
+//! A device name, a file name or a line of a file could otherwise clear the user's terminal, hide
+//! text or reverse its direction.
+
 use core::fmt::{self, Display, Write};
 
-/// Whether a terminal obeys this character, or shows the text around it otherwise than it is: control characters (C0, DEL, C1),
-/// marks that turn the direction of writing, and characters that take no place. The two joiners, which words and emoji
-/// are spelt with, are none of them.
+/// True if a terminal obeys this character or shows the text around it differently.
+///
+/// These are control characters (C0, DEL, C1), marks that change the writing direction, and
+/// characters of no width. The two joiners (U+200C, U+200D) are excluded: words and emoji are spelt
+/// with them.
 ///
 /// ```
 /// use magician_protocol::is_deceptive;
@@ -29,15 +36,17 @@ pub const fn is_deceptive(sign: char) -> bool {
     )
 }
 
-/// Text from outside (an arm, a file, a network) as a person may be shown it: what [`is_deceptive`] comes out as `\u{1b}`.
-/// Everything that shows such text goes through this.
+/// Text from outside (an arm, a file, a network) in a form that is safe to show: each
+/// [`is_deceptive`] character becomes an escape like `\u{1b}`.
+///
+/// Every place that shows such text uses this.
 #[derive(Clone, Copy, Debug)]
 pub struct Visible<T> {
     text: T,
     lines: bool,
 }
 
-/// The text on one line: line feeds and tabs are escaped as well.
+/// Shows text on one line: line feeds and tabs are escaped as well.
 ///
 /// ```
 /// use magician_protocol::visible;
@@ -48,7 +57,7 @@ pub const fn visible<T: Display>(text: T) -> Visible<T> {
     Visible { text, lines: false }
 }
 
-/// The text with the lines that it has: line feeds and tabs stay.
+/// Shows text of several lines: line feeds and tabs are kept.
 pub const fn visible_lines<T: Display>(text: T) -> Visible<T> {
     Visible { text, lines: true }
 }
@@ -66,6 +75,7 @@ impl<T: Display> Display for Visible<T> {
     }
 }
 
+// Filters while the text is formatted, because this crate does not allocate.
 struct Filter<'a, 'f> {
     to: &'a mut fmt::Formatter<'f>,
     lines: bool,
@@ -89,11 +99,13 @@ impl Write for Filter<'_, '_> {
     }
 }
 
-/// Text as a part of HTML or XML, in an element or in an attribute's double quotes.
+/// Text escaped for HTML and XML, in an element or a double-quoted attribute.
 #[derive(Clone, Copy, Debug)]
 pub struct Markup<T>(T);
 
-/// The text so that HTML and XML read it as it is. What XML has no place for is [`visible`]'s.
+/// Escapes text so that HTML and XML show it unchanged.
+///
+/// Control characters, which XML does not allow, must be escaped with [`visible`] first.
 ///
 /// ```
 /// use magician_protocol::markup;
@@ -121,6 +133,7 @@ impl Write for Escape<'_, '_> {
                 '<' => "&lt;",
                 '>' => "&gt;",
                 '"' => "&quot;",
+                // The last piece need not end at a character to escape.
                 _ => {
                     self.0.write_str(piece)?;
                     continue;

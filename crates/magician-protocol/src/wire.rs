@@ -1,8 +1,10 @@
+//! Reading and writing of parameters: cursors, the types of fields, and the traits of layouts.
+
 use crate::check::{Number, RangeError, check_number};
 use crate::layout::{Field, LayoutInfo};
 use crate::{DecodeError, EncodeError, Range, Row};
 
-/// Reads parameters front to back.
+/// Cursor that reads parameters front to back.
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     rest: &'a [u8],
@@ -15,22 +17,22 @@ impl<'a> Reader<'a> {
         Self { rest: bytes }
     }
 
-    /// Whether nothing is left.
+    /// True if no bytes are left.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
 
-    /// Bytes left.
+    /// Number of bytes left.
     #[must_use]
     pub const fn remaining(&self) -> usize {
         self.rest.len()
     }
 
-    /// The next `N` bytes.
+    /// Reads the next `N` bytes.
     ///
     /// # Errors
-    /// [`DecodeError::Length`] when fewer are left.
+    /// [`DecodeError::Length`] if fewer are left.
     #[inline]
     pub fn array<const N: usize>(&mut self) -> Result<[u8; N], DecodeError> {
         let Some((head, rest)) = self.rest.split_first_chunk::<N>() else {
@@ -43,20 +45,21 @@ impl<'a> Reader<'a> {
         Ok(*head)
     }
 
-    /// The next `count` bytes, or `None` when fewer are left.
+    /// Reads the next `count` bytes. `None` if fewer are left.
     pub fn slice(&mut self, count: usize) -> Option<&'a [u8]> {
         let (head, rest) = self.rest.split_at_checked(count)?;
         self.rest = rest;
         Some(head)
     }
 
-    /// Everything that is left.
+    /// Reads all bytes left.
     pub fn rest(&mut self) -> &'a [u8] {
         core::mem::take(&mut self.rest)
     }
 }
 
-/// Writes parameters front to back; remembers an overflow instead of panicking.
+/// Cursor that writes parameters front to back. An overflow is reported by
+/// [`finish`](Self::finish), never by a panic.
 #[derive(Debug)]
 pub struct Writer<'a> {
     bytes: &'a mut [u8],
@@ -78,13 +81,14 @@ impl<'a> Writer<'a> {
         {
             room.copy_from_slice(more);
         }
+        // Counts beyond the end too, so that `finish` can say how much was needed.
         self.count = self.count.saturating_add(more.len());
     }
 
-    /// How many bytes were written.
+    /// Number of bytes written.
     ///
     /// # Errors
-    /// [`EncodeError::TooLong`] when they did not fit.
+    /// [`EncodeError::TooLong`] if they did not fit.
     pub fn finish(self) -> Result<usize, EncodeError> {
         if self.count > self.bytes.len() {
             return Err(EncodeError::TooLong { needed: self.count });
@@ -93,11 +97,11 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// A number on the wire, always little-endian.
+/// Numeric type on the wire, always little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Scalar {
-    /// One byte, unsigned.
+    /// Single byte, unsigned.
     U8,
     /// Two bytes, unsigned.
     U16,
@@ -112,7 +116,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// Bytes it takes.
+    /// Size, bytes.
     #[must_use]
     pub const fn size(self) -> usize {
         match self {
@@ -127,36 +131,36 @@ impl Scalar {
 /// A named value of an open enum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variant {
-    /// Number on the wire.
+    /// Value on the wire.
     pub value: u8,
-    /// Name in Rust case.
+    /// Name, as the Rust variant.
     pub name: &'static str,
-    /// What it means.
+    /// Meaning, as a sentence.
     pub doc: &'static str,
 }
 
-/// An open enum: names for some of the values of a byte.
+/// Description of an open enum: names for some values of a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EnumInfo {
     /// Name of the Rust type.
     pub name: &'static str,
-    /// The values that have a name.
+    /// Named values.
     pub variants: &'static [Variant],
 }
 
-/// How a field lies on the wire.
+/// Type of a field on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum FieldType {
-    /// One number.
+    /// A single number.
     Scalar(Scalar),
-    /// A fixed number of numbers.
+    /// A fixed-size array of numbers.
     Array(Scalar, usize),
-    /// A byte of which 0 is off and anything else is on.
+    /// A byte where 0 is off and anything else is on.
     Flag,
     /// A byte with named values.
     Enum(&'static EnumInfo),
-    /// The rest of the frame as text, ended by a NUL (errata E17).
+    /// The rest of the frame as text, terminated by NUL (errata E17).
     Text,
     /// The rest of the frame as bytes.
     Bytes,
@@ -167,7 +171,7 @@ pub enum FieldType {
 }
 
 impl FieldType {
-    /// Bytes it takes, `None` for what takes the rest of the frame.
+    /// Size, bytes. `None` if the field takes the rest of the frame.
     #[must_use]
     pub const fn size(self) -> Option<usize> {
         match self {
@@ -179,26 +183,26 @@ impl FieldType {
     }
 }
 
-/// A type that can stand as a field of a layout.
+/// A type that can be a field of a layout.
 pub trait Wire: Sized {
-    /// How it lies on the wire.
+    /// Type on the wire.
     const TYPE: FieldType;
-    /// Whether the field may be left out at the end of a layout.
+    /// True if the field may be left out at the end of a layout.
     const OPTIONAL: bool = false;
 
-    /// Reads it.
+    /// Reads a value.
     ///
     /// # Errors
-    /// [`DecodeError`] when the bytes do not suffice.
+    /// [`DecodeError`] if too few bytes are left or they are malformed.
     fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError>;
 
-    /// Writes it.
+    /// Writes the value.
     fn write(&self, writer: &mut Writer<'_>);
 
-    /// Checks it against the range that applies to its field.
+    /// Checks the value against the range of its field. The default accepts everything.
     ///
     /// # Errors
-    /// [`RangeError`] when it is out of the range, or not a finite number.
+    /// [`RangeError`] if it is out of range or not a finite number.
     fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
         let _ = (field, range);
         Ok(())
@@ -234,6 +238,7 @@ scalar!(Float as f32: f32 F32);
 impl<T: Wire + Copy + Default, const N: usize> Wire for [T; N] {
     const TYPE: FieldType = match T::TYPE {
         FieldType::Scalar(scalar) => FieldType::Array(scalar, N),
+        // Evaluated at compile time: such a layout does not build.
         _ => panic!("arrays hold numbers"),
     };
 
@@ -287,32 +292,34 @@ impl<T: Wire> Wire for Option<T> {
     }
 }
 
-/// The parameters of one form of a command, as a value.
+/// Parameters of one form of a command, as a typed value.
 pub trait Layout: Sized {
-    /// The layout's fields, for programs that learn of them at run time.
+    /// Description of the fields, for programs that discover them at run time.
     const INFO: &'static LayoutInfo;
 
-    /// Reads the parameters of a frame: the exact form, and the tolerated ones that
-    /// [`LayoutInfo::forms`] names. Surplus bytes are ignored (errata E11).
+    /// Decodes the parameters of a frame: the exact form and the tolerated ones in
+    /// [`LayoutInfo::forms`]. Surplus bytes are ignored (errata E11).
     ///
     /// # Errors
-    /// [`DecodeError`] when the parameter count fits no accepted form.
+    /// [`DecodeError`] if the parameter count fits no accepted form.
     fn decode(params: &[u8]) -> Result<Self, DecodeError>;
 
-    /// Writes the parameters in their exact form.
+    /// Encodes the parameters in their exact form.
     fn encode(&self, writer: &mut Writer<'_>);
 
-    /// Checks the fields against their ranges. A flag is on for any byte but 0, and where a rail
-    /// may be ([`Range::Absolute`]) depends on more than the command: these two are not checked.
+    /// Checks all fields against their ranges.
+    ///
+    /// Two things are not checked: flags, which are on for any byte but 0, and rail positions
+    /// ([`Range::Absolute`]), whose range depends on more than the command.
     ///
     /// # Errors
-    /// [`RangeError`] for the first field that is out of its range.
+    /// [`RangeError`] for the first field out of range.
     #[inline]
     fn check(&self) -> Result<(), RangeError> {
         self.check_fields(|_| true)
     }
 
-    /// Checks those fields that `wanted` picks.
+    /// Checks the fields selected by `wanted`.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -322,24 +329,24 @@ pub trait Layout: Sized {
     }
 }
 
-/// A value the controller can be asked for.
+/// A value with a get.
 pub trait Readable: Layout {
-    /// What the request carries; [`NoArgs`] for most.
+    /// Parameters of the request; [`NoArgs`] for most values.
     type Query: Layout;
-    /// The command's row.
+    /// Row of the command.
     const ROW: &'static Row;
 }
 
-/// A value that can be set, or an action that can be ordered.
+/// A value or action with a set.
 pub trait Writable: Layout {
-    /// The command's row.
+    /// Row of the command.
     const ROW: &'static Row;
 }
 
-/// A [`Writable`] that may go through the controller's queue.
+/// A [`Writable`] that may be queued.
 pub trait Queueable: Writable {}
 
-/// The empty layout.
+/// The layout without fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoArgs;
 

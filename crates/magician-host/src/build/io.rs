@@ -1,4 +1,4 @@
-//! Waits, triggers and pins. The pins and what each can do are in model section 13.
+//! Waits, triggers and pins. Model section 13 lists the pins and their functions.
 
 use std::time::Duration;
 
@@ -10,15 +10,17 @@ use magician_protocol::{IoFunction, PoCmd, PoList, Set, TriggerCondition, Trigge
 use super::rail::{MOST_OUTPUTS, no_move};
 use crate::{Error, Result};
 
-/// Makes the queue wait, to the millisecond and for at most 49 days (document 1.13.1, errata E34).
+/// Makes the queue wait, with millisecond resolution and for at most 49 days (document 1.13.1,
+/// errata E34).
 #[must_use]
 pub fn wait(time: Duration) -> Set {
+    // Saturates: a wait that does not fit the field is longer than any program anyway.
     let timeout = u32::try_from(time.as_millis()).unwrap_or(u32::MAX);
     WaitCmd { timeout }.into()
 }
 
-/// Makes the queue wait until a digital input (EIO address 1 to 20) has this level, for ever if need be
-/// (document 1.14.1, errata E35).
+/// Makes the queue wait until a digital input (EIO address 1 to 20) has this level, without a time
+/// limit (document 1.14.1, errata E35).
 #[must_use]
 pub fn wait_for_level(address: u8, level: bool) -> Set {
     TrigCmd {
@@ -30,11 +32,13 @@ pub fn wait_for_level(address: u8, level: bool) -> Set {
     .into()
 }
 
-/// Makes the queue wait until an analog input (EIO address 1 to 20) compares so with a threshold (0 to 4095
-/// counts, 4095 at 3.3 V), for ever if need be (document 1.14.1, errata E35).
+/// Makes the queue wait until an analog input (EIO address 1 to 20) satisfies a condition, without
+/// a time limit (document 1.14.1, errata E35).
 ///
-/// [`EqualOrBelow`](TriggerCondition::EqualOrBelow) is below here, [`DifferentOrAtMost`](TriggerCondition::DifferentOrAtMost)
-/// at most; [`wait_below`], [`wait_at_most`], [`wait_at_least`] and [`wait_above`] say it plainly.
+/// The threshold is 0 to 4095 counts, 4095 at 3.3 V. For analog inputs
+/// [`EqualOrBelow`](TriggerCondition::EqualOrBelow) means below, and
+/// [`DifferentOrAtMost`](TriggerCondition::DifferentOrAtMost) at most; [`wait_below`],
+/// [`wait_at_most`], [`wait_at_least`] and [`wait_above`] have clearer names.
 #[must_use]
 pub fn wait_for_analog(address: u8, condition: TriggerCondition, threshold: u16) -> Set {
     let mode = TriggerMode::Analog;
@@ -71,7 +75,8 @@ pub fn wait_above(address: u8, threshold: u16) -> Set {
     wait_for_analog(address, TriggerCondition::Above, threshold)
 }
 
-/// Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, errata E40).
+/// Sets the function of an EIO pin (1 to 20), which it needs before use (document 1.15.1, errata
+/// E40).
 #[must_use]
 pub fn multiplex(address: u8, function: IoFunction) -> Set {
     IoMultiplexing {
@@ -91,8 +96,8 @@ pub fn output(address: u8, high: bool) -> Set {
     .into()
 }
 
-/// Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and percent of the time that it is
-/// high (document 1.15.3).
+/// Sets a pulse-width output (EIO address 1 to 20): frequency 10 to 1000000 Hz, duty cycle in
+/// percent (document 1.15.3).
 #[must_use]
 pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
     IoPwm {
@@ -103,9 +108,12 @@ pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
     .into()
 }
 
-/// Turns a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by the length of its pulses, 50 a
-/// second: 1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, and 20 ms
-/// is the most. Multiplex the pin to [`IoFunction::Pwm`] first (model section 13: EIO 8, 6 and 4 have driven servos).
+/// Turns a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by its pulse length, ms, at 50
+/// pulses per second.
+///
+/// 1.5 ms is the middle of most servos; all accept 1 to 2 ms, many 0.5 to 2.5 ms. 0 switches the
+/// servo off, and 20 ms is the maximum. Multiplex the pin to [`IoFunction::Pwm`] first (model
+/// section 13: EIO 8, 6 and 4 have driven servos).
 ///
 /// ```
 /// use magician_host::protocol::IoFunction;
@@ -116,6 +124,7 @@ pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
 /// ```
 #[must_use]
 pub fn servo(address: u8, pulse_ms: f32) -> Set {
+    // A servo expects a pulse every 20 ms, which is 50 Hz.
     pwm(address, 50.0, 100.0 * pulse_ms / 20.0)
 }
 
@@ -130,7 +139,7 @@ pub fn servo(address: u8, pulse_ms: f32) -> Set {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Output {
-    /// When: share of the movement that is done, percent, 0 to 100.
+    /// Share of the move after which it switches, 0 to 100 percent.
     pub percent: u8,
     /// EIO address, 1 to 20.
     pub address: u8,
@@ -138,12 +147,14 @@ pub struct Output {
     pub high: bool,
 }
 
-/// Lets any point-to-point move switch outputs on its way, in any order and at most 57, with the rail 56
-/// (document 1.10.9 and 1.10.10, errata E29). They replace those that it had.
+/// Makes any point-to-point move switch outputs on its way, in any order: at most 57, with the rail
+/// 56 (document 1.10.9 and 1.10.10, errata E29).
+///
+/// They replace the outputs that the move had.
 ///
 /// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is no point-to-point move, and for more outputs
-/// than fit.
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for any other command than a point-to-point
+/// move, and for too many outputs.
 pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
     let list: Vec<PoCmd> = outputs
         .iter()
@@ -153,6 +164,7 @@ pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
             level: output.high.into(),
         })
         .collect();
+    // The rail position takes four bytes of the frame, the size of one output.
     let on_rail = matches!(command, Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_));
     let most = if on_rail {
         MOST_OUTPUTS
@@ -183,6 +195,7 @@ pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
         Set::PtpPoCmd(ptp) => switching!(PtpPoCmd, ptp),
         Set::PtpWithLCmd(ptp) => switching!(PtpPoWithLCmd, ptp, l),
         Set::PtpPoWithLCmd(ptp) => switching!(PtpPoWithLCmd, ptp, l),
+        // Only point-to-point moves have a form with outputs.
         other => return Err(no_move(&other)),
     })
 }

@@ -1,4 +1,4 @@
-//! What can be jogged, and which way: a coordinate, a joint, the rail.
+//! Axes and directions of jogs: coordinates, joints, the rail.
 
 use std::fmt;
 use std::str::FromStr;
@@ -32,10 +32,10 @@ pub enum Axis {
     L,
 }
 
-/// A way to jog: an axis, and a direction on it (document 1.9.4, errata E25); as text `x+`, `j3-`.
+/// Axis and direction of a jog (document 1.9.4, errata E25); as text `x+`, `j3-`.
 ///
-/// It is a type of its own so that nothing else can be jogged: not a move, and not the command that ends a jog. The row that goes
-/// over the line is a [`JogCmd`].
+/// A separate type, so that functions for jogs cannot be given a move, or the command that ends a
+/// jog. The command on the line is a [`JogCmd`].
 ///
 /// ```
 /// use magician_host::build::{Axis, JogDirection};
@@ -49,14 +49,14 @@ pub enum Axis {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JogDirection {
-    /// What moves.
+    /// Axis that moves.
     pub axis: Axis,
-    /// Towards larger coordinates or angles.
+    /// True for larger coordinates or angles.
     pub forward: bool,
 }
 
 impl Axis {
-    /// All of them.
+    /// All axes.
     pub const ALL: [Self; 9] = [
         Self::X,
         Self::Y,
@@ -69,7 +69,7 @@ impl Axis {
         Self::L,
     ];
 
-    /// Its name in lower case: `x`, `j3`, `l`.
+    /// Name in lower case: `x`, `j3`, `l`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -85,7 +85,7 @@ impl Axis {
         }
     }
 
-    /// Unit of its distances: `mm` or `deg`.
+    /// Unit of distances: `mm` or `deg`.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -94,7 +94,7 @@ impl Axis {
         }
     }
 
-    /// Towards larger coordinates or angles.
+    /// Direction of larger coordinates or angles.
     #[must_use]
     pub const fn plus(self) -> JogDirection {
         let forward = true;
@@ -104,7 +104,7 @@ impl Axis {
         }
     }
 
-    /// Towards smaller coordinates or angles.
+    /// Direction of smaller coordinates or angles.
     #[must_use]
     pub const fn minus(self) -> JogDirection {
         let forward = false;
@@ -114,7 +114,7 @@ impl Axis {
         }
     }
 
-    /// The move by so many mm or degrees: straight for a coordinate.
+    /// Move by this distance, mm or degrees; straight for a coordinate.
     #[must_use]
     pub fn step(self, by: f32) -> Set {
         match self {
@@ -131,7 +131,7 @@ impl Axis {
     }
 }
 
-/// By its [`name`](Axis::name), in upper or lower case.
+/// Parses the [`name`](Axis::name), ignoring case.
 impl FromStr for Axis {
     type Err = UnknownAxis;
 
@@ -143,7 +143,7 @@ impl FromStr for Axis {
     }
 }
 
-/// The text is the name of no axis.
+/// Error of a text that names no axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnknownAxis;
 
@@ -156,14 +156,14 @@ impl fmt::Display for UnknownAxis {
 impl std::error::Error for UnknownAxis {}
 
 impl JogDirection {
-    /// The signed distance of a step of that length.
+    /// Signed distance of a step of this length.
     #[must_use]
     pub fn signed(self, length: f32) -> f32 {
         if self.forward { length } else { -length }
     }
 }
 
-/// The name of an [`Axis`], then `+` or `-`.
+/// Parses the name of an [`Axis`] followed by `+` or `-`.
 impl FromStr for JogDirection {
     type Err = UnknownAxis;
 
@@ -192,6 +192,7 @@ impl From<JogDirection> for JogCmd {
             Axis::J2 => (Flag::ON, Axis2Plus, Axis2Minus),
             Axis::J3 => (Flag::ON, Axis3Plus, Axis3Minus),
             Axis::J4 => (Flag::ON, Axis4Plus, Axis4Minus),
+            // The frame does not matter to the rail; the joint flag is a choice.
             Axis::L => (Flag::ON, RailPlus, RailMinus),
         };
         let cmd = if direction.forward { plus } else { minus };
@@ -205,10 +206,11 @@ impl From<JogDirection> for Set {
     }
 }
 
-/// What a command jogs.
+/// Returns the direction of a jog command.
 ///
 /// # Errors
-/// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that begins no jog.
+/// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that does not start a
+/// jog.
 impl TryFrom<&Set> for JogDirection {
     type Error = Error;
 
@@ -224,6 +226,7 @@ impl TryFrom<&Set> for JogDirection {
         } else {
             [Axis::X, Axis::Y, Axis::Z, Axis::R]
         };
+        // The rail has its own values in both frames.
         let (axis, forward) = match jog.cmd {
             JogCommand::RailPlus => (Axis::L, true),
             JogCommand::RailMinus => (Axis::L, false),
@@ -233,6 +236,7 @@ impl TryFrom<&Set> for JogDirection {
             }
             other => match other.axis() {
                 Some((number, forward)) => (axes[number], forward),
+                // A value beyond the protocol's: the arm's behaviour is unknown.
                 None => return Err(wrong("unknown axis")),
             },
         };
@@ -240,7 +244,7 @@ impl TryFrom<&Set> for JogDirection {
     }
 }
 
-/// `x+`, `j3-`.
+/// Formats the direction as `x+` or `j3-`.
 impl fmt::Display for JogDirection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sign = if self.forward { '+' } else { '-' };

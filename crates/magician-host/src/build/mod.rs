@@ -1,8 +1,10 @@
 //! Builders of commands: functions named for the arm's motions, tools and settings.
 //!
-//! Each returns a command as a value and does nothing else: the driver's `Arm::run` checks a list and runs it, `Arm::start`
-//! runs any number as they come, `Arm::enqueue_set` takes one, and programs may keep them in lists, each as often as they like: a
-//! command is `Copy`. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
+//! Each returns a command as a value and has no other effect. The driver's `Arm::run` checks a list
+//! and runs it, `Arm::start` runs commands as they come, and `Arm::enqueue_set` takes a single one;
+//! programs may keep and repeat commands, which are `Copy`.
+//!
+//! Lengths are mm, angles degrees. The frame is the arm's: origin where the base axis meets the
 //! shoulder axis, X forward, Y to the arm's left, Z up. The table is below z = 0.
 //!
 //! ```

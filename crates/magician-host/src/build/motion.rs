@@ -1,4 +1,4 @@
-//! Where the arm goes, and which way.
+//! Motions of the arm, and homing.
 
 use magician_protocol::commands::{
     ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, HomeParams, LostStepCmd, LostStepParams, PtpCmd,
@@ -16,70 +16,72 @@ fn ptp(ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) -> Set {
     .into()
 }
 
-/// Goes to a pose, all joints together; the tool's way is a curve (document 1.10.5, MOVJ).
+/// Moves to a pose, all joints together; the tool follows a curve (document 1.10.5, MOVJ).
 #[must_use]
 pub fn move_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::MovjXyz, [x, y, z, r])
 }
 
-/// Goes to a pose on a straight line (MOVL).
+/// Moves to a pose on a straight line (MOVL).
 #[must_use]
 pub fn line_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::MovlXyz, [x, y, z, r])
 }
 
-/// Goes to a pose over obstacles: up, across with all joints together, down (JUMP).
-/// [`jump_height`](super::jump_height) says how high.
+/// Moves to a pose over obstacles: up, across with all joints together, down (JUMP).
+/// [`jump_height`](super::jump_height) sets the height.
 #[must_use]
 pub fn jump_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::JumpXyz, [x, y, z, r])
 }
 
-/// As [`jump_to`], across on a straight line (errata E28: seen to do nothing on some firmware).
+/// As [`jump_to`], with a straight line across (errata E28: seen to do nothing on some firmware).
 #[must_use]
 pub fn jump_line_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::JumpMovlXyz, [x, y, z, r])
 }
 
-/// Goes to joint angles.
+/// Moves to joint angles.
 #[must_use]
 pub fn move_joints(j1: f32, j2: f32, j3: f32, j4: f32) -> Set {
     ptp(PtpMode::MovjAngle, [j1, j2, j3, j4])
 }
 
-/// Goes to joint angles with the tool on a straight line.
+/// Moves to joint angles with the tool on a straight line.
 #[must_use]
 pub fn line_joints(j1: f32, j2: f32, j3: f32, j4: f32) -> Set {
     ptp(PtpMode::MovlAngle, [j1, j2, j3, j4])
 }
 
-/// Goes to joint angles over obstacles.
+/// Moves to joint angles over obstacles.
 #[must_use]
 pub fn jump_joints(j1: f32, j2: f32, j3: f32, j4: f32) -> Set {
     ptp(PtpMode::JumpAngle, [j1, j2, j3, j4])
 }
 
-/// Moves by so much (mm, deg) from where the arm then is, all joints together.
+/// Moves by a displacement (mm, deg) from the arm's pose at that time, all joints together.
 #[must_use]
 pub fn move_by(dx: f32, dy: f32, dz: f32, dr: f32) -> Set {
     ptp(PtpMode::MovjXyzInc, [dx, dy, dz, dr])
 }
 
-/// Moves by so much (mm, deg) from where the arm then is, on a straight line.
+/// Moves by a displacement (mm, deg) from the arm's pose at that time, on a straight line.
 #[must_use]
 pub fn line_by(dx: f32, dy: f32, dz: f32, dr: f32) -> Set {
     ptp(PtpMode::MovlXyzInc, [dx, dy, dz, dr])
 }
 
-/// Turns the joints by so much (deg) from where they then are.
+/// Turns the joints by increments (deg) from their angles at that time.
 #[must_use]
 pub fn move_joints_by(d1: f32, d2: f32, d3: f32, d4: f32) -> Set {
     ptp(PtpMode::MovjAngleInc, [d1, d2, d3, d4])
 }
 
-/// Goes to `to` along the arc through `via`; both are x, y, z, r, and the r of `via` is ignored
-/// (document 1.12.2, errata E33). The three points, the arm's own the first of them, must be apart and not on one line.
-/// [`arc_speed`](super::arc_speed) says how fast.
+/// Moves to `to` along the arc through `via`; both are x, y, z, r, and the r of `via` is ignored
+/// (document 1.12.2, errata E33).
+///
+/// The three points, of which the arm's pose is the first, must be distinct and not on one line.
+/// [`arc_speed`](super::arc_speed) sets the speed.
 #[must_use]
 pub fn arc_to(via: [f32; 4], to: [f32; 4]) -> Set {
     ArcCmd {
@@ -89,8 +91,8 @@ pub fn arc_to(via: [f32; 4], to: [f32; 4]) -> Set {
     .into()
 }
 
-/// Goes round the circle through here, `via` and `over`, so many turns, and ends where it began; r stays
-/// what it is. Not in the vendor's document (errata E33).
+/// Moves around the circle through the arm's pose, `via` and `over`, this number of turns, and ends
+/// where it began; r does not change. Not in the vendor's document (errata E33).
 #[must_use]
 pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
     CircleCmd {
@@ -101,11 +103,13 @@ pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
     .into()
 }
 
-/// Adds a segment to a continuous path, to a point; the tool does not stop between segments that
-/// follow each other, and J4 does not turn (document 1.11.2, errata E31 and E32).
-/// [`path_speed`](super::path_speed) says how fast.
+/// Adds a segment to a point to a continuous path (document 1.11.2, errata E31 and E32).
+///
+/// The tool does not stop between consecutive segments, and J4 does not turn.
+/// [`path_speed`](super::path_speed) sets the speed.
 #[must_use]
 pub fn path_to(x: f32, y: f32, z: f32) -> Set {
+    // Reserved in CPCmd, and laser power in CPLECmd (errata E32).
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, 0.0);
     CpCmd {
         cp_mode,
@@ -117,7 +121,7 @@ pub fn path_to(x: f32, y: f32, z: f32) -> Set {
     .into()
 }
 
-/// Adds a segment to a continuous path, by so much from the end of the one before.
+/// Adds a segment to a continuous path, by a displacement from the end of the previous one.
 #[must_use]
 pub fn path_by(dx: f32, dy: f32, dz: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Relative, 0.0);
@@ -131,8 +135,8 @@ pub fn path_by(dx: f32, dy: f32, dz: f32) -> Set {
     .into()
 }
 
-/// As [`path_to`], with the laser at so many percent (0 to 100) on the way (document 1.11.3, errata E32). End the
-/// path with [`laser(false)`](super::laser) or a segment of power 0.
+/// As [`path_to`], with the laser at this power on the way, 0 to 100 percent (document 1.11.3,
+/// errata E32). End the path with [`laser(false)`](super::laser) or a segment of power 0.
 #[must_use]
 pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, power);
@@ -146,7 +150,7 @@ pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
     .into()
 }
 
-/// As [`engrave_to`], by so much from the end of the segment before.
+/// As [`engrave_to`], by a displacement from the end of the previous segment.
 #[must_use]
 pub fn engrave_by(dx: f32, dy: f32, dz: f32, power: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Relative, power);
@@ -160,27 +164,28 @@ pub fn engrave_by(dx: f32, dy: f32, dz: f32, power: f32) -> Set {
     .into()
 }
 
-/// Finds the reference of J1 and goes to the home point (document 1.6.2). `Arm::home` also waits
-/// and clears the alarm that the arm raises when it is switched on.
+/// Finds the reference of J1 and moves to the home point (document 1.6.2). `Arm::home` also waits,
+/// and clears the alarm that the arm raises at power-up.
 #[must_use]
 pub fn home() -> Set {
+    // Reserved, and sent as 0 (errata E22).
     HomeCmd { reserved: 0 }.into()
 }
 
-/// Sets the home point, where [`home`] ends from now on (document 1.6.1).
+/// Sets the home point, at which [`home`] ends from now on (document 1.6.1).
 #[must_use]
 pub fn home_at(x: f32, y: f32, z: f32, r: f32) -> Set {
     HomeParams { x, y, z, r }.into()
 }
 
-/// Compares the joints with their sensors; a lost step raises an alarm (errata E36).
+/// Compares the joints with their sensors. A lost step raises an alarm (errata E36).
 #[must_use]
 pub fn check_lost_steps() -> Set {
     LostStepCmd {}.into()
 }
 
-/// From how many degrees on a joint counts as lost; 5 at power-up (document 1.18.1). It cannot be queued: set
-/// it at once.
+/// Sets the deviation from which a joint counts as lost, degrees; 5 at power-up (document 1.18.1).
+/// Not queueable: send it as an immediate set.
 #[must_use]
 pub fn lost_step_threshold(degrees: f32) -> Set {
     LostStepParams { value: degrees }.into()

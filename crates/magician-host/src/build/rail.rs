@@ -1,4 +1,4 @@
-//! The sliding rail under the arm. Its carriage goes from 0 to 1000 mm (model section 12).
+//! The sliding rail under the arm, with a carriage from 0 to 1000 mm (model section 12).
 
 use magician_protocol::commands::{
     JogLParams, Pose, PtpLParams, PtpPoWithLCmd, PtpWithLCmd, SetDeviceWithL,
@@ -7,8 +7,8 @@ use magician_protocol::{PtpMode, RailVersion, Set};
 
 use crate::{Error, ErrorCode, Result};
 
-/// Says whether the arm stands on a rail, and of which generation (document 1.3.4, errata E15). An
-/// arm that was not told moves without its rail, and says nothing.
+/// Declares that the arm is on a rail, and its generation (document 1.3.4, errata E15). Without
+/// this the arm ignores rail positions silently.
 #[must_use]
 pub fn rail(on: bool, version: RailVersion) -> Set {
     SetDeviceWithL {
@@ -18,8 +18,8 @@ pub fn rail(on: bool, version: RailVersion) -> Set {
     .into()
 }
 
-/// Goes to a pose and to `l` mm on the rail (0 to 1000) at the same time, as
-/// [`move_to`](super::move_to) does (document 1.10.7).
+/// Moves to a pose, as [`move_to`](super::move_to), and to `l` mm on the rail (0 to 1000) at the
+/// same time (document 1.10.7).
 #[must_use]
 pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
     let ptp_mode = PtpMode::MovjXyz;
@@ -34,9 +34,10 @@ pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
     .into()
 }
 
-/// Lets any point-to-point move take the rail along, to `l` mm (0 to 1000), or by so much if the move
-/// is one by an increment (document 1.10.7 and 1.10.10). Arm and rail start and end together. Outputs that
-/// the move switches stay.
+/// Makes any point-to-point move include the rail: to `l` mm (0 to 1000), or by that distance if
+/// the move is an increment (document 1.10.7 and 1.10.10).
+///
+/// Arm and rail start and end together. Outputs that the move switches are kept.
 ///
 /// ```
 /// use magician_host::build;
@@ -47,8 +48,8 @@ pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
 /// ```
 ///
 /// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is no point-to-point move, or one of
-/// more than 56 outputs.
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for any other command than a point-to-point
+/// move, or has more than 56 outputs.
 pub fn with_rail(command: Set, l: f32) -> Result<Set> {
     macro_rules! on_rail {
         ($to:ident, $ptp:ident $(, $po:ident)?) => {
@@ -67,6 +68,7 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
     match command {
         Set::PtpCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         Set::PtpWithLCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
+        // The list fits the frame without a rail position, but not with one.
         Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MOST_OUTPUTS => Err(Error::invalid(
             format!("a move with the rail can switch at most {MOST_OUTPUTS} outputs"),
         )),
@@ -76,7 +78,7 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
     }
 }
 
-/// Outputs of a move with the rail (errata E29).
+/// Largest number of outputs of a move with the rail (errata E29).
 pub(super) const MOST_OUTPUTS: usize = 56;
 
 pub(super) fn no_move(command: &Set) -> Error {
@@ -84,12 +86,13 @@ pub(super) fn no_move(command: &Set) -> Error {
         .with_command(command.row().set_name)
 }
 
-/// Moves the carriage alone to `l` mm (0 to 1000): the arm keeps the joints of the pose that it
-/// reported last. [`rail_by`] needs no pose.
+/// Moves only the carriage to `l` mm (0 to 1000); the arm keeps the joint angles of this pose, as
+/// it last reported. [`rail_by`] needs no pose.
 #[must_use]
 pub fn rail_to(l: f32, pose: &Pose) -> Set {
     let [x, y, z, r] = pose.joint_angle;
     PtpWithLCmd {
+        // There is no command for the carriage alone, so this command keeps the arm at its joints.
         ptp_mode: PtpMode::MovjAngle,
         x,
         y,
@@ -100,10 +103,11 @@ pub fn rail_to(l: f32, pose: &Pose) -> Set {
     .into()
 }
 
-/// Moves the carriage alone, by so many mm; the arm keeps its joints.
+/// Moves only the carriage, by this distance, mm; the arm keeps its joint angles.
 #[must_use]
 pub fn rail_by(dl: f32) -> Set {
     PtpWithLCmd {
+        // Increments of 0 keep the joints whatever they are, so no pose is needed.
         ptp_mode: PtpMode::MovjAngleInc,
         x: 0.0,
         y: 0.0,
@@ -114,7 +118,7 @@ pub fn rail_by(dl: f32) -> Set {
     .into()
 }
 
-/// Speed (mm/s) and acceleration (mm/s2) on the rail in point-to-point moves; the ratios of
+/// Sets speed (mm/s) and acceleration (mm/s2) on the rail in point-to-point moves. The ratios of
 /// [`speed`](super::speed()) scale them (document 1.10.6, errata E26).
 #[must_use]
 pub fn rail_speed(velocity: f32, acceleration: f32) -> Set {
@@ -125,8 +129,8 @@ pub fn rail_speed(velocity: f32, acceleration: f32) -> Set {
     .into()
 }
 
-/// Speed (mm/s) and acceleration (mm/s2) of jogs on the rail; [`jog_speed`](super::jog_speed) scales the
-/// speed (document 1.9.5, errata E25).
+/// Sets speed (mm/s) and acceleration (mm/s2) of jogs on the rail. [`jog_speed`](super::jog_speed)
+/// scales the speed (document 1.9.5, errata E25).
 #[must_use]
 pub fn jog_rail_speed(velocity: f32, acceleration: f32) -> Set {
     JogLParams {

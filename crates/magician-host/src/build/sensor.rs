@@ -1,4 +1,4 @@
-//! Sensors beside the arm: switching them on, and what their readings mean.
+//! External sensors: switching them on, and interpreting their readings.
 
 use magician_protocol::commands::{
     ColorSensor, GetColorSensor, GetIoAdc, GetIoDi, GetIrSwitch, IoAdc, IoDi, IrSwitch,
@@ -6,13 +6,13 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Port, SensorVersion, Set};
 
-/// The highest count of an analog input.
+/// Full scale of an analog input, counts.
 pub const ANALOG_COUNTS: u16 = 4095;
 /// Volts at [`ANALOG_COUNTS`] (model section 13).
 pub const ANALOG_VOLTS: f32 = 3.3;
 
-/// Switches the colour sensor on a port (document 1.15.7, errata E42). Ask
-/// `arm.get_with::<ColorSensor>(&build::color_at(port))` for what it sees.
+/// Switches the colour sensor on a port on or off (document 1.15.7, errata E42). Read it by
+/// `arm.get_with::<ColorSensor>(&build::color_at(port))`.
 #[must_use]
 pub fn color_sensor(port: Port, on: bool, version: SensorVersion) -> Set {
     SetColorSensor {
@@ -23,8 +23,8 @@ pub fn color_sensor(port: Port, on: bool, version: SensorVersion) -> Set {
     .into()
 }
 
-/// Switches the infrared sensor on a port (document 1.15.8, errata E43). Ask
-/// `arm.get_with::<IrSwitch>(&build::infrared_at(port))` for what it sees.
+/// Switches the infrared sensor on a port on or off (document 1.15.8, errata E43). Read it by
+/// `arm.get_with::<IrSwitch>(&build::infrared_at(port))`.
 #[must_use]
 pub fn infrared(port: Port, on: bool, version: SensorVersion) -> Set {
     SetIrSwitch {
@@ -35,19 +35,19 @@ pub fn infrared(port: Port, on: bool, version: SensorVersion) -> Set {
     .into()
 }
 
-/// What to ask a colour sensor by.
+/// Query for a colour sensor.
 #[must_use]
 pub fn color_at(port: Port) -> GetColorSensor {
     GetColorSensor { port: Some(port) }
 }
 
-/// What to ask an infrared sensor by.
+/// Query for an infrared sensor.
 #[must_use]
 pub fn infrared_at(port: Port) -> GetIrSwitch {
     GetIrSwitch { port: Some(port) }
 }
 
-/// What to ask a digital input by (EIO address 1 to 20): `arm.get_with::<IoDi>(&build::level_at(19))`.
+/// Query for a digital input (EIO address 1 to 20): `arm.get_with::<IoDi>(&build::level_at(19))`.
 #[must_use]
 pub fn level_at(address: u8) -> GetIoDi {
     GetIoDi {
@@ -55,7 +55,7 @@ pub fn level_at(address: u8) -> GetIoDi {
     }
 }
 
-/// What to ask an analog input by (EIO address 1 to 20): `arm.get_with::<IoAdc>(&build::analog_at(12))`.
+/// Query for an analog input (EIO address 1 to 20): `arm.get_with::<IoAdc>(&build::analog_at(12))`.
 #[must_use]
 pub fn analog_at(address: u8) -> GetIoAdc {
     GetIoAdc {
@@ -63,23 +63,23 @@ pub fn analog_at(address: u8) -> GetIoAdc {
     }
 }
 
-/// A colour that the colour sensor tells apart.
+/// A colour that the colour sensor distinguishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Color {
-    /// More red than anything.
+    /// Red is strongest.
     Red,
-    /// More green than anything.
+    /// Green is strongest.
     Green,
-    /// More blue than anything.
+    /// Blue is strongest.
     Blue,
 }
 
-/// A reading of a sensor as what it means.
+/// Interpretation of a sensor's reading.
 pub trait Sensed {
-    /// What it is taken for.
+    /// Type of the interpreted value.
     type Value;
 
-    /// What was sensed.
+    /// Interprets the reading.
     ///
     /// ```
     /// use magician_host::commands::{ColorSensor, IoAdc};
@@ -95,13 +95,15 @@ pub trait Sensed {
 impl Sensed for ColorSensor {
     type Value = Option<Color>;
 
-    /// The strongest of the three; nothing where two are as strong, and of a sensor that sees nothing.
+    /// The strongest of the three colours. `None` if two are equally strong, and for a sensor that
+    /// sees nothing.
     fn sensed(&self) -> Option<Color> {
         let Self { r, g, b } = *self;
         match (r, g, b) {
             _ if r > g && r > b => Some(Color::Red),
             _ if g > r && g > b => Some(Color::Green),
             _ if b > r && b > g => Some(Color::Blue),
+            // A tie, or darkness: no colour is right.
             _ => None,
         }
     }
@@ -110,7 +112,7 @@ impl Sensed for ColorSensor {
 impl Sensed for IrSwitch {
     type Value = bool;
 
-    /// Whether something is in front of it.
+    /// True if something is in front of the sensor.
     fn sensed(&self) -> bool {
         self.state.is_on()
     }
@@ -119,7 +121,7 @@ impl Sensed for IrSwitch {
 impl Sensed for IoDi {
     type Value = bool;
 
-    /// Whether the input is high.
+    /// True if the input is high.
     fn sensed(&self) -> bool {
         self.level.is_on()
     }
@@ -128,7 +130,7 @@ impl Sensed for IoDi {
 impl Sensed for IoAdc {
     type Value = f32;
 
-    /// Volts, 0 to 3.3.
+    /// Voltage, 0 to 3.3 V.
     fn sensed(&self) -> f32 {
         f32::from(self.value) / f32::from(ANALOG_COUNTS) * ANALOG_VOLTS
     }

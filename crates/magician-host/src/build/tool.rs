@@ -9,17 +9,19 @@ use magician_protocol::{Flag, Set};
 
 use crate::{Error, Result};
 
-/// Tells the arm where the tool sits; poses count from there on.
+/// Sets the position of the tool's tip relative to the flange. Poses refer to that tip from then
+/// on.
 #[must_use]
 pub fn tool(bias: ToolBias) -> Set {
     tool_to_wire(bias).into()
 }
 
-/// As [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
+/// Sets the tool as [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
 ///
 /// # Errors
-/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for another name; it lists these.
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for another name; the message lists these.
 pub fn tool_named(name: &str) -> Result<Set> {
+    // Names of the vendor's tools; other tools have a bias of their own.
     ToolBias::named(name).map(tool).ok_or_else(|| {
         let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
         Error::invalid(format!(
@@ -29,8 +31,8 @@ pub fn tool_named(name: &str) -> Result<Set> {
     })
 }
 
-/// Sucks, or lets go; it takes about 0.3 s to hold (document 1.8.3, model section 15a). Suction cup and gripper share
-/// one pump, so the later command has the air.
+/// Switches the suction cup on or off; it takes about 0.3 s to hold (document 1.8.3, model section
+/// 15a). Suction cup and gripper share one pump, so the later command gets the air.
 #[must_use]
 pub fn suction(on: bool) -> Set {
     SetEndEffectorSuctionCup {
@@ -60,7 +62,7 @@ pub fn release() -> Set {
     .into()
 }
 
-/// Switches the air pump off; suction cup and gripper go limp (model section 13).
+/// Switches the air pump off. Suction cup and gripper release (model section 13).
 #[must_use]
 pub fn pump_off() -> Set {
     SetEndEffectorGripper {
@@ -70,11 +72,13 @@ pub fn pump_off() -> Set {
     .into()
 }
 
-/// Switches the laser, full on or off (document 1.8.2). A program that leaves it on, or stands or travels with it, is
-/// refused by the guard [`laser`](field@crate::preflight::Guards::laser). Off ends the power of a path, too.
+/// Switches the laser fully on or off (document 1.8.2). Off also ends the power of a path. The
+/// guard [`laser`](field@crate::preflight::Guards::laser) refuses a program that leaves it on, or
+/// stands still or moves by joints with the laser on.
 #[must_use]
 pub fn laser(on: bool) -> Set {
     SetEndEffectorLaser {
+        // Both flags, because either alone leaves the laser off.
         enable_ctrl: on.into(),
         on: on.into(),
     }

@@ -1,3 +1,12 @@
+//! Losses: what happens to a request whose reply did not arrive, and how the fate of a queued
+//! command is found out.
+//!
+//! Reads and repeatable sets are retransmitted. A queued command that was alone in flight is put in
+//! *doubt*: the connection reads current index and left space until two pairs are equal, and then
+//! knows whether the controller has taken it (proof in the head of [`connection`](super)).
+//! Everything else ends as [`Failure::Uncertain`]. This file also drops requests after a stop or
+//! reset and ends them at their deadline.
+
 use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
 
@@ -6,21 +15,21 @@ use super::job::{Job, Policy, Purpose};
 use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Failure, Micros, Priority};
 
-/// A queued command whose answer was lost, and what was read to find out its fate.
+/// A queued command whose reply was lost, and the readings taken since.
 #[derive(Clone, Debug)]
 pub(super) struct Doubt {
     pub(super) job: Job,
-    /// When the reading of the pair under way began.
+    /// Instant at which the current pair of readings began.
     pub(super) begun: Option<Micros>,
     pub(super) current: Option<u64>,
-    /// The last whole pair, and when its reading began.
+    /// Last complete pair, and when its reading began.
     pair: Option<((u64, u32), Micros)>,
-    /// Readings before this instant prove nothing (unordered links).
+    /// Readings begun before this instant prove nothing (unordered links).
     pub(super) not_before: Option<Micros>,
 }
 
 impl Doubt {
-    /// What was read so far proves nothing any more.
+    /// Discards the readings so far.
     pub(super) fn begin_anew(&mut self) {
         (self.begun, self.current, self.pair) = (None, None, None);
     }
@@ -28,7 +37,7 @@ impl Doubt {
 
 /// Losses and doubts.
 impl Connection {
-    /// The answer to a job in flight did not come in time, or cannot come any more.
+    /// Handles a job in flight whose reply did not arrive in time, or can no longer arrive.
     pub(super) fn lost(&mut self, at: usize) {
         self.lost_from_pair(at);
         let Some(job) = self.flight.get_mut(at) else {
@@ -43,6 +52,7 @@ impl Connection {
                 self.flight.remove(at);
                 self.missed_clock();
             }
+            // A reading of the duplicate check: repeat it, or drop it if its doubt is over.
             (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
                 let sent = job.sent;
                 if self.vets_on(sent)
@@ -58,6 +68,8 @@ impl Connection {
                 self.done(job.ticket, Err(Failure::Stopped));
             }
             (_, Policy::Resend) => job.due = true,
+            // The reply may still arrive: until the deadline it is the only way to learn the
+            // outcome.
             (_, Policy::Once) if unordered_or_awaited => {
                 job.lingers = true;
                 job.timer = Micros::MAX;
@@ -69,6 +81,8 @@ impl Connection {
             (_, Policy::Doubt) if planted(PlantedBug::ResendBlindly) => job.due = true,
             (_, Policy::Doubt) => {
                 let job = self.flight.remove(at);
+                // Beside other unaccounted commands the readings do not show which of them is
+                // missing.
                 if self.alone() && !self.witness.is_broken() {
                     self.enter_doubt(job);
                 } else {
@@ -78,7 +92,7 @@ impl Connection {
         }
     }
 
-    /// Whether at most one queued command is not accounted for.
+    /// True if at most one queued command is unaccounted for.
     pub(super) fn alone(&self) -> bool {
         self.queued_unanswered() == 0 && self.doubt.is_none() && self.tracker.is_confirmed()
     }
@@ -97,14 +111,14 @@ impl Connection {
         });
     }
 
-    /// Takes a reading for the command in doubt, and judges it when two pairs are equal.
+    /// Processes a reading for the command in doubt, and judges it when two pairs are equal.
     pub(super) fn read(&mut self, purpose: Purpose, frame: &FrameBuf, now: Micros) {
         let Some(mut doubt) = self.doubt.take() else {
             return self.vet_reading(purpose, frame);
         };
         let view = frame.frame();
         match doubt.current {
-            // A reading for an earlier doubt that ended while it was under way.
+            // Readings of an earlier doubt that ended while they were under way.
             None if purpose != Purpose::Current => {}
             Some(_) if purpose != Purpose::Left => {}
             None => {
@@ -127,7 +141,7 @@ impl Connection {
         self.doubt = Some(doubt);
     }
 
-    /// Judges by two equal pairs, the first of which began to be read at `since`.
+    /// Decides on a command in doubt from two equal pairs, the first of which began at `since`.
     pub(super) fn judge(
         &mut self,
         mut doubt: Doubt,
@@ -135,23 +149,26 @@ impl Connection {
         since: Micros,
         now: Micros,
     ) {
-        // On an unordered link the command may overtake readings that were sent after it, or come
-        // between them, as long as it may be under way.
+        // On an unordered link the command may overtake later readings, or arrive between them,
+        // until its lifetime has passed.
         let arrived = doubt.job.since.saturating_add(self.lifetime.get());
         let premature =
             !self.settings.ordered && since < arrived && !planted(PlantedBug::NoLifetime);
         let verdict = match self.tracker.judge(current, left) {
+            // A Clear since then has dropped commands: the indices prove nothing.
             _ if doubt.job.clears != self.tracker.clears() => Verdict::Unclear,
             _ if self.witness.is_broken() => Verdict::Unclear,
             verdict => verdict,
         };
         match verdict {
+            // Over datagrams a tail beyond the next index means that some command was taken twice.
             Verdict::Unclear => match self.tracker.tail(current, left) {
                 Some(tail) if !self.settings.ordered && self.tracker.is_beyond(tail) => {
                     self.surpassed(doubt.job, tail);
                 }
                 _ => self.uncertain(doubt.job),
             },
+            // The lost reply is reconstructed, so the caller sees it as if it had arrived.
             Verdict::Taken(index) => {
                 let certain = self.tracker.find(index, doubt.job.order);
                 self.tracker.confirm();
@@ -168,6 +185,7 @@ impl Connection {
             }
             Verdict::Lost if doubt.job.cut => self.done(doubt.job.ticket, Err(Failure::Lost)),
             Verdict::Lost if doubt.job.over => self.done(doubt.job.ticket, Err(Failure::Stopped)),
+            // A full queue refuses commands: retransmitting now would fail as well.
             Verdict::Lost if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
             Verdict::Lost => {
                 doubt.job.due = true;
@@ -176,8 +194,8 @@ impl Connection {
         }
     }
 
-    /// Over datagrams: more commands were taken than were sent, up to this index. It is unknown which; the next one
-    /// follows it.
+    /// Over datagrams: ends a command after which the controller has taken more commands than were
+    /// sent, up to index `to`. Which ones is unknown; the next index follows `to`.
     pub(super) fn surpassed(&mut self, job: Job, to: u64) {
         let from = self.tracker.last().map(|last| last.saturating_add(1));
         let failure = Failure::Uncertain { from, to: Some(to) };
@@ -185,12 +203,14 @@ impl Connection {
         self.rebase(to);
     }
 
-    /// Ends a command that may or may not have been taken, and for a queued one all that
-    /// are in flight with it. Above window 1 what waits behind such a gap does not go out either.
+    /// Ends a command that may or may not have been taken; if it is queued, also all queued
+    /// commands in flight.
+    ///
+    /// Above window 1 the queued commands waiting behind the gap are dropped too.
     pub(super) fn uncertain(&mut self, job: Job) {
         let (mut from, mut to) = (None, None);
         if job.queued() && !self.witness.is_broken() {
-            // A datagram may have come twice.
+            // Each datagram may have been duplicated, so twice as many indices may be used up.
             let copies = if self.settings.ordered { 1 } else { 2 };
             (from, to) = self.tracker.doubt(copies * (1 + self.queued_unanswered()));
         }
@@ -206,11 +226,13 @@ impl Connection {
             self.done(job.ticket, Err(failure));
         }
         if job.repeatable && self.settings.window > 1 {
+            // A program of repeatable commands relies on their order: what follows a gap must not
+            // run.
             self.drop_waiting();
         }
     }
 
-    /// Queued commands that wait do not go out.
+    /// Drops the queued commands that wait.
     fn drop_waiting(&mut self) {
         let lane = Priority::Stream as usize;
         while let Some(at) = self.lanes[lane].iter().position(Job::queued) {
@@ -220,13 +242,14 @@ impl Connection {
         }
     }
 
-    /// A stop was submitted, or the controller was reset: nothing that the stream has by now goes
-    /// out any more, not even a second time.
+    /// Drops all requests of the stream after a stop or reset: none is sent or retransmitted any
+    /// more.
     pub(super) fn drop_stream(&mut self) {
         self.drop_stream_but(|_| false);
     }
 
-    /// The stop of a jog was submitted: the same for all but what only sets something, and that neither moves nor burns.
+    /// Drops all requests of the stream after the stop of a jog, except settings that neither move
+    /// nor burn.
     pub(super) fn drop_motions(&mut self) {
         self.drop_stream_but(Job::only_sets);
     }
@@ -242,14 +265,16 @@ impl Connection {
             }
         }
         if let Some(doubt) = self.doubt.take() {
+            // Settling the doubt would need readings of a queue that the stop is about to clear.
             self.uncertain(doubt.job);
         }
         let dropped = |job: &Job| job.priority == Priority::Stream && !spares(job);
         while let Some(at) = (self.flight.iter()).position(|job| job.due && dropped(job)) {
-            // What is due is known to have gone nowhere, or may be repeated.
+            // Due jobs are known to have had no effect, or may be repeated.
             let job = self.flight.remove(at);
             self.done(job.ticket, Err(Failure::Stopped));
         }
+        // In flight: their replies still count, but they are not retransmitted.
         for job in &mut self.flight {
             job.over |= dropped(job) && !planted(PlantedBug::ResendAfterStop);
         }
@@ -261,6 +286,7 @@ impl Connection {
                 if let Some(job) = self.lanes[lane].remove(at) {
                     let failure = if job.queued() && self.tracker.draining() {
                         Failure::Draining
+                    // The queue never drained, so the controller is busy rather than unreachable.
                     } else {
                         Failure::Timeout { sent: 0 }
                     };

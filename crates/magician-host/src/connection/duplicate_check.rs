@@ -1,9 +1,10 @@
-//! Datagrams that come twice.
+//! Protection against duplicated datagrams.
 //!
-//! A controller takes a doubled command twice, and no index tells its second copy from the next command, if that one is
-//! lost. So over datagrams the next queued command goes out only when no copy of the one before is under way any more
-//! ([`Settings::echo`](super::Settings::echo) after it went out) and readings since then have shown that none was taken in
-//! between. Then nothing but the next command itself can take the next index.
+//! A controller executes a duplicated command twice, and no index distinguishes the second copy
+//! from the next command if that one is lost. So over datagrams the next queued command is sent
+//! only when no copy of the previous one can be under way
+//! ([`Settings::echo`](super::Settings::echo) after it was sent) and readings since then have shown
+//! that none was taken. After that, nothing but the next command itself can take the next index.
 
 use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout};
@@ -13,34 +14,40 @@ use super::job::Purpose;
 use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Micros};
 
-/// A reading that went out so often without an answer is given up.
+/// Attempts per reading before it is given up.
+// A choice: the command then waits for its lifetime.
 const TRIES: u32 = 4;
 
-/// What is to be seen before the next queued command goes out.
+/// Conditions for sending the next queued command.
 #[derive(Clone, Debug)]
 pub(super) struct DuplicateCheck {
-    /// When the last queued command went out.
+    /// Instant at which the last queued command was sent.
     since: Micros,
-    /// When no second copy of it can come any more.
+    /// Instant after which no second copy of it can arrive.
     due: Micros,
-    /// Readings have begun.
+    /// True once readings have begun.
     begun: bool,
     current: Option<u64>,
     pair: Option<(u64, u32)>,
-    /// The readings tell nothing: only when all answers are dead too does the next command go out.
+    /// True if the readings are inconclusive. The next command then waits for the lifetime of the
+    /// last.
     unclear: bool,
-    /// An instant at which something becomes due.
+    /// Next instant at which something becomes due.
     wakes: Option<Micros>,
 }
 
 impl Connection {
-    /// A queued command goes out, for the `nth` time. Its first copy counts as gone by then; should it come all the same, it
-    /// comes before the next command goes out, and shows.
+    /// Starts the check for a queued command that is sent for the `nth` time.
+    ///
+    /// At the end of the wait its first copy is assumed lost. If it arrives nevertheless, it does
+    /// so before the next command is sent, and is seen.
     pub(super) fn begin_duplicate_check(&mut self, now: Micros, nth: u32) {
         if self.settings.ordered || self.settings.echo == 0 || planted(PlantedBug::NoDuplicateCheck)
         {
             return;
         }
+        // After a retransmission the first copy may be anywhere in the network: wait a whole
+        // lifetime.
         let long = match nth {
             ..=1 => 2 * self.estimator.round_trip().unwrap_or(0),
             _ => self.lifetime.measured().unwrap_or(0),
@@ -57,7 +64,7 @@ impl Connection {
         });
     }
 
-    /// Whether a queued command may go out that did not go out before.
+    /// True if a new queued command may be sent.
     pub(super) fn is_no_duplicate(&self, now: Micros) -> bool {
         let over = |duplicate_check: &DuplicateCheck| {
             duplicate_check.unclear
@@ -66,7 +73,7 @@ impl Connection {
         self.duplicate_check.as_ref().is_none_or(over)
     }
 
-    /// Whether readings are still to show that nothing came twice.
+    /// True while readings have yet to show that nothing was duplicated.
     pub(super) fn is_vetting(&self) -> bool {
         self.duplicate_check
             .as_ref()
@@ -85,7 +92,7 @@ impl Connection {
         }
     }
 
-    /// The reading that is due.
+    /// Next reading to send, if one is due.
     pub(super) fn next_vetting(&self, now: Micros) -> Option<Purpose> {
         let duplicate_check = self
             .duplicate_check
@@ -99,16 +106,17 @@ impl Connection {
         )
     }
 
-    /// A reading goes out.
+    /// Notes that a reading is sent.
     pub(super) fn check_duplicates(&mut self) {
         if let Some(duplicate_check) = &mut self.duplicate_check
+            // During a doubt the same readings serve the doubt instead.
             && self.doubt.is_none()
         {
             duplicate_check.begun = true;
         }
     }
 
-    /// Whether a reading that got no answer `sent` times goes out again.
+    /// True if a reading that was sent `sent` times without a reply is sent again.
     pub(super) fn vets_on(&mut self, sent: u32) -> bool {
         let accounted = self.is_accounted();
         let Some(duplicate_check) = (self.duplicate_check.as_mut()).filter(|duplicate_check| {
@@ -122,7 +130,7 @@ impl Connection {
         sent < TRIES
     }
 
-    /// Takes a reading.
+    /// Processes the reply to a reading.
     pub(super) fn vet_reading(&mut self, purpose: Purpose, frame: &FrameBuf) {
         let Some(duplicate_check) = self
             .duplicate_check
@@ -147,6 +155,7 @@ impl Connection {
                     self.end_vet(pair);
                 }
             }
+            // A stray reply of an earlier reading.
             _ => {}
         }
     }
@@ -159,6 +168,7 @@ impl Connection {
                 self.duplicate_check = None;
                 self.unaccounted(tail.unwrap_or(current));
             }
+            // Neither clean nor a clear surplus: another host may be at work, so fall back to time.
             _ => {
                 if let Some(duplicate_check) = &mut self.duplicate_check {
                     duplicate_check.give_up(self.lifetime.get());

@@ -1,10 +1,14 @@
+//! Retransmission timeout after RFC 6298.
+
 use super::{Micros, Settings};
 
-/// Retransmission timeout of a connection, after RFC 6298: the smoothed round trip plus four times its
-/// deviation, at least [`Settings::floor`] and at most [`Settings::ceiling`]. Each loss doubles it, an
-/// answer ends the doubling; a request that was retransmitted is no sample. A request whose answer did
-/// not come in this time is retransmitted until its deadline; a queued command only once it is certain
-/// that the controller has not taken it.
+/// Retransmission timeout of a connection, after RFC 6298.
+///
+/// The timeout is the smoothed round trip plus four times its deviation, between
+/// [`Settings::floor`] and [`Settings::ceiling`]. Each loss doubles it and a reply ends the
+/// doubling; retransmitted requests are not sampled (Karn's algorithm). A request without a reply
+/// by then is retransmitted until its deadline; a queued command only once it is certain that the
+/// controller has not taken it.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimator {
     smoothed: Option<Micros>,
@@ -27,33 +31,37 @@ impl Estimator {
         }
     }
 
-    /// An answer took `time`.
+    /// Adds a round-trip time.
     pub(crate) fn sample(&mut self, time: Micros) {
+        // A single reply after a long hold-up must not dominate the average.
         let time = time.min(self.ceiling);
         self.doublings = 0;
         match self.smoothed {
             None => {
+                // First sample: RFC 6298, 2.2.
                 self.smoothed = Some(time);
                 self.deviation = time / 2;
             }
             Some(smoothed) => {
+                // Gains 1/4 and 1/8: RFC 6298, 2.3.
                 self.deviation = (3 * self.deviation + smoothed.abs_diff(time)) / 4;
                 self.smoothed = Some((7 * smoothed + time) / 8);
             }
         }
     }
 
-    /// An answer did not come in time.
+    /// Doubles the timeout after a loss.
     pub(crate) fn back_off(&mut self) {
+        // 2^16 exceeds any ceiling; the bound keeps the shift in range.
         self.doublings = (self.doublings + 1).min(16);
     }
 
-    /// The smoothed round trip.
+    /// Smoothed round-trip time. `None` before the first sample.
     pub(crate) fn round_trip(&self) -> Option<Micros> {
         self.smoothed
     }
 
-    /// From when on an answer counts as lost.
+    /// Current retransmission timeout, with backoff.
     pub(crate) fn timeout(&self) -> Micros {
         let timeout = self.first_timeout();
         timeout
@@ -61,7 +69,7 @@ impl Estimator {
             .min(self.ceiling)
     }
 
-    /// The same without regard to what was lost lately.
+    /// Timeout without the backoff for recent losses.
     pub(crate) fn first_timeout(&self) -> Micros {
         let timeout = match self.smoothed {
             Some(smoothed) => smoothed.saturating_add(4 * self.deviation),

@@ -1,71 +1,76 @@
+//! State of the controller's queue, derived from the indices of errata E37.
+
 use super::Micros;
 use super::law::QueueReading;
 
-/// A queue that is as empty as it was ever seen for so long counts as drained.
+/// Time after which a queue that stays as empty as it was ever seen counts as drained.
+// A choice: if a foreign command runs longer, readings are inconclusive, but commands flow again.
 const STANDING: Micros = 1_000_000;
-/// On an unordered link one reading may be an old one; two of the same are none.
+/// Equal readings needed on an unordered link, where a single one may be old.
 const LOOKS: u32 = 2;
 
-/// What is known of the controller's queue from the indices it gave (errata E37): +1 for every
-/// command it accepts, never reset by a Clear.
+/// Tracks the controller's queue by the indices it gave (errata E37): +1 for every accepted
+/// command, never reset by a Clear.
 ///
-/// The commands in the queue are the last ones accepted, so the index given last is
-/// `head + capacity - left space`, where `head` is the index before the oldest command still in
-/// the queue. `head` is the current index, except after a Clear: the current index stands still
-/// over the dropped numbers until a later command finishes, and `head` is then the index given
-/// last before the Clear. That number, the `floor`, is known in two ways: the queue was once seen
-/// empty (then it is the index given last), or the current index has reached a command accepted
+/// The commands in the queue are the last ones accepted, so the last index given is
+/// `head + capacity - left space`, where `head` is the index before the oldest command in the
+/// queue. `head` is the current index, except after a Clear: then the current index stays behind
+/// the dropped numbers until a later command finishes, and `head` is the last index given before
+/// the Clear. That number, the `floor`, becomes known in two ways: the queue was once seen empty
+/// (the floor is then the last index given), or the current index has reached a command accepted
 /// since the floor was lost.
 ///
-/// Before the first answer no index given is known. But an arm that is seen to rest, its queue empty and then its current
-/// index, has a `rest` to compare with: a command that it takes makes the queue longer or, when it has finished, the
-/// current index higher, and nothing else does. What is not certain then is the number: a Clear of an earlier connection
-/// may have dropped some, so that the one concluded may be too low, until the next answer gives its own.
+/// Before the first reply no given index is known. But an arm seen at rest (queue empty, then its
+/// current index read) has a `rest` index to compare with: an accepted command makes the queue
+/// longer or, once finished, the current index higher, and nothing else does. Only the number is
+/// uncertain in this case: a Clear of an earlier connection may have dropped commands, so the
+/// derived index may be too low until the next reply gives the true one.
 #[derive(Clone, Debug)]
 pub(super) struct IndexTracker {
     capacity: u32,
-    /// `capacity` was read from an empty queue. While it is a guess nothing is concluded from it:
-    /// one place too many or too few turns lost into taken.
+    /// True if `capacity` was read from an empty queue. Until then no conclusions are drawn: a
+    /// place too many or too few would turn lost into taken.
     sure: bool,
-    /// The controller has shown more places than were assumed.
+    /// True if the controller reported more places than assumed.
     grown: bool,
-    /// Most free places seen.
+    /// Largest left space seen.
     most: u32,
     /// Index accepted last.
     last: Option<u64>,
-    /// Index in the last answer, accepted or not. A link may double that answer and hold it up.
+    /// Index in the last reply, accepted or not. A link may duplicate that reply and delay the
+    /// copy.
     heard: Option<u64>,
-    /// Which of the queued commands sent was given it, counting them.
+    /// Ordinal, among the queued commands sent, of the one with index `last`.
     order: u64,
-    /// All up to here are beyond doubt; below `last` only while several are in flight.
+    /// All indices up to here are certain. Below `last` only while several commands are in flight.
     confirmed: Option<u64>,
     floor: Floor,
-    /// The floor as it was known first since it was lost, whatever the left space said later: what the left space itself
-    /// is held against.
+    /// First known value of the floor since it was lost, whatever the left space said later. The
+    /// left space itself is checked against it.
     base: Floor,
     /// Current index read last.
     current: u64,
-    /// A lower one was read last, and not believed yet.
+    /// True if a lower current index was read last and not yet believed.
     suspect: bool,
-    /// The left space that stands while the queue drains, and since when.
+    /// Left space that stays constant while the queue drains, and since when.
     stands: Option<(u32, Micros)>,
-    /// A Clear went out and the queue was not seen empty since.
+    /// True if a Clear was sent and the queue was not seen empty since.
     draining: bool,
-    /// How many Clears went out.
+    /// Number of Clears sent.
     clears: u32,
-    /// The queue was seen empty, and nothing went out since.
+    /// True if the queue was seen empty and nothing was sent since.
     vacant: bool,
-    /// The current index read since then, and how often.
+    /// Current index read since then, and how many times.
     stood: Option<(u64, u32)>,
-    /// The current index of the arm at rest, while nothing is accepted.
+    /// Current index of the arm at rest, while nothing is accepted.
     rest: Option<u64>,
-    /// `last` was concluded from `rest`.
+    /// True if `last` was derived from `rest`.
     guessed: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Floor {
-    /// Nothing is known.
+    /// Unknown.
     Unknown,
     /// The queue was empty before the first accepted index.
     Empty,
@@ -75,7 +80,7 @@ enum Floor {
 }
 
 impl Floor {
-    /// The floor once this index was accepted.
+    /// Floor after `index` was accepted.
     fn before(self, index: u64) -> Self {
         match self {
             Self::Unknown => Self::Since(index),
@@ -84,7 +89,7 @@ impl Floor {
         }
     }
 
-    /// It was told too low by so much.
+    /// Floor corrected for a number that was too low by `more`.
     fn plus(self, more: u64) -> Self {
         match self {
             Self::Known(floor) => Self::Known(floor.saturating_add(more)),
@@ -93,7 +98,7 @@ impl Floor {
         }
     }
 
-    /// The index before the oldest command in the queue, at this current index.
+    /// Index before the oldest command in the queue, given the current index. `None` if unknown.
     fn head(self, current: u64) -> Option<u64> {
         match self {
             Self::Known(floor) => Some(current.max(floor)),
@@ -103,14 +108,14 @@ impl Floor {
     }
 }
 
-/// What two equal readings of current index and left space say about a command in doubt.
+/// Conclusion about a command in doubt from two equal readings of current index and left space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
     /// The controller has not taken it.
     Lost,
     /// The controller has taken it, with this index.
     Taken(u64),
-    /// Neither.
+    /// The readings do not decide.
     Unclear,
 }
 
@@ -159,36 +164,41 @@ impl IndexTracker {
         self.clears
     }
 
-    /// Whether the index accepted last may be too low.
+    /// True if the last accepted index may be too low.
     pub(super) fn is_guess(&self) -> bool {
         self.guessed
     }
 
-    /// Whether `index` follows the one accepted last. Anything follows nothing, but for the last answer come again.
+    /// True if `index` follows the last accepted one. With no previous index any index is valid,
+    /// except a repeat of the last reply.
     pub(super) fn follows(&self, index: u64) -> bool {
         match self.last {
+            // The guess may be too low by what a Clear dropped.
             Some(last) if self.guessed => index > last,
             Some(last) => last.checked_add(1) == Some(index),
             None => self.heard != Some(index),
         }
     }
 
-    /// An answer with an index that does not follow was not believed.
+    /// Notes the index of a reply that was not believed.
     pub(super) fn disbelieve(&mut self, index: u64) {
         self.heard = Some(index);
     }
 
-    /// Whether `index` is one that the queue may have given after the last one accepted.
+    /// True if the queue may have given `index` after the last accepted one.
     pub(super) fn is_beyond(&self, index: u64) -> bool {
-        // Where the last one is a guess, the numbers of what has ended are other ones.
+        // If the last index is a guess, finished commands may have other numbers.
         if self.guessed && self.floor.head(self.current) == Some(self.current) {
             return false;
         }
         let ahead = self.last.and_then(|last| index.checked_sub(last));
+        // Twice the capacity: farther ahead it is a different count rather than a few extra
+        // commands.
         ahead.is_some_and(|ahead| ahead > 0 && ahead <= 2 * u64::from(self.capacity))
     }
 
-    /// Whether a queue that was watched since the last one accepted, or since the arm was at rest, has given this index.
+    /// True if the controller gave `index` beyond the last accepted one, or beyond that of the arm
+    /// at rest.
     pub(super) fn is_surplus(&self, index: u64) -> bool {
         match (self.last, self.rest) {
             (None, Some(rest)) => index > rest,
@@ -196,13 +206,13 @@ impl IndexTracker {
         }
     }
 
-    /// The index after the last one accepted, or after the one of an arm at rest.
+    /// Index that the next accepted command gets. `None` if the last index is unknown.
     pub(super) fn next(&self) -> Option<u64> {
         let last = self.last.or(self.rest);
         last.map(|last| last.saturating_add(1))
     }
 
-    /// A command was accepted, the `order`th that was sent.
+    /// Notes that the `order`th command sent was accepted with `index`.
     pub(super) fn accept(&mut self, index: u64, order: u64) {
         self.order = order;
         if let (true, Some(last)) = (self.guessed, self.last) {
@@ -215,7 +225,8 @@ impl IndexTracker {
         (self.rest, self.guessed) = (None, false);
     }
 
-    /// A command turned out to be accepted, the `order`th that was sent; whether its index is certain.
+    /// Notes that the `order`th command sent turned out to be accepted. True if its index is
+    /// certain.
     pub(super) fn find(&mut self, index: u64, order: u64) -> bool {
         let guessed = self.guessed || self.last.is_none();
         self.accept(index, order);
@@ -223,31 +234,33 @@ impl IndexTracker {
         !guessed
     }
 
-    /// A queued command goes out.
+    /// Notes that a queued command is sent.
     pub(super) fn sends(&mut self) {
         (self.vacant, self.stood) = (false, None);
     }
 
-    /// Whether all that was accepted is beyond doubt.
+    /// True if all accepted commands are certain.
     pub(super) fn is_confirmed(&self) -> bool {
         self.confirmed == self.last
     }
 
-    /// Nothing sent before is unanswered: what was accepted is beyond doubt.
+    /// Marks all accepted commands as certain, because no command is unanswered.
     pub(super) fn confirm(&mut self) {
         self.confirmed = self.last;
     }
 
-    /// None of the first `order` commands sent is unanswered. The indices in a row without a gap are theirs in turn; one
-    /// that was sent twice in between makes this err towards less.
+    /// Marks the first `order` commands sent as certain, because none of them is unanswered.
+    ///
+    /// Consecutive indices without a gap belong to them in turn. A command sent twice in between
+    /// makes this err towards fewer.
     pub(super) fn confirm_to(&mut self, order: u64) {
         let behind = self.order.saturating_sub(order);
         let known = self.last.and_then(|last| last.checked_sub(behind));
         self.confirmed = self.confirmed.max(known);
     }
 
-    /// The indices that `unanswered` commands in flight, and those accepted but not confirmed,
-    /// may have been given.
+    /// Interval of indices that may belong to `unanswered` commands in flight and to accepted ones
+    /// without certainty.
     pub(super) fn doubt(&self, unanswered: u64) -> (Option<u64>, Option<u64>) {
         let from = self.confirmed.or(self.rest);
         let from = from.map(|index| index.saturating_add(1));
@@ -256,7 +269,7 @@ impl IndexTracker {
         (from, to)
     }
 
-    /// The indices are no longer certain; the next accepted one is a new beginning.
+    /// Discards the indices; the next accepted one starts a new count.
     pub(super) fn forget(&mut self) {
         self.last = None;
         self.confirmed = None;
@@ -265,19 +278,19 @@ impl IndexTracker {
         self.stir();
     }
 
-    /// The arm may not be at rest any more.
+    /// Notes that the arm may no longer be at rest.
     fn stir(&mut self) {
         self.sends();
         (self.rest, self.guessed) = (None, false);
     }
 
-    /// As [`forget`](Self::forget), where no answer from before can come any more either.
+    /// Does the same as [`forget`](Self::forget) when no earlier reply can arrive any more.
     pub(super) fn begin_anew(&mut self) {
         self.forget();
         self.heard = None;
     }
 
-    /// A Clear goes out.
+    /// Notes that a Clear is sent.
     pub(super) fn clearing(&mut self) {
         self.draining = true;
         self.stands = None;
@@ -288,15 +301,17 @@ impl IndexTracker {
         self.rest = None;
     }
 
-    /// The controller was reset, and its current index is this now.
+    /// Notes a reset of the controller, whose current index is `current` now.
     pub(super) fn restart(&mut self, current: u64) {
         self.forget();
         (self.current, self.suspect) = (current, false);
     }
 
-    /// A current index was read; true when it shows that the controller was reset. On an unordered
-    /// link one lower reading may be an old one that was held up; the next one tells.
+    /// Processes a reading of the current index. True if it shows a reset of the controller.
+    ///
+    /// On an unordered link a single lower reading may be old; only a second one proves a reset.
     pub(super) fn read_current(&mut self, current: u64, ordered: bool) -> bool {
+        // The index only grows, except at a reset.
         let lower = current < self.current;
         let reset = lower && (ordered || self.suspect);
         self.suspect = lower && !reset;
@@ -307,7 +322,7 @@ impl IndexTracker {
         reset
     }
 
-    /// A current index was read that may be that of an arm at rest.
+    /// Processes a reading of the current index that may be that of an arm at rest.
     fn rests_at(&mut self, current: u64, ordered: bool) {
         if !self.vacant || self.last.is_some() {
             return;
@@ -322,12 +337,12 @@ impl IndexTracker {
         }
     }
 
-    /// Where the oldest command in the queue stands at least, by this current index and the first known floor.
+    /// Lowest possible head of the queue, given this current index and the first known floor.
     pub(super) fn reached(&self, current: u64) -> Option<u64> {
         self.base.head(current)
     }
 
-    /// What a left space says about the queue's head, where that can be said.
+    /// Derives the queue's head from a left space. `None` while too little is known.
     pub(super) fn look(&self, left: u32) -> Option<QueueReading> {
         if !self.sure || self.draining {
             return None;
@@ -340,12 +355,14 @@ impl IndexTracker {
         })
     }
 
-    /// A left space was read. `idle`: no queued command is unanswered.
+    /// Processes a reading of the left space. `idle` is true if no queued command is unanswered.
     pub(super) fn read_left(&mut self, left: u32, idle: bool, now: Micros) {
         if left > self.capacity {
+            // More places than assumed: the reading is not proof that the queue is empty.
             self.capacity = left;
             (self.grown, self.sure) = (true, false);
         }
+        // The emptiest state seen, as a fallback for queues with fewer places than assumed.
         self.most = self.most.max(left);
         let full = left == self.capacity;
         self.sure |= full && (!self.grown || self.last == Some(self.current));
@@ -363,8 +380,8 @@ impl IndexTracker {
                 self.base = self.floor;
             }
         } else if self.draining && left == self.most {
-            // As empty as it was ever seen: a queue with fewer places than assumed, or one in which
-            // a long command of another host runs. Nothing is known, but it goes on.
+            // The queue is as empty as it was ever seen: it has fewer places than assumed, or a
+            // long command of another host runs. Nothing is known, but commands may flow again.
             let (_, since) = *(self.stands.get_or_insert((left, now)));
             self.draining = now.saturating_sub(since) < STANDING;
         } else {
@@ -372,8 +389,9 @@ impl IndexTracker {
         }
     }
 
-    /// The index given last, by these readings.
+    /// Last index given, derived from these readings. `None` if it cannot be.
     pub(super) fn tail(&self, current: u64, left: u32) -> Option<u64> {
+        // A full left space proves the capacity at this moment.
         let sure = self.sure || left == self.capacity && !self.grown;
         let head = match (self.last, self.rest) {
             (None, Some(rest)) => Some(rest.max(current)),
@@ -384,7 +402,7 @@ impl IndexTracker {
         Some(head.saturating_add(waiting.into()))
     }
 
-    /// Judges the one command in doubt from readings that were equal twice.
+    /// Judges the single command in doubt from a pair of readings that was read twice.
     pub(super) fn judge(&self, current: u64, left: u32) -> Verdict {
         let Some(tail) = self.tail(current, left) else {
             return Verdict::Unclear;
@@ -464,12 +482,12 @@ mod tests {
 
     #[test]
     fn nothing_is_concluded_from_a_queue_of_unknown_depth() {
-        // 31 places: never seen to be 32, so one that waits cannot be told from one that does not.
+        // 31 places, never seen to be 32: a waiting command may be a missing place.
         let mut tracker = IndexTracker::new(32);
         tracker.read_left(31, true, 0);
         tracker.accept(1, 1);
         assert_eq!(tracker.judge(1, 31), Verdict::Unclear, "nothing waits");
-        // 33 places, and a stranger's command in one when we came.
+        // 33 places, one of them taken by another host's command when we connected.
         let mut tracker = IndexTracker::new(32);
         tracker.read_left(32, true, 0);
         tracker.accept(8, 1);

@@ -1,24 +1,32 @@
+//! Lost lines, and the checks before a restored line is used.
+//!
+//! A line may break with a command in doubt, and what is at its end afterwards may be the same
+//! controller, a restarted one, or one whose queue another connection cleared. So after
+//! [`Connection::restored`] the controller's clock, current index and left space are read before
+//! anything of the stream is sent.
+
 use magician_protocol::Deframer;
 
 use super::doubt::Doubt;
 use super::job::{Job, Policy, Purpose};
 use super::{Connection, Failure};
 
-/// The controller's clock is asked for so often on a line that was found again; one that does not answer has none.
+/// Attempts to read the controller's clock on a restored line. A controller that does not answer
+/// has no clock, and must not block the line for ever. The number is a choice.
 const CLOCK_TRIES: u32 = 3;
 
-/// The line, from the connection's point of view.
+/// State of the line, from the connection's point of view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Link {
-    /// It is there.
+    /// The line works.
     Up,
-    /// It is gone; nothing goes out.
+    /// The line is lost; nothing is sent.
     Down,
-    /// It is there again, and what stands at its end is being looked at; nothing of the stream goes out.
+    /// The line is restored and what is at its end is being checked; nothing of the stream is sent.
     Found(Seen),
 }
 
-/// What was read since the line was found again.
+/// Readings taken since the line was restored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Seen {
     clock: bool,
@@ -27,15 +35,17 @@ pub(super) struct Seen {
     left: bool,
 }
 
-/// A line that is lost and found.
+/// Lost and restored lines.
 impl Connection {
-    /// The line is gone. Nothing that was submitted goes out any more, on no line: what went out and may have been taken
-    /// ends as [`Failure::Uncertain`], everything else as [`Failure::Lost`]. One exception is the command in doubt that
-    /// stood alone: it waits for [`restored`](Self::restored), at most until its deadline, when what the controller then
-    /// says settles it. There is no exception, and all indices are forgotten, if the controller's clock was never read: then
-    /// nothing would tell whether the controller was reset meanwhile.
+    /// Reports that the line is lost. Until [`restored`](Self::restored) nothing is sent, and new
+    /// requests wait.
     ///
-    /// Until then nothing is sent. What is submitted waits.
+    /// Requests submitted before are not sent any more, on any line: commands that may have been
+    /// taken end as [`Failure::Uncertain`], all others as [`Failure::Lost`]. The exception is a
+    /// queued command that was in doubt or in flight alone: it waits, at most until its deadline,
+    /// and the readings on the restored line settle it. If the controller's clock was never read
+    /// there is no exception and all indices are forgotten, because a reset in between would go
+    /// unnoticed.
     pub fn interrupt(&mut self) {
         self.deframer = Deframer::new();
         self.pace.begin_anew();
@@ -51,8 +61,10 @@ impl Connection {
         if let Some(job) = kept.take_if(|_| !clocked) {
             self.uncertain(job);
         }
+        // Replies can no longer arrive, so each job ends now.
         while let Some(job) = self.flight.pop() {
             match job.policy {
+                // The connection's own readings have no caller.
                 _ if job.purpose != Purpose::Caller => {}
                 Policy::Once | Policy::Doubt if !job.due => self.uncertain(job),
                 _ => self.done(job.ticket, Err(Failure::Lost)),
@@ -63,6 +75,8 @@ impl Connection {
             self.enter_doubt(job);
         }
         if !clocked {
+            // A new ordered line carries no reply of the old one, not even the last index
+            // again.
             if self.settings.ordered {
                 self.tracker.begin_anew();
             } else {
@@ -73,10 +87,12 @@ impl Connection {
         self.link = Link::Down;
     }
 
-    /// The line to the same arm is there again. Before anything of the stream goes out the controller's clock, its current
-    /// index and its left space are read; a controller that was reset meanwhile makes an [`Event::Reset`](super::Event).
-    /// A command that was in doubt when the line broke ends with its answer when it was taken, as [`Failure::Lost`] when
-    /// it was not, as [`Failure::Uncertain`] when that is unknown; it is not sent again.
+    /// Reports that the line to the same arm is there again.
+    ///
+    /// Before anything of the stream is sent, the controller's clock, current index and left space
+    /// are read; a reset in between causes an [`Event::Reset`](super::Event). A command in doubt
+    /// when the line broke ends with its reply if it was taken, as [`Failure::Lost`] if it was not,
+    /// and as [`Failure::Uncertain`] if neither can be shown. It is not retransmitted.
     pub fn restored(&mut self) {
         self.deframer = Deframer::new();
         self.pace.begin_anew();
@@ -86,12 +102,14 @@ impl Connection {
         self.link = Link::Found(Seen::default());
     }
 
-    /// The queue was cleared by another connection on the line that is there again, before this one went on.
+    /// Reports that another connection cleared the queue on the restored line before this one
+    /// continued.
     pub fn was_cleared(&mut self) {
         self.note_clear();
     }
 
-    /// The one queued command that is not accounted for.
+    /// Removes the single queued command that is unaccounted for. `None` without one, or
+    /// several.
     fn take_single(&mut self) -> Option<Job> {
         if let Some(Doubt { job, .. }) = self.doubt.take() {
             return Some(job);
@@ -101,10 +119,11 @@ impl Connection {
         (single && !self.witness.is_broken()).then(|| self.flight.remove(at))
     }
 
-    /// What is to be read on a line that was found again, doubts aside.
+    /// Next reading on a restored line, apart from those of a doubt.
     pub(super) fn next_look(&self) -> Option<Purpose> {
         match self.link {
             Link::Found(Seen { clock: false, .. }) => Some(Purpose::Clock),
+            // The doubt reads current index and left space itself.
             Link::Found(_) if self.doubt.is_some() => None,
             Link::Found(Seen { current: false, .. }) => Some(Purpose::Current),
             Link::Found(Seen { left: false, .. }) => Some(Purpose::Left),
@@ -112,7 +131,7 @@ impl Connection {
         }
     }
 
-    /// Something was read.
+    /// Notes that a reading arrived.
     pub(super) fn seen(&mut self, purpose: Purpose) {
         let Link::Found(seen) = &mut self.link else {
             return;
@@ -121,6 +140,7 @@ impl Connection {
             Purpose::Clock => seen.clock = true,
             Purpose::Current => seen.current = true,
             Purpose::Left => seen.left = true,
+            // Fences and requests of callers say nothing about the controller at the end.
             _ => {}
         }
         if seen.clock && seen.current && seen.left {
@@ -128,7 +148,7 @@ impl Connection {
         }
     }
 
-    /// The clock did not answer.
+    /// Notes that a read of the clock was not answered.
     pub(super) fn missed_clock(&mut self) {
         if let Link::Found(seen) = &mut self.link {
             seen.clock_tries += 1;

@@ -1,34 +1,36 @@
+//! A request on its way from submission to its end, and the policy for a lost reply.
+
 use magician_protocol::{Effect, Frame, FrameBuf, Row};
 
 use super::outstanding::Key;
 use super::{Micros, Priority, Request, Ticket};
 use crate::gate::switches_off;
 
-/// What a request is for.
+/// Purpose of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// The caller submitted it.
+    /// Submitted by the caller.
     Caller,
-    /// Its reply proves that older replies will not come any more.
+    /// Fence: its reply proves that older replies can no longer arrive.
     Fence,
     /// Reads the current index for a command in doubt.
     Current,
     /// Reads the left space for a command in doubt.
     Left,
-    /// Reads the controller's clock on a line that was lost and found.
+    /// Reads the controller's clock on a restored line.
     Clock,
     /// Reads the left space after a Clear.
     Drain,
 }
 
-/// What may be done when an answer does not come.
+/// Policy for a reply that does not arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Policy {
-    /// Send it again.
+    /// Retransmit.
     Resend,
-    /// It stands in the queue or not: find out.
+    /// Find out from the indices whether the command is in the queue.
     Doubt,
-    /// It was done or not, and nothing tells.
+    /// Report the outcome as uncertain: nothing shows whether it was done.
     Once,
 }
 
@@ -42,29 +44,29 @@ pub(super) struct Job {
     pub(super) frame: FrameBuf,
     pub(super) key: Key,
     pub(super) deadline: Micros,
-    /// It may share a window above 1.
+    /// True if it may share a window above 1.
     pub(super) repeatable: bool,
-    /// How many queued commands had gone out when it did, itself among them.
+    /// Number of queued commands sent up to and including this request.
     pub(super) order: u64,
-    /// The highest current index read by then.
+    /// Highest current index read when it was sent.
     pub(super) highest: u64,
-    /// How often it went out.
+    /// Number of transmissions.
     pub(super) sent: u32,
-    /// When it went out last.
+    /// Instant of the last transmission.
     pub(super) since: Micros,
-    /// When its answer counts as lost.
+    /// Instant at which its reply counts as lost.
     pub(super) timer: Micros,
-    /// It is to go out again as soon as possible.
+    /// True if it is to be retransmitted as soon as possible.
     pub(super) due: bool,
-    /// Its answer counts as lost but would still be taken; it holds no place in the window.
+    /// True if its reply counts as lost but is still accepted. Holds no place in the window.
     pub(super) lingers: bool,
-    /// Clears that had gone out when it did.
+    /// Number of Clears sent up to its transmission.
     pub(super) clears: u32,
-    /// A stop came, or its caller has gone: it does not go out again.
+    /// True after a stop or when its caller has gone: it is not retransmitted.
     pub(super) over: bool,
-    /// The line broke under it.
+    /// True if the line broke while it was in flight.
     pub(super) cut: bool,
-    /// At window 1: it was in flight together with another one.
+    /// True if, at window 1, it was in flight together with another request.
     pub(super) paired: bool,
 }
 
@@ -98,14 +100,14 @@ impl Job {
         self.policy == Policy::Doubt
     }
 
-    /// Whether it sets something at once, and neither moves the arm nor may burn.
+    /// True if it sets something immediately and neither moves the arm nor can burn.
     pub(super) fn only_sets(&self) -> bool {
         let row = Row::with_id(self.frame.frame().id());
         let sets = row.is_some_and(|row| row.effect == Effect::Setting && !row.may_burn);
         sets && self.policy == Policy::Resend && !self.frame.frame().ctrl().queued()
     }
 
-    /// Whether it is a queued command that may travel beside others.
+    /// True if it is a queued command that may be in flight beside others.
     pub(super) fn shares(&self) -> bool {
         self.queued() && self.repeatable
     }
@@ -115,22 +117,24 @@ impl Job {
     }
 }
 
-/// Whether a request that was not answered may have been done, and must not be done again.
+/// True if a request without a reply may have been executed, and must not be executed twice.
 #[must_use]
 pub fn is_once(request: &Frame<'_>) -> bool {
     policy(request) != Policy::Resend
 }
 
-/// Gets may always be sent again; for immediate sets the row says so; a queued command is
-/// answered with an index. What the table does not know is sent once.
+/// Chooses the policy of a frame: gets may always be retransmitted, immediate sets if their row
+/// says so, and a queued command is answered with an index. Ids outside the table are sent once.
 fn policy(frame: &Frame<'_>) -> Policy {
     let (id, ctrl) = (frame.id(), frame.ctrl());
     match Row::with_id(id) {
-        // A motor that is off is off, however often that is said; a stop says it until it is answered.
+        // Switching a motor off is idempotent, and a stop is repeated until it is answered,
+        // although the row of a motor command forbids it in general.
         Some(_) if switches_off(frame) => Policy::Resend,
         Some(row) if ctrl.queued() && row.set.is_some() && !row.steers_queue() => Policy::Doubt,
         Some(row) if ctrl.write() && row.set.is_some() && !row.resendable => Policy::Once,
         Some(_) => Policy::Resend,
+        // Unknown id: a set may do anything.
         None if ctrl.write() || ctrl.queued() => Policy::Once,
         None => Policy::Resend,
     }

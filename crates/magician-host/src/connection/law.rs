@@ -1,66 +1,72 @@
-//! The index law, and whether this arm keeps it.
+//! The index law, and whether this arm follows it.
 //!
-//! What may be concluded from indices rests on three habits of the controller (errata E37): every accepted command gets
-//! the index after the one before; the current index never names a command that was not accepted; and in between stand
-//! the commands that take up the queue's places, so that `current + capacity - left space` is the index given last. Where
-//! one of them does not hold, "lost" and "taken" cannot be told apart, and every conclusion would be a guess.
+//! Conclusions from indices rest on three properties of the controller (errata E37): every accepted
+//! command gets the index after the previous one; the current index never names a command that was
+//! not accepted; and the commands in between occupy the queue, so `current + capacity - left space`
+//! is the last index given. If one of them does not hold, "lost" and "taken" cannot be
+//! distinguished, and every conclusion would be a guess.
 //!
-//! The [`IndexLawMonitor`] only listens. Each habit is held against what passes anyway:
+//! The [`IndexLawMonitor`] only listens and sends nothing. It checks each property against ordinary
+//! traffic:
 //!
-//! * A *step* other than +1 between the answers to two commands that travelled alone. Another host that shares the arm
-//!   makes one now and then, a datagram that came twice as well; several in a row without a single +1 are the arm's own.
-//! * A new command whose index is at or below a *current* index read before, which the next reading confirms. Between the
-//!   two the controller may have been switched off and on, but then the second reading is lower.
-//! * A current index that goes *back* while the indices of new commands simply go on: no reset, which begins them anew.
-//! * The *left space*. It names the command at the queue's head, which must be neither before the current index read
-//!   last nor beyond the one read next. What another host queued shows in the next index; after what it cleared the head
-//!   stands still until the current index is right again. So a mismatch counts once for each new head, and several
-//!   without a fit in a filled queue between them break the law.
+//! * *Step*: the indices of two consecutive commands that travelled alone differ by something other
+//!   than 1. Another host on the same arm causes this now and then, and so does a duplicated
+//!   datagram; several in a row without a single +1 are the arm's own doing.
+//! * *Current*: a new command gets an index at or below a current index read before, and the next
+//!   reading confirms that reading. If the controller was switched off and on in between, the
+//!   second reading is lower instead.
+//! * *Back*: the current index goes back while the indices of new commands simply continue. A real
+//!   reset restarts them.
+//! * *Left space*: it determines the command at the queue's head, which must be neither before the
+//!   last current index nor beyond the next one. Commands queued by another host show in the next
+//!   index; after another host's Clear, the head stands still until the current index is right
+//!   again. So a mismatch counts once for each new head, and several of them without a match in a
+//!   filled queue break the law.
 
 use std::fmt;
 
-/// What is known of an arm's habit of numbering queued commands.
+/// State of knowledge about an arm's numbering of queued commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Law {
-    /// Too few commands were accepted to tell. Commands travel one at a time.
+    /// Too few commands were accepted to decide. Commands travel one at a time.
     #[default]
     Unknown,
-    /// It numbers them as errata E37 says.
+    /// The arm numbers them as errata E37 says.
     Followed,
-    /// It does not: a lost answer is never made up for, and commands travel one at a time.
+    /// The arm breaks the law. Lost replies are not recovered, and commands travel one at a time.
     Broken(Breach),
 }
 
-/// How an arm was seen not to number its queued commands as errata E37 says.
+/// Observed violation of errata E37.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Breach {
-    /// Commands that followed each other got indices that do not.
+    /// Consecutive commands got indices with a gap or out of order.
     Step {
         /// Index of the earlier command.
         before: u64,
         /// Index of the later one.
         after: u64,
     },
-    /// The arm reported a command as finished before it gave its index away.
+    /// The arm reported a command as finished before it gave that index to any command.
     Current {
-        /// The current index that was read.
+        /// Current index read.
         current: u64,
-        /// The index given to a command after that.
+        /// Index given to a command afterwards.
         index: u64,
     },
     /// The current index went back although the arm was not reset.
     Back {
-        /// The index given to the next command.
+        /// Index given to the next command.
         index: u64,
     },
-    /// Current index and left space do not add up to the index given last.
+    /// Current index and left space do not add up to the last index given.
     LeftSpace {
-        /// The current index that was read.
+        /// Current index read.
         current: u64,
-        /// The left space that was read.
+        /// Left space read.
         left: u32,
-        /// The index given last.
+        /// Last index given.
         last: u64,
     },
 }
@@ -93,55 +99,59 @@ impl fmt::Display for Breach {
     }
 }
 
-/// So many +1 in a row and the law counts as followed.
+/// Consecutive steps of +1 after which the law counts as followed.
+// A choice: two could be chance with another host.
 const ENOUGH: u32 = 3;
-/// So many mismatches in a row and it counts as broken.
+/// Consecutive mismatches after which it counts as broken.
+// A choice: another host causes single ones.
 const TOO_MANY: u32 = 3;
-/// So many resets that were none.
+/// Resets contradicted by the next index after which it counts as broken.
 const FALSE_RESETS: u32 = 2;
 
-/// Watches whether the arm keeps the law.
+/// Checks whether the arm follows the index law.
 #[derive(Clone, Debug, Default)]
 pub(super) struct IndexLawMonitor {
     law: Law,
-    /// The index in the last answer, believed or not, while the next one is to be compared with it.
+    /// Index in the last reply, believed or not, if the next one can be compared with it.
     last: Option<u64>,
     good: u32,
     odd: u32,
-    /// Highest current index read since the arm was switched on.
+    /// Highest current index read since power-up.
     highest: u64,
-    /// A command got this index although this current index, no lower, had been read before it was sent.
+    /// Index given to a command although this current index, not lower, was read before it was
+    /// sent.
     contradicted: Option<(u64, u64)>,
-    /// Every answer since `highest` was read followed the one before.
+    /// True if every reply since `highest` was read continued the count.
     unbroken: bool,
-    /// `last` when the current index went back, if it was `unbroken`.
+    /// Value of `last` when the current index went back, if the count was `unbroken`.
     before_reset: Option<u64>,
     false_resets: u32,
     books: Accounts,
 }
 
-/// Left space held against current index.
+/// Comparison of left space and current index.
 #[derive(Clone, Copy, Debug, Default)]
 struct Accounts {
-    /// The next current index is to have reached this head.
+    /// Head that the next current index must have reached.
     ahead: Option<(u64, QueueReading)>,
-    /// More waits than can, unless another host's commands are among it, which the next index tells.
+    /// More commands wait than possible, unless some belong to another host, which the next index
+    /// shows.
     excess: Option<QueueReading>,
-    /// Mismatches in a row.
+    /// Consecutive mismatches.
     strikes: u32,
-    /// The head at the latest of them.
+    /// Head at the last mismatch.
     struck: Option<u64>,
 }
 
-/// One look at the queue, from which the head follows.
+/// A reading of the left space, from which the queue's head follows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct QueueReading {
     pub(super) left: u32,
-    /// Places taken.
+    /// Occupied places.
     pub(super) waiting: u32,
-    /// Index given last to a command that the look must have seen.
+    /// Last index given to a command that this reading must include.
     pub(super) last: u64,
-    /// The head was at least here when the current index was read last.
+    /// Lowest head of the queue at the last reading of the current index.
     pub(super) reached: u64,
 }
 
@@ -154,7 +164,7 @@ impl IndexLawMonitor {
         matches!(self.law, Law::Broken(_))
     }
 
-    /// Whether a current index that goes back means anything.
+    /// True if a current index that goes back is evidence of a reset.
     pub(super) fn trusts_current(&self) -> bool {
         !matches!(
             self.law,
@@ -162,15 +172,16 @@ impl IndexLawMonitor {
         )
     }
 
-    /// The highest current index read so far.
+    /// Highest current index read so far.
     pub(super) fn highest(&self) -> u64 {
         self.highest
     }
 
-    /// An answer with this index came. `alone`: to a command beside which no other was unaccounted for; `highest`: the
-    /// highest current index read when it was sent.
+    /// Processes the index of a reply. `alone` is true if no other command was unaccounted for;
+    /// `highest` is the highest current index read when the command was sent.
     pub(super) fn answered(&mut self, index: u64, alone: bool, highest: u64) {
         if let Some(before) = self.before_reset.take() {
+            // Index 1 is what a real reset would give, too.
             let went_on = index > 1 && before.checked_add(1) == Some(index);
             self.false_resets = if went_on { self.false_resets + 1 } else { 0 };
             if self.false_resets >= FALSE_RESETS {
@@ -186,13 +197,15 @@ impl IndexLawMonitor {
         }
         match before.map(|before| (before, before.checked_add(1) == Some(index))) {
             Some((_, true)) => {
-                // An index that does not follow may be another command's answer come again.
+                // An index out of order may be another command's reply, duplicated.
                 self.contradicted = (index <= highest).then_some((index, highest));
                 (self.good, self.odd) = (self.good.saturating_add(1), 0);
+                // A broken law stays broken: later good indices do not make the arm reliable.
                 if self.good >= ENOUGH && self.law == Law::Unknown {
                     self.law = Law::Followed;
                 }
             }
+            // In a window a lost command explains the step.
             Some((before, false)) if alone => {
                 (self.good, self.odd) = (0, self.odd + 1);
                 if self.odd >= TOO_MANY {
@@ -200,18 +213,21 @@ impl IndexLawMonitor {
                     self.breaks(Breach::Step { before, after });
                 }
             }
+            // No index before, or commands beside it: nothing follows from the step.
             _ => {}
         }
     }
 
-    /// The next answer is compared with this index, or with none: what came between is not known.
+    /// Restarts the comparison: the next index is compared with `last`, or with nothing if what
+    /// came between is unknown.
     pub(super) fn resume(&mut self, last: Option<u64>) {
         self.last = last;
         self.unbroken = false;
         self.cleared();
     }
 
-    /// A current index was read that shows no reset. `reached`: what it means, where that is known.
+    /// Processes a reading of the current index that shows no reset. `reached` is the head it
+    /// implies, if known.
     pub(super) fn current(&mut self, current: u64, reached: Option<u64>) {
         if let Some((index, highest)) = self.contradicted.take()
             && current >= highest
@@ -227,12 +243,13 @@ impl IndexLawMonitor {
         };
         if head > reached {
             self.strike(current, look);
+        // An empty queue fits by itself, so only a match in a filled one clears the count.
         } else if look.waiting > 0 {
             self.books.strikes = 0;
         }
     }
 
-    /// The controller was reset; `by_current`: the current index went back.
+    /// Notes a reset. `by_current` is true if the current index went back.
     pub(super) fn reset(&mut self, by_current: bool) {
         self.before_reset = self.last.filter(|_| by_current && self.unbroken);
         self.highest = 0;
@@ -240,13 +257,13 @@ impl IndexLawMonitor {
         self.resume(None);
     }
 
-    /// What waits is no longer what was accepted.
+    /// Drops open comparisons, because the queue no longer holds what was accepted.
     pub(super) fn cleared(&mut self) {
         self.books.ahead = None;
         self.books.excess = None;
     }
 
-    /// A left space was read.
+    /// Processes a reading of the left space.
     pub(super) fn look(&mut self, look: QueueReading) {
         self.cleared();
         match look.last.checked_sub(look.waiting.into()) {
@@ -255,8 +272,10 @@ impl IndexLawMonitor {
         }
     }
 
-    /// The left space does not fit. What another host cleared looks like that too, but then the head it names stands
-    /// still until the current index is right again.
+    /// Counts a left space that does not fit.
+    ///
+    /// Another host's Clear looks the same, but then the implied head stands still until the
+    /// current index is right again, so one head counts once.
     fn strike(&mut self, current: u64, look: QueueReading) {
         let head = look.last.saturating_sub(look.waiting.into());
         if self.books.struck.replace(head) == Some(head) {

@@ -1,23 +1,28 @@
+//! Lifetime of datagrams, measured from round trips.
+
 use super::{Micros, Settings};
 
-/// So many times as long as the longest round trip a datagram may be under way.
+/// Lifetime as a multiple of the longest round trip.
+// A choice between safety and the wait after a loss.
 const MARGIN: u64 = 8;
-/// A long round trip counts for at least so long, and at most for twice that.
+/// Memory of long round trips, us: each counts for one to two times this long.
+// A choice: remembers a bad spell of the network, and forgets it once it is over.
 const MEMORY: Micros = 30_000_000;
 
-/// How long a frame, or the answer to it, may still come after it went out.
+/// Longest time that a frame or its reply may still arrive after it was sent.
 ///
-/// A network does not tell how long it may hold a datagram back. What it shows are round trips: from the longest of the last
-/// minute follows, with a margin, when one that has not come will not come any more. Answers that come later than that, or
-/// once more, count as round trips too, so that the first one widens the margin for all that follow.
+/// A network does not say how long it may delay a datagram, but it shows round trips. The longest
+/// of the last minute, times a margin, is taken as the time after which nothing arrives. Replies
+/// later than that, and duplicates, count as round trips as well, so the first one widens the
+/// margin for all that follow.
 ///
-/// On an ordered link nothing comes late, and the lifetime only bounds the wait for a dead line.
+/// On an ordered link nothing arrives late, and the lifetime only bounds the wait for a dead line.
 #[derive(Clone, Debug)]
 pub(super) struct Lifetime {
     measures: bool,
     shortest: Micros,
     longest: Micros,
-    /// The longest round trip of this spell and of the one before, and when this one began.
+    /// Longest round trips of the current and the previous interval of [`MEMORY`].
     peaks: [Option<Micros>; 2],
     since: Micros,
 }
@@ -33,16 +38,17 @@ impl Lifetime {
         }
     }
 
-    /// An answer came so long after its frame had gone out.
+    /// Adds the time between a frame and its reply.
     pub(super) fn saw(&mut self, now: Micros, time: Micros) {
         if now.saturating_sub(self.since) >= MEMORY {
+            // Two intervals, so that each peak is remembered for at least one.
             self.peaks = [None, self.peaks[0]];
             self.since = now;
         }
         self.peaks[0] = self.peaks[0].max(Some(time));
     }
 
-    /// From what was measured; `None` on an ordered link, and before the first answer.
+    /// Lifetime from measured round trips. `None` on an ordered link, and before the first reply.
     pub(super) fn measured(&self) -> Option<Micros> {
         let [now, before] = self.peaks;
         let peak = now.max(before).filter(|_| self.measures)?;
@@ -50,7 +56,7 @@ impl Lifetime {
         Some(span.max(self.shortest).min(self.longest))
     }
 
-    /// How long a frame may be under way.
+    /// Lifetime in force.
     pub(super) fn get(&self) -> Micros {
         self.measured().unwrap_or(self.longest)
     }

@@ -1,126 +1,144 @@
 //! The host's end of the protocol, without I/O and without a clock.
 //!
 //! A [`Connection`] turns requests into frames and frames into answers. Its methods come in five
-//! kinds, and every shell calls them in the same round:
+//! kinds, and every caller uses them in the same loop:
 //!
 //! * look: `&self` methods, which change nothing;
-//! * [`submit`](Connection::submit): our own side wants something;
-//! * [`receive`](Connection::receive): bytes came from the controller;
-//! * time: [`poll_timeout`](Connection::poll_timeout) names the instant at which
-//!   [`handle_timeout`](Connection::handle_timeout) is to be called;
-//! * what comes out: [`poll_transmit`](Connection::poll_transmit) the next frame to write,
-//!   [`poll_event`](Connection::poll_event) the next thing to tell. Both are asked until they
-//!   return `None`, after each of the calls above.
+//! * [`submit`](Connection::submit): a request of our own side;
+//! * [`receive`](Connection::receive): bytes from the controller;
+//! * time: [`poll_timeout`](Connection::poll_timeout) returns the instant at which
+//!   [`handle_timeout`](Connection::handle_timeout) must be called;
+//! * output: [`poll_transmit`](Connection::poll_transmit) returns the next frame to write,
+//!   [`poll_event`](Connection::poll_event) the next event. After each call above, both are polled
+//!   until they return `None`.
 //!
 //! Time is microseconds from any origin and never goes back. The same calls give the same results.
-//! State is bounded, nothing panics on any bytes, and in steady state nothing is allocated.
+//! State is bounded, no input causes a panic, and in steady state nothing is allocated.
 //!
 //! # Which reply answers which request
 //!
-//! A reply repeats id and Ctrl of its request (its *key*) and nothing else, so the danger is a
-//! reply that comes after its request was given up and is taken for the answer to a later one. The
-//! rule that excludes it on an ordered link, where the controller answers in the order of arrival
-//! (errata E06):
+//! A reply repeats id and Ctrl of its request (its *key*) and nothing else. The danger is a reply
+//! that arrives after its request timed out and is taken for the answer to a later request. The
+//! following rules exclude this on an ordered link, where the controller answers in the order of
+//! arrival (errata E06):
 //!
-//! 1. Every frame that went out stays *outstanding* until its reply has come or cannot come any
-//!    more, whether or not its caller still waits for it.
-//! 2. A reply belongs to the *oldest* outstanding frame of its key. Should that one's reply have
-//!    been lost, the true owner is younger, and this only errs towards distrust.
-//! 3. A reply proves that no reply to an older frame can come: those are no longer outstanding.
-//!    By 2 the assumed owner is never younger than the true one, so the proof holds.
-//! 4. A frame is sent only if no outstanding frame of its key belongs to another request.
-//!    Otherwise a *fence* goes first: a read with another key, whose reply does what 3 says. (By 2
-//!    the request would be safe without it; its own reply would be distrusted once, and it would
-//!    cost a timeout.)
+//! 1. Every frame sent stays *outstanding* until its reply has arrived or can no longer arrive,
+//!    whether or not its caller still waits.
+//! 2. A reply is assigned to the *oldest* outstanding frame of its key. If the reply to that frame
+//!    was lost, the true owner is a younger frame, and the only consequence is that a good reply is
+//!    distrusted.
+//! 3. A reply proves that no reply to an older frame can arrive: older frames are no longer
+//!    outstanding. By rule 2 the assumed owner is never younger than the true one, so the proof
+//!    holds.
+//! 4. A frame is sent only if no outstanding frame of its key belongs to another request. Otherwise
+//!    a *fence* is sent first: a read with another key, whose reply clears older frames by rule 3.
+//!    (Rule 2 alone would be safe, but the request's own reply would be distrusted once, which
+//!    costs a timeout.)
 //!
 //! Hence at window 1 all outstanding frames of a key are copies of one request, and a reply with
-//! that key answers it. A fence that is lost is followed by one with another id. A stop does not
-//! wait for 4: its reply is dropped while an older frame of its key is outstanding, and it is
-//! simply sent again. On an unordered link (UDP) rules 3 and 4 are replaced by time: a frame is
-//! outstanding until its reply has come or for the [`lifetime`](Connection::lifetime), which is measured from round trips.
-//! None is sent again before, so that no two of the same key are under way.
-//! A link that invents replies, or doubles one and holds the double back while the same thing is
-//! asked again, can pass off an old reading as a new one; queued commands are safe from that too,
-//! by their index.
+//! that key answers it. If a fence is lost, the next one has another id. A stop does not wait for
+//! rule 4: its reply is dropped while an older frame of its key is outstanding, and the stop is
+//! retransmitted.
+//!
+//! On an unordered link (UDP) time replaces rules 3 and 4: a frame is outstanding until its reply
+//! has arrived or its [`lifetime`](Connection::lifetime) has passed, which is measured from round
+//! trips. No frame is retransmitted earlier, so two frames of one key are never under way.
+//!
+//! One attack remains: a link that invents replies, or that duplicates one and delays the copy
+//! until the same request is repeated, can pass off an old reading as new. Queued commands are safe
+//! from that too, by their index.
 //!
 //! # A read beside a queued command
 //!
-//! A queue of 32 places has to be looked at once for at most 32 commands, and a look that waits its turn
-//! costs as much of a line as a command. So at window 1 a read may be in flight together with one queued
-//! command ([`Settings::reads_beside`]). Rules 1 to 4 hold as they are: the two have different keys, and
-//! the reply to the later one proves that no reply to the earlier one can come. A command whose reply was
-//! lost so is alone in doubt, as without the read.
+//! A queue of 32 places must be read at least once for every 32 commands, and a read that waits its
+//! turn costs as much line time as a command. So at window 1 one read may be in flight together
+//! with one queued command ([`Settings::reads_beside`]). Rules 1 to 4 hold unchanged, because the
+//! two have different keys and the reply to the later one proves that no reply to the earlier one
+//! can arrive. If the command's reply is lost, the command is in doubt alone, as without the read.
 //!
-//! The vendor's host program sends so to real arms (errata E06), but how often an arm loses one of two
-//! frames is not known. After each loss from a pair reads wait their turn, 256 replies at first and twice
-//! as many each time. A controller that answers the read first would break rule 3; the command is then
-//! in doubt until its own reply ends that, and this counts as a loss.
+//! The vendor's host program sends such pairs to real arms (errata E06), but how often an arm loses
+//! one of the two frames is not known. After a loss from a pair, reads therefore wait their turn:
+//! for 256 replies at first, and twice as long after each further loss. A controller that answers
+//! the read first would break rule 3; the command is then in doubt until its own reply arrives, and
+//! this counts as a loss.
 //!
 //! # Queued commands: taken once, or reported
 //!
-//! A queued command moves the arm again when it is sent again, and no reply says which frame it answers. What is certain
-//! rests on the index law (errata E37): the controller gives every command that it takes the index after the last one.
-//! Whether this arm keeps it is [learnt by listening](Connection::law) and nothing is queued to find out.
+//! A queued command that is sent twice moves the arm twice, and no reply says which frame it
+//! answers. Certainty comes from the index law (errata E37): the controller gives each accepted
+//! command the index after the previous one. Whether this arm follows the law is [learnt by
+//! listening](Connection::law); nothing is queued to find out.
 //!
-//! A command is in one of these states, and only these steps lead on:
+//! A command is in one of these states:
 //!
-//! | state | what happens | next |
+//! | state | event | next state |
 //! |---|---|---|
-//! | waiting | its turn: no doubt, no stop, no drain, a line, room in the window | in flight |
-//! | in flight, alone | its answer, with the next index | taken, confirmed |
-//! | | its answer, with the last index again | in doubt |
-//! | | its answer, with any other index | uncertain |
-//! | | no answer in time, or one to a later frame | in doubt; uncertain if the law is broken |
-//! | in flight, in a window | its answer, with the next index | taken; confirmed at the next *settle point* |
-//! | | anything else, of it or of one beside it | uncertain, with all that are not confirmed |
+//! | waiting | its turn: no doubt, no stop, no drain, the line is up, room in the window | in flight |
+//! | in flight, alone | its reply, with the next index | taken, confirmed |
+//! | | its reply, with the last index again | in doubt |
+//! | | its reply, with any other index | uncertain |
+//! | | no reply in time, or a reply to a later frame | in doubt; uncertain if the law is broken |
+//! | in flight, in a window | its reply, with the next index | taken; confirmed at the next *settle point* |
+//! | | any other event, for it or its neighbours | uncertain, with all unconfirmed ones |
 //! | in doubt | two equal readings of current index and left space: not taken | in flight again; [`Failure::Lost`] if the line broke meanwhile; [`Failure::Stopped`] after a stop |
 //! | | … : taken | taken, confirmed |
-//! | | … : neither; a Clear, a reset, a stop or the deadline came first; the law is broken | uncertain |
+//! | | … : neither; or a Clear, reset, stop or the deadline came first; or the law is broken | uncertain |
 //! | | the line breaks | in doubt until [`restored`](Connection::restored) |
 //!
-//! *Uncertain* is [`Failure::Uncertain`] with the interval of indices that may have been given: from the one after the last
-//! confirmed to the last one accepted and one for each command unanswered. It is never sent again, the next accepted
-//! index is a new beginning, and above window 1 the queued commands that wait behind it are dropped.
+//! *Uncertain* is [`Failure::Uncertain`] with the interval of indices that may have been given:
+//! from the one after the last confirmed index to the last accepted one plus one for each
+//! unanswered command. The command is never retransmitted, the next accepted index starts a new
+//! count, and above window 1 the queued commands waiting behind it are dropped.
 //!
-//! Why *not taken* is certain. While one command is in doubt no other queued command is unanswered and none goes out, so
-//! the controller has given the last known index or the one after, and current index, capacity and left space tell which
-//! (the `tracker` says how, and when they do not). A single pair may be torn by a command that ends between its two
-//! readings; between two equal pairs none did. On an ordered link a reading follows the command on the wire, so when its
-//! answer is there the command is no longer under way; on an unordered one "not taken" is concluded only from readings
-//! begun after its [lifetime](Connection::lifetime). So nothing that is sent again can still arrive from the first time.
+//! Why *not taken* is certain: while one command is in doubt, no other queued command is unanswered
+//! and none is sent. So the controller has given either the last known index or the next one, and
+//! current index, capacity and left space show which (`index_tracker` explains how, and when they
+//! do not). A single pair of readings may be torn by a command that ends between them; between two
+//! equal pairs no command ended. On an ordered link a reading follows the command on the wire, so
+//! once it is answered the command is no longer under way. On an unordered link, "not taken" is
+//! concluded only from readings begun after the command's [lifetime](Connection::lifetime). So no
+//! command is retransmitted while its first copy can still arrive.
 //!
-//! Why *confirmed* is certain. In a window commands share a key, so when one of them is lost the next one's answer passes for
-//! its own, with the index it would have had. But then one answer too few comes. A settle point is an answer to a
-//! request of another kind on an ordered link, or the moment when nothing queued is unanswered: each frame sent before has
-//! been answered or will never be (rules 2 and 3). As many answers as frames, with indices in a row: each was taken, in
-//! its place. One less: the interval above. Reads are settle points; where none are asked for, a fence is one after every
-//! few commands. Only [repeatable](Request::repeatable) commands share a window, because what follows a gap may have been
-//! taken without it: the caller stops, clears, and goes on from what [`confirmed_index`](Connection::confirmed_index) said.
-//! Datagrams have no settle points, and no window.
+//! Why *confirmed* is certain: commands in a window share a key, so if one is lost, the next one's
+//! reply passes for its reply, with the index it would have had. But then one reply is missing at
+//! the end. A settle point is a reply to a request of another kind on an ordered link, or a moment
+//! without unanswered queued commands: each frame sent before it has been answered or never will be
+//! (rules 2 and 3). If there are as many replies as frames, with consecutive indices, each command
+//! was taken in its place. If one is missing, the interval above is reported. Reads are settle
+//! points; without reads, a fence is sent after every few commands. Only
+//! [repeatable](Request::repeatable) commands share a window, because commands behind a gap may
+//! have been taken without the missing one: the caller stops, clears the queue and continues from
+//! [`confirmed_index`](Connection::confirmed_index). Datagrams have no settle points, and so no
+//! window.
 //!
-//! After a reset (current index or [clock](Event::Reset) going back) nothing is sent again. After a lost line nothing of the
-//! stream goes out until the controller's clock, current index and left space were read on the new one; frames of the old
-//! one stay outstanding, so that a late answer from there is known for what it is.
+//! After a reset (current index or [clock](Event::Reset) going back) nothing is retransmitted.
+//! After a lost line, nothing of the stream is sent until the controller's clock, current index and
+//! left space were read on the new line. Frames of the old line stay outstanding, so that their
+//! late replies are recognised.
 //!
-//! Of the first command no last index is known. If the arm was seen at rest before, its queue empty and then its current
-//! index, those two are what is compared with: anything that was taken has changed one of them. Only the number may be too
-//! low ([`is_last_a_guess`](Connection::is_last_a_guess)).
+//! Before the first command the last index is not known. If the arm was seen at rest (queue empty,
+//! then the current index read), these two serve for comparison: any accepted command has changed
+//! one of them. Only the number may be too low ([`is_last_a_guess`](Connection::is_last_a_guess)).
 //!
-//! A datagram that the network doubles is executed twice by any controller. A surplus answer, a current index or left
-//! space beyond the last one accepted shows that: [`Event::Unaccounted`]. What no index shows is a second copy that takes
-//! the very place of the next command when that one is lost. So over datagrams the next one goes out only when no second
-//! copy can come any more ([`Settings::echo`]) and two equal readings since then have shown that none was taken: from then
-//! on nothing but the command itself can take the next index. This costs the time and four reads for each queued command. After one that had to be sent again it is a
-//! whole lifetime, so that a first copy that comes far too late shows as well.
+//! A datagram that the network duplicates is executed twice by any controller. A surplus reply, or
+//! a current index or left space beyond the last accepted index, reveals it:
+//! [`Event::Unaccounted`]. One case leaves no trace in the indices: a second copy takes the place
+//! of the next command while that command is lost. So over datagrams the next command is sent only
+//! when no second copy can arrive any more ([`Settings::echo`]) and two equal readings since then
+//! have shown that none was taken; after that, only the command itself can take the next index.
+//! This costs the waiting time and four reads per queued command. After a retransmission the wait
+//! is a whole lifetime, so that a very late first copy is seen as well.
 //!
-//! What is not excluded: an arm that breaks the law before it was recognised may take a command twice; the next index then
-//! reports it. A second copy of the last command that is cleared before it was seen shows when the next one is taken.
+//! Two cases are not excluded: an arm that breaks the law before this was recognised may take a
+//! command twice, which the next index reports; and a second copy of the last command that is
+//! cleared before it was seen is noticed only when the next command is taken.
 //!
 //! # What goes first
 //!
-//! A [stop](Priority::Stop) overtakes everything and is handed out at once. Of the others the stream goes before
-//! reads, but after a few of the stream a read that waits has its turn, the sooner the more of them wait. With
-//! [`Settings::baud`] set frames are handed out only as fast as the line carries them.
+//! A [stop](Priority::Stop) overtakes everything and is handed out at once. Otherwise the stream
+//! goes before reads, but a waiting read gets its turn after a few requests of the stream, the
+//! sooner the more reads wait. With [`Settings::baud`] set, frames are handed out only as fast as
+//! the line carries them.
 
 mod doubt;
 mod duplicate_check;
@@ -164,32 +182,35 @@ pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
 use duplicate_check::DuplicateCheck;
 use uptime::Uptime;
 
-/// Microseconds from an origin of the caller's choice.
+/// Microseconds since an origin of the caller's choice.
 pub type Micros = u64;
 
-/// Most requests that wait in one lane.
+/// Largest number of requests waiting in one lane.
+// A choice that bounds memory: a full lane refuses with `Failure::Busy`.
 const LANE: usize = 64;
-/// Requests of a lane, and events, for which there is room from the start: a frame is large, and a session seldom has more.
+/// Initial capacity of a lane and of the events. A frame is large, and sessions seldom need more.
 const USUAL: usize = 8;
-/// Most requests that may be in flight.
+/// Largest window, requests.
+// A choice that bounds the interval of uncertain indices after a loss.
 const MAX_WINDOW: usize = 8;
-/// So many commands are remembered with when they went out.
+/// Number of recent commands whose send time is remembered, to recognise late replies.
 const GIVEN: usize = 8;
-/// Pause between looks at a queue that drains after a Clear.
+/// Interval between reads of the left space while the queue drains after a Clear.
+// A choice: short against a motion, long enough to leave the line to others.
 const DRAIN_PAUSE: Micros = 10_000;
 
-/// What went over the line so far.
+/// Traffic counters of a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stats {
     /// Frames sent.
     pub sent: u64,
-    /// Frames sent again.
+    /// Retransmitted frames.
     pub resent: u64,
     /// Bytes received.
     pub bytes: u64,
     /// Whole frames received.
     pub frames: u64,
-    /// Frames that came too late and were dropped.
+    /// Replies that arrived after their request ended, and were dropped.
     pub late: u64,
     /// Unsolicited frames.
     pub unsolicited: u64,
@@ -203,7 +224,8 @@ pub struct Connection {
     settings: Settings,
     deframer: Deframer,
     heard: Micros,
-    /// Until then the caller was held up: what went out before was not timed.
+    /// Instant until which the caller was held up. Round trips of frames sent before are not
+    /// measured.
     awake: Micros,
     estimator: Estimator,
     lifetime: Lifetime,
@@ -222,23 +244,25 @@ pub struct Connection {
     next_ticket: u64,
     streak: u32,
     next_fence: usize,
-    /// Queued commands sent.
+    /// Number of queued commands sent.
     order: u64,
-    /// Indices given last, and when their commands went out.
+    /// Indices given most recently, with the send times of their commands.
     given: VecDeque<(u64, Micros)>,
-    /// `order` when a frame went out last whose reply settles those before.
+    /// Value of `order` when the last frame was sent whose reply settles earlier ones.
     settled: u64,
-    /// When to look again whether the queue has drained; `None`: now.
+    /// Instant of the next read while the queue drains. `None`: now.
     drain_at: Option<Micros>,
     stats: Stats,
 }
 
-/// Look.
+/// Construction and state.
 impl Connection {
-    /// A connection that has sent and seen nothing.
+    /// Creates a connection without any history.
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         let settings = Settings {
+            // Without order a reply does not prove anything about older frames, so there is no
+            // window.
             window: if settings.ordered {
                 settings.window.clamp(1, MAX_WINDOW)
             } else {
@@ -260,6 +284,7 @@ impl Connection {
             link: Link::Up,
             outstanding: Outstanding::new(settings.ordered),
             lanes: std::array::from_fn(|_| VecDeque::with_capacity(USUAL)),
+            // The window, with stops and readings outside of it.
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
             duplicate_check: None,
@@ -276,74 +301,82 @@ impl Connection {
         }
     }
 
-    /// What went over the line so far.
+    /// Traffic counters.
     #[must_use]
     pub fn stats(&self) -> Stats {
         self.stats
     }
 
-    /// The smoothed time from a request to its answer, us.
+    /// Smoothed round-trip time, us. `None` before the first reply.
     #[must_use]
     pub fn round_trip(&self) -> Option<Micros> {
         self.estimator.round_trip()
     }
 
-    /// From when on an answer counts as lost at present, us.
+    /// Current retransmission timeout, us.
     #[must_use]
     #[cfg(test)]
     pub(crate) fn answer_timeout(&self) -> Micros {
         self.estimator.timeout()
     }
 
-    /// Reads and queued commands in flight.
+    /// Numbers of reads and of queued commands in flight.
     #[cfg(test)]
     pub(crate) fn in_flight(&self) -> [usize; 2] {
         let queued = self.flight.iter().filter(|job| job.queued()).count();
         [self.flight.len() - queued, queued]
     }
 
-    /// How long a frame or its answer may be under way, us: on an unordered link as measured.
+    /// Longest time that a frame or its reply may be under way, us. Measured on an unordered link.
     #[must_use]
     pub fn lifetime(&self) -> Micros {
         self.lifetime.get()
     }
 
-    /// The index accepted last, while it is certain.
+    /// Index accepted last. `None` while it is not certain.
     #[must_use]
     pub fn last_index(&self) -> Option<QueuedCmdIndex> {
         let last = self.tracker.last().filter(|_| !self.witness.is_broken());
         last.map(QueuedCmdIndex)
     }
 
-    /// Whether the index told last may be too low: it was concluded from the readings of an arm at rest, whose queue may
-    /// have been cleared before. The next answer gives its own, and shows by how much.
+    /// True if the last index may be too low.
+    ///
+    /// It was then derived from readings of an arm at rest, whose queue may have been cleared
+    /// before. The next reply gives the true index and so the difference.
     #[must_use]
     pub fn is_last_a_guess(&self) -> bool {
         self.tracker.is_guess()
     }
 
-    /// Whether this arm numbers its queued commands as every conclusion from a number supposes.
+    /// State of the index law for this arm, on which all conclusions from indices rest.
     #[must_use]
     pub fn law(&self) -> Law {
         self.witness.law()
     }
 
-    /// Places in the controller's queue: as set, or more if the controller showed more.
+    /// Capacity of the controller's queue, commands: as set, or larger if the controller reported
+    /// more.
     #[must_use]
     pub fn capacity(&self) -> u32 {
         self.tracker.capacity()
     }
 
-    /// Whether bytes that arrived unread could pass for replies to what is sent next:
-    /// look at the line once more before you submit.
+    /// True if bytes that have arrived but were not read could be taken for replies to the next
+    /// request.
+    ///
+    /// Read the line once more before submitting.
     #[must_use]
     pub fn is_owed(&self) -> bool {
         !self.settings.ordered || !self.outstanding.is_empty()
     }
 
-    /// The index up to which every accepted command is beyond doubt: it was taken, once and in its place. Above window 1
-    /// it may be behind [`last_index`](Self::last_index): an answer with an index says that *a* command of this id was
-    /// taken, and only when all that was sent before has been answered which one.
+    /// Index up to which every accepted command is certain to have been taken once and in its
+    /// place.
+    ///
+    /// Above window 1 it may lag behind [`last_index`](Self::last_index): a reply proves that *a*
+    /// command of this id was taken, but which one is known only when all earlier frames were
+    /// answered. `None` while it is not certain.
     #[must_use]
     pub fn confirmed_index(&self) -> Option<QueuedCmdIndex> {
         let confirmed = self.tracker.confirmed();
@@ -351,7 +384,8 @@ impl Connection {
         confirmed.map(QueuedCmdIndex)
     }
 
-    /// Whether nothing waits and nothing is in flight, and over datagrams nothing may come twice any more.
+    /// True if nothing is waiting or in flight and, over datagrams, no duplicate can arrive any
+    /// more.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         let settled = self.doubt.is_none() && !self.is_vetting();
@@ -359,15 +393,17 @@ impl Connection {
     }
 }
 
-/// Our own side, and time.
+/// Requests, time and events.
 impl Connection {
-    /// Takes a request. Its ticket comes back in exactly one [`Event::Done`].
+    /// Submits a request. Its ticket is returned in exactly one [`Event::Done`].
     ///
-    /// A [`Priority::Stop`] ends every request of the stream that has not gone out yet with
-    /// [`Failure::Stopped`]; the stop of a jog spares what only sets something, and neither moves nor burns.
+    /// A [`Priority::Stop`] ends every request of the stream that has not been sent yet with
+    /// [`Failure::Stopped`]. The stop of a jog spares immediate settings, which neither move nor
+    /// burn.
     pub fn submit(&mut self, request: Request) -> Ticket {
         let ticket = self.ticket();
         if request.priority == Priority::Stop {
+            // The stop of a jog concerns motion alone: pending settings stay valid.
             if request.frame.frame().id() == JogCmd::ROW.id {
                 self.drop_motions()
             } else {
@@ -375,6 +411,7 @@ impl Connection {
             }
         }
         let lane = &mut self.lanes[request.priority as usize];
+        // Stops have a lane of their own, so a full lane of commands never blocks one.
         if lane.len() < LANE {
             lane.push_back(Job::new(ticket, Purpose::Caller, &request));
         } else {
@@ -383,8 +420,10 @@ impl Connection {
         ticket
     }
 
-    /// The caller of this request has gone. One that has not gone out will not, and ends with
-    /// [`Failure::Stopped`]; one that has is seen to its end but not sent again. A stop goes on.
+    /// Withdraws a request whose caller has gone.
+    ///
+    /// A request not sent yet ends with [`Failure::Stopped`]; a request in flight runs to its end
+    /// but is not retransmitted. Stops are not withdrawn.
     pub fn cancel(&mut self, ticket: Ticket) {
         for lane in [Priority::Stream, Priority::Poll] {
             let lane = &mut self.lanes[lane as usize];
@@ -393,6 +432,7 @@ impl Connection {
                 self.done(ticket, Err(Failure::Stopped));
             }
         }
+        // Due: waiting for a retransmission, so the last copy is known to be lost or harmless.
         let due = |job: &Job| job.ticket == ticket && job.due && job.priority != Priority::Stop;
         if let Some(at) = self.flight.iter().position(due) {
             self.flight.remove(at);
@@ -405,7 +445,8 @@ impl Connection {
         }
     }
 
-    /// The instant at which [`handle_timeout`](Self::handle_timeout) is to be called, if any.
+    /// Instant at which [`handle_timeout`](Self::handle_timeout) must be called. `None` if there is
+    /// none.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
         let mut next = Micros::MAX;
@@ -422,6 +463,7 @@ impl Connection {
             next = next.min(doubt.job.deadline);
             next = next.min(doubt.not_before.unwrap_or(Micros::MAX));
         }
+        // Without this a frame would wait for the next unrelated event.
         next = next.min(self.pace.wakes().unwrap_or(Micros::MAX));
         next = next.min(self.vet_wakes().unwrap_or(Micros::MAX));
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
@@ -436,11 +478,13 @@ impl Connection {
         (next != Micros::MAX).then_some(next)
     }
 
-    /// Lets time pass.
+    /// Processes all timers up to `now`.
     pub fn handle_timeout(&mut self, now: Micros) {
         if self.is_waiting_for_bytes()
             && now >= self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000)
         {
+            // Only after a silence: the bytes of one frame follow each other closely (errata E04).
+            // The bytes of the broken frame may contain whole frames.
             self.deframer.expire();
             self.hear(now, &[]);
         }
@@ -462,8 +506,11 @@ impl Connection {
         }
     }
 
-    /// The caller was held up from `since` to `now`: stopped, asleep, in a debugger. No deadline ran meanwhile, and what
-    /// is in flight is waited for anew. Call it before what has come is [received](Self::receive).
+    /// Reports that the caller was held up from `since` to `now`: suspended, or stopped in a
+    /// debugger.
+    ///
+    /// Deadlines do not run during that time, and timers of requests in flight start again. Call
+    /// this before the bytes that arrived meanwhile are [received](Self::receive).
     pub fn slept(&mut self, since: Micros, now: Micros) {
         let time = now.saturating_sub(since);
         let timer = now.saturating_add(self.estimator.timeout());
@@ -471,6 +518,7 @@ impl Connection {
         let waiting = self.lanes.iter_mut().flatten();
         for job in self.flight.iter_mut().chain(doubt).chain(waiting) {
             job.deadline = job.deadline.saturating_add(time);
+            // MAX: the timer has expired and only the deadline is left.
             if job.timer != Micros::MAX {
                 job.timer = job.timer.max(timer);
             }
@@ -482,12 +530,13 @@ impl Connection {
         self.deframer.pending() && !planted(PlantedBug::NoInterByteTimeout)
     }
 
-    /// The next thing to tell.
+    /// Returns the next event. `None` if the queue of events is empty.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 
     fn ticket(&mut self) -> Ticket {
+        // 64 bits do not wrap in practice; wrapping only avoids a panic.
         self.next_ticket = self.next_ticket.wrapping_add(1);
         Ticket(self.next_ticket)
     }

@@ -1,10 +1,13 @@
+//! Frames whose reply may still arrive: the basis of rules 1 to 4 in the head of
+//! [`connection`](super).
+
 use std::collections::VecDeque;
 
 use magician_protocol::{Ctrl, Frame, Row};
 
 use super::{Micros, Ticket};
 
-/// What a reply repeats of its request: id and Ctrl (errata E06), the error bit aside.
+/// Part of a request that its reply repeats: id and Ctrl (errata E06), without the error bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Key {
     pub(crate) id: u8,
@@ -15,11 +18,13 @@ impl Key {
     pub(crate) fn of(frame: &Frame<'_>) -> Self {
         Self {
             id: frame.id(),
+            // The controller sets the error bit in its reply (errata E05), so it is not part of the
+            // key.
             ctrl: Ctrl(frame.ctrl().0 & !Ctrl(0).with_error().0),
         }
     }
 
-    /// Of a read of this row.
+    /// Key of a read of this row.
     pub(super) fn read(row: &Row) -> Self {
         Self {
             id: row.id,
@@ -28,26 +33,27 @@ impl Key {
     }
 }
 
-/// A frame that went out and whose reply may still come.
+/// A transmitted frame whose reply may still arrive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Copy {
     pub(crate) key: Key,
     pub(crate) ticket: Ticket,
     pub(crate) at: Micros,
-    /// How many queued commands had gone out by then, itself among them.
+    /// Number of queued commands sent up to and including it.
     pub(crate) order: u64,
 }
 
-/// Every frame that went out and whose reply may still come, in the order of sending.
+/// All transmitted frames whose reply may still arrive, in the order of sending.
 #[derive(Clone, Debug)]
 pub(crate) struct Outstanding {
     copies: VecDeque<Copy>,
     ordered: bool,
 }
 
-/// More unanswered frames than this and nothing but a stop is sent until some are given up.
+/// Outstanding frames above which only stops are sent.
+// A choice that bounds memory on a dead line.
 const CAPACITY: usize = 256;
-/// More than this and no stop either: the line has been dead for a long time.
+/// Outstanding frames above which not even stops are sent: the line has been dead for long.
 const STOPS: usize = 4 * CAPACITY;
 
 impl Outstanding {
@@ -74,40 +80,42 @@ impl Outstanding {
         self.copies.push_back(copy);
     }
 
-    /// Whether a reply with this key could belong to a request that is not `waited_for`.
+    /// True if a reply with this key could belong to a request outside of `waited_for`.
     pub(crate) fn haunted(&self, key: Key, waited_for: impl Fn(Ticket) -> bool) -> bool {
         let mut copies = self.copies.iter();
         copies.any(|copy| copy.key == key && !waited_for(copy.ticket))
     }
 
-    /// Whether a frame with this key is unanswered.
+    /// True if a frame with this key is outstanding.
     pub(crate) fn contains(&self, key: Key) -> bool {
         self.copies.iter().any(|copy| copy.key == key)
     }
 
-    /// Whether a copy of this request is unanswered.
+    /// True if a copy of this request is outstanding.
     pub(crate) fn awaits(&self, ticket: Ticket) -> bool {
         self.copies.iter().any(|copy| copy.ticket == ticket)
     }
 
-    /// A reply has come: it belongs to the oldest unanswered frame of its key. On an ordered link
-    /// no reply to an older frame can come any more. `None` for an unsolicited reply.
+    /// Assigns a reply to the oldest outstanding frame of its key. `None` for an unsolicited reply.
+    ///
+    /// On an ordered link this also drops all older frames, whose replies can no longer arrive.
     pub(crate) fn answered(&mut self, key: Key) -> Option<Copy> {
         let at = self.copies.iter().position(|copy| copy.key == key)?;
         let copy = self.copies.remove(at);
         if self.ordered {
+            // Rule 3: the controller answers in order, so older frames stay unanswered.
             self.copies.drain(..at);
         }
         copy
     }
 
-    /// Gives up frames that went out more than `lifetime` ago.
+    /// Drops frames that were sent more than `lifetime` ago.
     pub(crate) fn expire(&mut self, now: Micros, lifetime: Micros) {
         self.copies
             .retain(|copy| copy.at.saturating_add(lifetime) > now);
     }
 
-    /// When the oldest frame will be given up.
+    /// Instant at which the oldest frame will be dropped. `None` without outstanding frames.
     pub(crate) fn next_expiry(&self, lifetime: Micros) -> Option<Micros> {
         let oldest = self.copies.iter().map(|copy| copy.at).min()?;
         Some(oldest.saturating_add(lifetime))

@@ -1,16 +1,21 @@
+//! Pacing of a serial line.
+
 use super::Micros;
 
-/// So much may wait on the line when another frame is handed out, ns.
+/// Backlog on the line up to which another frame is handed out, ns.
+// A choice: it adds 1 ms to a stop's delay and covers the caller's own delays.
 const AHEAD: u64 = 1_000_000;
 
-/// How long the frames that were handed out keep a serial line busy, so that what is handed to the system is never much
-/// more than what it can send at once: a byte that was handed over cannot be overtaken any more.
+/// Tracks how long the frames handed out keep a serial line busy.
+///
+/// Bytes handed to the operating system cannot be overtaken by a stop any more, so frames are
+/// handed out only shortly before the line is free.
 #[derive(Clone, Debug)]
 pub(super) struct Pace {
     baud: Option<u64>,
-    /// When the last byte will have passed, ns.
+    /// Instant at which the last byte will have been sent, ns.
     free: u64,
-    /// A frame waits for its turn until then.
+    /// Instant at which a waiting frame may be sent.
     wakes: Option<Micros>,
 }
 
@@ -23,7 +28,7 @@ impl Pace {
         }
     }
 
-    /// A frame of so many bytes is handed out.
+    /// Notes that a frame of `bytes` bytes is handed out.
     pub(super) fn sent(&mut self, now: Micros, bytes: usize) {
         if self.baud.is_some() {
             let begins = self.free.max(now.saturating_mul(1000));
@@ -31,27 +36,28 @@ impl Pace {
         }
     }
 
-    /// Whether another frame, no stop, may go; remembers when not.
+    /// True if another frame (not a stop) may be sent now. Otherwise remembers when.
     pub(super) fn admits(&mut self, now: Micros) -> bool {
         let from = self.free.saturating_sub(AHEAD).div_ceil(1000);
         self.wakes = (self.baud.is_some() && from > now).then_some(from);
         self.wakes.is_none()
     }
 
-    /// Whether a short frame may go behind one of `before` bytes that was handed out: a stop then has to
-    /// wait no longer than behind two frames of `before` bytes.
+    /// True if a short frame may follow one of `before` bytes. A stop then waits no longer than
+    /// behind two frames of `before` bytes.
     pub(super) fn admits_behind(&self, now: Micros, before: usize, bytes: usize) -> bool {
         let spared = self.time(before).saturating_sub(self.time(bytes));
         self.free <= now.saturating_mul(1000).saturating_add(AHEAD + spared)
     }
 
-    /// How long so many bytes are on the line, ns.
+    /// Transmission time of `bytes` bytes, ns.
     fn time(&self, bytes: usize) -> u64 {
+        // 10 bits a byte: 8N1.
         let time = |baud| (bytes as u64).saturating_mul(10_000_000_000) / baud;
         self.baud.map_or(0, time)
     }
 
-    /// When a frame that waits will be admitted.
+    /// Instant at which a waiting frame will be admitted. `None` if no frame waits.
     pub(super) fn wakes(&self) -> Option<Micros> {
         self.wakes
     }
@@ -60,7 +66,7 @@ impl Pace {
         self.wakes = self.wakes.filter(|at| *at > now);
     }
 
-    /// Nothing is on the line: all was answered, or the line is another one.
+    /// Notes that the line is empty, because everything was answered or it is a new line.
     pub(super) fn begin_anew(&mut self) {
         (self.free, self.wakes) = (0, None);
     }

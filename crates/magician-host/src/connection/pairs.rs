@@ -1,3 +1,8 @@
+//! A read in flight beside a queued command at window 1.
+//!
+//! Without it, the reads that watch the queue cost nearly as much line time as the commands. See "A
+//! read beside a queued command" in the head of [`connection`](super).
+
 use magician_protocol::FrameBuf;
 
 use super::doubt::Doubt;
@@ -6,17 +11,19 @@ use super::outstanding::{Copy, Key};
 use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Law, Micros, Priority};
 
-/// Answers for which reads wait their turn after the first loss from a pair; doubled by each further loss.
+/// Number of replies for which reads wait their turn after the first loss from a pair; doubled by
+/// each further loss.
+// A choice: a controller that takes one frame at a time then costs a few doubts.
 const FIRST_PAUSE: u64 = 256;
-/// Most doublings: [`FIRST_PAUSE`] then is days of a full line.
+/// Largest number of doublings: [`FIRST_PAUSE`] then is days of a full line.
 const MOST_DOUBLINGS: u32 = 20;
 
-/// Whether this controller takes a read and a queued command at the same time. It is assumed until a
-/// frame of a pair is lost: then reads wait their turn for a while.
+/// Tracks whether this controller accepts a read and a queued command at the same time. This
+/// is assumed until a frame of a pair is lost; then reads wait their turn for a while.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pairs {
     losses: u32,
-    /// Frames received by which pairs are allowed again.
+    /// Number of received frames at which pairs are allowed again.
     resume_at: u64,
 }
 
@@ -34,7 +41,7 @@ impl Pairs {
 
 /// Pairs of a read and a queued command.
 impl Connection {
-    /// True if a read and a queued command may be in flight together although the window is 1.
+    /// True if a read and a queued command may be in flight together at window 1.
     fn may_pair(&self) -> bool {
         self.settings.reads_beside
             && self.settings.ordered
@@ -43,7 +50,7 @@ impl Connection {
             && self.pairs.are_allowed(self.stats.frames)
     }
 
-    /// The next frame at window 1 while one is in flight: a read beside a queued command, or the
+    /// Next frame at window 1 while another is in flight: a read beside a queued command or the
     /// command beside the read, so that neither waits for the other's reply.
     pub(super) fn transmit_beside(&mut self, now: Micros) -> Option<FrameBuf> {
         if !self.may_pair() {
@@ -61,7 +68,8 @@ impl Connection {
         let job = *self.lanes[lane as usize].front()?;
         let pairs = only.queued() && job.reads() || only.reads() && job.queued();
         let waits = lane == Priority::Stream && self.wants_drain();
-        // Right behind the command the read is on the line while the controller answers the command.
+        // Sent directly behind the command, the read is on the line while the controller answers
+        // it.
         let [before, bytes] = [only, &job].map(|job| job.frame.bytes().len());
         if !pairs || waits || !self.may_join(&job) || self.haunted(&job) {
             return None;
@@ -72,7 +80,7 @@ impl Connection {
         Some(self.send_front(lane, job, now))
     }
 
-    /// True if a job that is to go out again has to wait, because it would be beside another one.
+    /// True if a retransmission must wait, because it would be in flight beside another frame.
     pub(super) fn waits_alone(&self, job: &Job) -> bool {
         let beside = |other: &Job| other.in_window() && !other.due && other.ticket != job.ticket;
         self.settings.window == 1
@@ -81,28 +89,30 @@ impl Connection {
             && !self.may_pair()
     }
 
-    /// Notes that a job goes out while another one is in flight.
+    /// Notes that a job is sent while another is in flight.
     pub(super) fn note_pair(&mut self, job: &mut Job) {
         job.paired = false;
         if self.settings.window > 1 || !job.in_window() {
             return;
         }
         for other in self.flight.iter_mut().filter(|other| other.in_window()) {
+            // Both, because the controller may drop either.
             (job.paired, other.paired) = (true, true);
         }
     }
 
-    /// A job counts as lost. A frame of a pair that is lost may be one that this controller does not take.
+    /// Notes that a job counts as lost. If it was in a pair, the controller may not accept pairs.
     pub(super) fn lost_from_pair(&mut self, at: usize) {
         if self.flight.get(at).is_some_and(|job| job.paired) {
             self.pairs.lost(self.stats.frames);
         }
     }
 
-    /// A reply to nothing outstanding, with this index, came. If it answers the command of a pair, the
-    /// controller has answered the read first, against errata E06, and the command is in doubt although
-    /// nothing was lost. At window 1 no other frame of its key can be meant, and the index is the one
-    /// that it would have.
+    /// Ends a doubt by a reply with `index` that matches no outstanding frame. True if it did.
+    ///
+    /// If it answers the command of a pair, the controller has answered the read first, against
+    /// errata E06, and the command is in doubt although nothing was lost. At window 1 no other
+    /// frame of its key can be meant, and the index is the one it would have.
     pub(super) fn ends_doubt_late(&mut self, frame: &FrameBuf, index: u64, now: Micros) -> bool {
         let (key, next) = (Key::of(&frame.frame()), self.tracker.next());
         let answers = |doubt: &mut Doubt| doubt.job.paired && doubt.job.key == key;
@@ -124,7 +134,7 @@ impl Connection {
 }
 
 impl Job {
-    /// True if it is a caller's read.
+    /// True if it is a read of the caller.
     fn reads(&self) -> bool {
         let ctrl = self.key.ctrl;
         self.purpose == Purpose::Caller && !ctrl.write() && !ctrl.queued()

@@ -1,34 +1,35 @@
-//! Bugs that tests plant, to show that they would be noticed. Outside of tests there are none.
+//! Safeguards that tests switch off, to prove that a bug there would be noticed. Inactive outside
+//! of tests.
 
-/// A safeguard that can be taken away.
+/// A safeguard that a test can switch off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(test), allow(dead_code))]
 pub(super) enum PlantedBug {
-    /// A reply answers whatever waits for its id.
+    /// A reply answers any request with its id.
     MatchById,
-    /// A request goes out although an answer to an older one of its key may still come.
+    /// A request is sent although a reply to an older one of its key may still arrive.
     NoFence,
-    /// Any index is believed.
+    /// Any index is accepted.
     AcceptGaps,
-    /// A queued command whose answer is lost is sent again.
+    /// A queued command whose reply is lost is retransmitted.
     ResendBlindly,
     /// A damaged frame waits for its rest for ever.
     NoInterByteTimeout,
-    /// On an unordered link "lost" is concluded from readings made too early.
+    /// On an unordered link "lost" is concluded from readings taken too early.
     NoLifetime,
-    /// Over datagrams the next command goes out although a copy of the one before may still come.
+    /// Over datagrams the next command is sent although a copy of the last may still arrive.
     NoDuplicateCheck,
-    /// What a stop dropped may go out once more.
+    /// Requests dropped by a stop may be retransmitted.
     ResendAfterStop,
     /// Commands are accepted while a Clear may still be repeated.
     QueueWhileStopping,
     /// A loss in a window is judged while the command behind it is answered.
     JudgeInWindow,
-    /// What was answered in a window counts as confirmed before all that was sent earlier is answered.
+    /// Commands in a window count as confirmed before all earlier frames are answered.
     ConfirmAtOnce,
-    /// Reads go on beside queued commands although frames of such pairs were lost.
+    /// Reads continue beside queued commands although frames of such pairs were lost.
     PairAfterLoss,
-    /// A controller that answers a read before the command ahead of it seems to be shared.
+    /// A controller that answers a read before the command ahead of it is taken for a shared one.
     OneOrderOnly,
 }
 
@@ -37,19 +38,19 @@ thread_local! {
     static PLANTED: std::cell::Cell<Option<PlantedBug>> = const { std::cell::Cell::new(None) };
 }
 
-/// Whether this bug is planted.
+/// True if this bug is planted.
 #[cfg(test)]
 pub(super) fn planted(flaw: PlantedBug) -> bool {
     PLANTED.get() == Some(flaw)
 }
 
-/// Whether this bug is planted: never.
+/// Always false outside of tests.
 #[cfg(not(test))]
 pub(super) const fn planted(_: PlantedBug) -> bool {
     false
 }
 
-/// Runs a check with a bug planted; whether the check noticed.
+/// Runs a check with a bug planted. True if the check noticed it.
 #[cfg(test)]
 pub(super) fn is_noticed(flaw: PlantedBug, check: fn()) -> bool {
     PLANTED.set(Some(flaw));

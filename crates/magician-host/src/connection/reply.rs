@@ -1,3 +1,5 @@
+//! Incoming frames: matching replies to requests, and what each reply says about the controller.
+
 use magician_protocol::commands::{DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex, Readable};
 
@@ -6,9 +8,9 @@ use super::outstanding::{Copy, Key};
 use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, DRAIN_PAUSE, Event, Failure, GIVEN, Micros, Ticket};
 
-/// What comes in.
+/// Input.
 impl Connection {
-    /// Takes bytes from the controller, cut anywhere.
+    /// Processes bytes from the controller, split anywhere.
     pub fn receive(&mut self, now: Micros, bytes: &[u8]) {
         self.stats.bytes = self.stats.bytes.saturating_add(bytes.len() as u64);
         self.heard = now;
@@ -47,11 +49,11 @@ impl Connection {
             return;
         };
         if self.outstanding.is_empty() {
-            // The answer shows that the last frame has passed.
+            // This reply shows that the last frame has left the line.
             self.pace.begin_anew();
         }
-        // Jobs that this reply proves lost come first: they were sent before, and the answered one
-        // counts among those that may stand in the queue in their place.
+        // Jobs that this reply proves lost are handled first: they were sent earlier, and the
+        // answered job may be in the queue in the place of one of them.
         let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))
             .filter(|_| planted(PlantedBug::JudgeInWindow));
         if let Some(at) = judged_apart {
@@ -73,9 +75,11 @@ impl Connection {
         }
     }
 
-    /// A reply to an abandoned request came while a fence of the same key is out: it may have been the
-    /// fence's own. Copies of the fence are not confused with each other, so it goes again at once; on a line found
-    /// again there is no time to wait until it counts as lost. Each such reply leaves one frame less of before.
+    /// Retransmits a fence at once after a reply to an abandoned request with the fence's key.
+    ///
+    /// That reply may have been the fence's own. Copies of the fence cannot be confused with each
+    /// other, so there is no need to wait for its timeout, and a restored line has no time for
+    /// that. Each such reply leaves one old frame less.
     fn hurry_fence(&mut self, key: Key) {
         let fence = |job: &&mut Job| job.purpose == Purpose::Fence && job.key == key;
         if let Some(fence) = self.flight.iter_mut().find(fence) {
@@ -83,8 +87,8 @@ impl Connection {
         }
     }
 
-    /// A reply without a waiting request. One to a queued command, with an index beyond the last, says
-    /// that the controller took a command twice: the line doubled it (UDP).
+    /// Handles a reply without a waiting request. If it belongs to a queued command and its index
+    /// is beyond the last, the line duplicated a command (UDP).
     fn unasked(&mut self, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         let queues = view.ctrl().queued() && !view.ctrl().error();
@@ -101,7 +105,7 @@ impl Connection {
         }
     }
 
-    /// The answer to a command that was answered before shows for how long answers may come.
+    /// Measures the lifetime by a further reply to a command that was answered before.
     fn came_late(&mut self, index: u64, now: Micros) {
         let given = self.given.iter().find(|(given, _)| *given == index);
         let sent = given.map(|(_, sent)| *sent);
@@ -111,16 +115,18 @@ impl Connection {
     }
 
     pub(super) fn note_given(&mut self, index: u64, sent: Micros) {
+        // Late replies belong to recent commands, so a few are enough.
         if self.given.len() >= GIVEN {
             self.given.pop_front();
         }
         self.given.push_back((index, sent));
     }
 
-    /// The controller has taken more commands than this connection knows of.
+    /// Reports that the controller has taken more commands than this connection sent.
     pub(super) fn unaccounted(&mut self, to: u64) {
         let from = self.tracker.next().unwrap_or(to);
         self.events.push_back(Event::Unaccounted { from, to });
+        // On an ordered link another host must be at work, so the count is no longer ours.
         if self.settings.ordered {
             self.tracker.forget()
         } else {
@@ -128,15 +134,15 @@ impl Connection {
         }
     }
 
-    /// Over datagrams: this is the index given last, to any host.
+    /// Sets the last index, over datagrams, to the last one given to any host.
     pub(super) fn rebase(&mut self, to: u64) {
         self.tracker.accept(to, self.order);
         self.tracker.confirm();
         self.witness.resume(Some(to));
     }
 
-    /// The controller has finished more than it was given here. On an ordered link that was another
-    /// host, whose business it is; on an unordered one a command of ours may have come twice.
+    /// Handles a current index beyond the last accepted index. On an ordered link that is another
+    /// host's doing; on an unordered one, a command of ours may have been duplicated.
     fn overtaken(&mut self, current: u64) {
         if self.settings.ordered {
             self.tracker.forget()
@@ -145,7 +151,7 @@ impl Connection {
         }
     }
 
-    /// Ends or sends again every job whose reply can no longer come, but for the one answered now.
+    /// Ends or retransmits every job whose reply can no longer arrive, except the one answered now.
     pub(super) fn settle(&mut self, answered: Ticket) {
         if !self.settings.ordered {
             return;
@@ -158,12 +164,14 @@ impl Connection {
         }
     }
 
-    /// A job was answered, to the copy of it that went out first of those that may be meant.
+    /// Handles the reply to a job. `copy` is the oldest transmission that the reply may belong to.
     fn answer(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
         self.time(&job, now);
         if job.queued() {
             return self.answer_queued(job, copy, frame, now);
         }
+        // A settle point: on an ordered link every command sent before this frame has been
+        // answered.
         if self.settings.ordered {
             self.tracker.confirm_to(copy.order);
         }
@@ -179,8 +187,9 @@ impl Connection {
         }
     }
 
-    /// Notes how long an answer took, where it can only be to the one time that the job went out.
+    /// Samples the round trip, if the reply can only belong to a single transmission.
     fn time(&mut self, job: &Job, now: Micros) {
+        // Karn's algorithm, and no samples from before the caller was held up.
         if job.sent == 1 && job.since >= self.awake {
             let time = now.saturating_sub(job.since);
             self.estimator.sample(time);
@@ -194,19 +203,21 @@ impl Connection {
         let refusal = match QueuedCmdIndex::decode(view.params()) {
             _ if view.ctrl().error() => Err(Failure::QueueFull),
             Err(_) => Err(Failure::NoIndex),
+            // Controllers refuse by the error bit or by index 0, which is never given.
             Ok(QueuedCmdIndex(0)) => Err(Failure::QueueFull),
             Ok(QueuedCmdIndex(index)) => Ok(index),
         };
         let index = match refusal {
             Ok(index) => index,
             Err(failure) if alone => return self.done(job.ticket, Err(failure)),
-            // It is unknown which of those in flight was refused, and those behind it may be taken.
+            // Which command in flight was refused is unknown, and those behind it may have been
+            // taken.
             Err(_) => return self.uncertain(job),
         };
-        // Over datagrams an answer may simply come again.
+        // Over datagrams a reply may be a duplicate.
         let telling = alone && (self.settings.ordered || self.tracker.last() != Some(index));
         self.witness.answered(index, telling, job.highest);
-        // An arm that numbers its commands in its own way has still taken the one that it answered.
+        // An arm with its own numbering has nevertheless taken the command that it answered.
         let lawless = alone && self.witness.is_broken();
         if self.tracker.follows(index) || lawless || planted(PlantedBug::AcceptGaps) {
             self.note_given(index, job.since);
@@ -218,11 +229,12 @@ impl Connection {
             return;
         }
         if !self.settings.ordered {
-            // That was another command's answer come again, or the answer to its second copy; its own may follow.
+            // A duplicated reply to another command, or the reply to its second copy; the own reply
+            // may still arrive.
             self.outstanding.sent(copy);
             self.came_late(index, now);
             if alone && self.tracker.is_beyond(index) {
-                // It was taken, and something else before it: its own second copy.
+                // The command was taken, and before it another one: its own second copy.
                 self.unaccounted(index.saturating_sub(1));
                 self.rebase(index);
                 return self.done(job.ticket, Ok(*frame));
@@ -230,6 +242,7 @@ impl Connection {
                 return self.enter_doubt(job);
             }
         }
+        // The last index again: a duplicated reply, while the command's own was lost.
         if self.tracker.last() == Some(index) && alone {
             self.enter_doubt(job);
         } else {
@@ -239,7 +252,7 @@ impl Connection {
         }
     }
 
-    /// Notes what a reading says about the controller.
+    /// Evaluates what a reading says about the controller.
     fn observe(&mut self, job: &Job, copy: Copy, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         if view.ctrl().error() {
@@ -279,9 +292,11 @@ impl Connection {
         }
     }
 
-    /// `once`: the reading was asked for once, so nothing that was sent later can be in it.
+    /// Processes a reading of the left space. `once` is true if it was requested once, so it cannot
+    /// include later commands.
     fn observe_left(&mut self, left: u32, once: bool, now: Micros) {
         self.seen(Purpose::Left);
+        // Beside a doubt or on an unordered link a mismatch would prove nothing about the law.
         if self.settings.ordered
             && once
             && self.doubt.is_none()
@@ -292,18 +307,19 @@ impl Connection {
         self.tracker.read_left(left, self.is_accounted(), now);
     }
 
-    /// Whether no queued command waits for its answer.
+    /// True if no queued command waits for its reply.
     pub(super) fn is_accounted(&self) -> bool {
         self.doubt.is_none() && self.queued_unanswered() == 0
     }
 
-    /// The controller was reset; `current` is what it counts from now, where that was seen.
+    /// Handles a reset of the controller. `current` is its new current index, if that was read.
     fn reset(&mut self, current: Option<u64>) {
+        // Clock and index may both show the same reset: report it once.
         if !self.events.contains(&Event::Reset) {
             self.events.push_back(Event::Reset);
         }
         self.witness.reset(current.is_some());
-        // What is in doubt is named by the indices that were, so these are forgotten last.
+        // Commands in doubt are reported with the old indices, so these are discarded last.
         self.drop_stream();
         if !self.alone()
             && let Some(at) = self.flight.iter().position(Job::queued)
@@ -312,10 +328,12 @@ impl Connection {
             self.uncertain(job);
         }
         if self.settings.ordered {
-            // What was answered before has come: the first index of the new count may be the last one of the old.
+            // Earlier replies have all arrived: the first index of the new count may equal the last
+            // of the old.
             self.tracker.begin_anew();
         }
         self.tracker.restart(current.unwrap_or(0));
+        // The clock is evaluated anew, or the same reset would be reported twice.
         if current.is_some() {
             self.uptime.forget();
         }

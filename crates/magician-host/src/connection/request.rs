@@ -1,3 +1,5 @@
+//! Requests, their outcomes, the events of a connection, and its settings.
+
 use magician_protocol::commands::{
     EMotor, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStopExec, SetEndEffectorLaser,
 };
@@ -6,28 +8,28 @@ use magician_protocol::{Ctrl, EncodeError, Flag, FrameBuf, Queueable, Readable, 
 use super::Micros;
 use crate::gate::OUTPUTS;
 
-/// Puts the laser out.
+/// Switches the laser off.
 const LASER_OFF: SetEndEffectorLaser = SetEndEffectorLaser {
     enable_ctrl: Flag::OFF,
     on: Flag::OFF,
 };
 
-/// What goes first when several requests wait.
+/// Order of transmission when several requests wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Priority {
-    /// Overtakes everything and takes no place in the window.
+    /// Overtakes everything and occupies no place in the window.
     Stop,
-    /// Sets and queued commands, in the order in which they were submitted.
+    /// Sets and queued commands, in the order of submission.
     Stream,
-    /// Reads; they may be overtaken, but not for ever.
+    /// Reads. They may be overtaken, but do not starve.
     Poll,
 }
 
-/// Names one submitted request until its [`Event`].
+/// Identifies a submitted request until its [`Event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Ticket(pub(crate) u64);
 
-/// A request to the controller: a frame, how urgent it is, and when its answer is no longer wanted.
+/// A request to the controller: a frame, its priority and its deadline.
 #[derive(Clone, Copy, Debug)]
 pub struct Request {
     pub(super) frame: FrameBuf,
@@ -37,15 +39,16 @@ pub struct Request {
 }
 
 impl Request {
-    /// A frame of any kind. Reads (Ctrl bit 0 clear) are polls, all else belongs to the stream.
+    /// Creates a request from any frame. Reads (Ctrl bit 0 clear) are polls, all others belong to
+    /// the stream.
     ///
     /// # Errors
-    /// [`EncodeError::TooLong`] beyond 248 parameter bytes.
+    /// [`EncodeError::TooLong`] for more than 248 parameter bytes.
     pub fn raw(id: u8, ctrl: Ctrl, params: &[u8]) -> Result<Self, EncodeError> {
         FrameBuf::new(id, ctrl, params).map(Self::of)
     }
 
-    /// Asks for a value.
+    /// Requests a value.
     ///
     /// # Errors
     /// As [`Request::raw`].
@@ -53,7 +56,7 @@ impl Request {
         FrameBuf::get(query, T::ROW).map(Self::of)
     }
 
-    /// Sets a value or orders an action, at once.
+    /// Sets a value or performs an action, immediately.
     ///
     /// # Errors
     /// As [`Request::raw`].
@@ -61,7 +64,7 @@ impl Request {
         FrameBuf::encode(T::ROW.id, Ctrl::SET, value).map(Self::of)
     }
 
-    /// Puts a command into the controller's queue.
+    /// Queues a command in the controller.
     ///
     /// # Errors
     /// As [`Request::raw`].
@@ -69,25 +72,26 @@ impl Request {
         FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).map(Self::of)
     }
 
-    /// The three requests that bring the arm to a stand, in their order: stop the queue and the
-    /// motion, put the laser out, drop what waits.
+    /// The three requests that bring the arm to a standstill, in order: stop the queue and the
+    /// motion, switch the laser off, clear the queue.
     ///
     /// # Errors
-    /// None in practice; as [`Request::raw`].
+    /// Never in practice; as [`Request::raw`].
     pub fn halt() -> Result<[Self; 3], EncodeError> {
         let all = [
             Self::set(&QueuedCmdForceStopExec {})?,
             Self::set(&LASER_OFF)?,
+            // Last, so that nothing queued meanwhile survives.
             Self::set(&QueuedCmdClear {})?,
         ];
         Ok(all.map(|request| request.priority(Priority::Stop)))
     }
 
-    /// The requests that switch both motor outputs off, and with them a belt: behind those of [`halt`](Self::halt), whoever
-    /// started what runs there.
+    /// The requests that switch both motor outputs off, and a conveyor with them, whoever started
+    /// it. They follow those of [`halt`](Self::halt).
     ///
     /// # Errors
-    /// None in practice; as [`Request::raw`].
+    /// Never in practice; as [`Request::raw`].
     pub fn motors_off() -> Result<[Self; 2], EncodeError> {
         let [first, second] = OUTPUTS.map(|index| {
             Self::set(&EMotor {
@@ -99,20 +103,25 @@ impl Request {
         Ok([first?, second?].map(|request| request.priority(Priority::Stop)))
     }
 
-    /// The two requests that leave the laser dark, in their order: put the laser out, hold the queue. The command under way
-    /// finishes. A Clear belongs behind them once the arm stands: it may end the command where it is (model section 14).
+    /// The two requests that leave the laser off, in order: switch the laser off, stop the queue.
+    /// The running command finishes.
+    ///
+    /// Clear the queue only once the arm stands still: a Clear may end the command where it is
+    /// (model section 14).
     ///
     /// # Errors
-    /// None in practice; as [`Request::raw`].
+    /// Never in practice; as [`Request::raw`].
     pub fn dark() -> Result<[Self; 2], EncodeError> {
         let all = [Self::set(&LASER_OFF)?, Self::set(&QueuedCmdStopExec {})?];
         Ok(all.map(|request| request.priority(Priority::Stop)))
     }
 
-    /// A request of a whole frame. Its priority is that of its kind: queued commands and sets before readings.
+    /// Creates a request from a whole frame. Queued commands and sets get [`Priority::Stream`],
+    /// reads [`Priority::Poll`].
     #[must_use]
     pub fn of(frame: FrameBuf) -> Self {
         let priority = match frame.frame().ctrl() {
+            // Bit 1 alone also queues (errata E07).
             ctrl if ctrl.write() || ctrl.queued() => Priority::Stream,
             _ => Priority::Poll,
         };
@@ -124,90 +133,94 @@ impl Request {
         }
     }
 
-    /// Puts it into another lane.
+    /// Sets the priority.
     #[must_use]
     pub fn priority(mut self, priority: Priority) -> Self {
         self.priority = priority;
         self
     }
 
-    /// The instant at which it ends at the latest, answered or not.
+    /// Sets the deadline, at which the request ends with or without a reply.
     #[must_use]
     pub fn deadline(mut self, at: Micros) -> Self {
         self.deadline = at;
         self
     }
 
-    /// Says that this queued command means the same wherever it is begun from, so that a program may go on with it after
-    /// a gap: a motion to an absolute place. Only such commands share a window above 1. An increment, a wait, a counted
-    /// pulse is none; those travel alone.
+    /// Declares that this queued command has the same effect wherever it starts from, as a motion
+    /// to an absolute position does.
+    ///
+    /// A program may continue with such a command after a gap, so only these share a larger window.
+    /// Increments, waits and counted pulses are not repeatable and travel alone.
     #[must_use]
     pub fn repeatable(mut self) -> Self {
         self.repeatable = true;
         self
     }
 
-    /// The frame that goes out.
+    /// Frame that is sent.
     #[must_use]
     pub fn frame(&self) -> &FrameBuf {
         &self.frame
     }
 }
 
-/// Why a request ended without an answer.
+/// Reason why a request ended without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Failure {
-    /// No answer by the deadline, and nothing was done or it does not matter whether it was.
+    /// No reply by the deadline. Nothing was done, or it does not matter whether it was.
     Timeout {
-        /// How often the frame went out.
+        /// Number of transmissions.
         sent: u32,
     },
-    /// The command went out and the controller may or may not have taken it. `from` and `to`
-    /// are the indices it (and what was in flight with it) would have been given; absent for an
-    /// immediate command and before the first accepted index.
+    /// The command was sent, and the controller may or may not have taken it.
+    ///
+    /// `from` and `to` are the indices that it, and those in flight with it, would have been given;
+    /// `None` for an immediate command and before the first accepted index.
     Uncertain {
-        /// First index in doubt.
+        /// First uncertain index.
         from: Option<u64>,
-        /// Last index in doubt.
+        /// Last uncertain index.
         to: Option<u64>,
     },
-    /// The controller's queue has no room; nothing was stored.
+    /// The controller's queue is full; nothing was stored.
     QueueFull,
-    /// The controller answered that it refuses the command (Ctrl bit 2, errata E05).
+    /// The controller refused the command (Ctrl bit 2, errata E05).
     Refused,
-    /// The answer to a queued command carries no index.
+    /// The reply to a queued command carries no index.
     NoIndex,
-    /// A stop overtook the command before it went out, the controller was reset, the caller withdrew it, or above window
-    /// 1 a gap opened before it; it was dropped.
+    /// The command was dropped before it was sent: by a stop, a reset of the controller, its
+    /// caller, or, above window 1, a gap before it.
     Stopped,
-    /// The line broke before it was answered; nothing was done or it does not matter whether it was. For a queued command
-    /// this is certain: the controller has not taken it.
+    /// The line broke before a reply arrived. Nothing was done, or it does not matter whether it
+    /// was. For a queued command it is certain that the controller has not taken it.
     Lost,
-    /// It did not go out: the queue was cleared, and the command that ran then has not finished.
+    /// The command was not sent: the queue was cleared, and the command running at that time has
+    /// not finished.
     Draining,
-    /// Too many requests wait; this one was not taken.
+    /// Too many requests wait; this one was refused.
     Busy,
 }
 
-/// What a [`Connection`](super::Connection) has to tell.
+/// An event of a [`Connection`](super::Connection).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Event {
-    /// A request has ended, with the frame that answers it. When a lost answer to a queued command
-    /// was made up for by reading the queue, the frame is the one that was lost.
+    /// A request has ended. If a lost reply to a queued command was recovered by reading the queue,
+    /// the frame is the lost one.
     Done {
-        /// The request.
+        /// Ticket of the request.
         ticket: Ticket,
-        /// Its answer, or why there is none.
+        /// Reply, or the failure.
         result: Result<FrameBuf, Failure>,
     },
-    /// The indices or the controller's clock went backwards: it was reset. What it had queued is gone, and nothing of it
-    /// is sent again.
+    /// The controller was reset: its indices or its clock went backwards. Its queue is lost, and
+    /// nothing of it is retransmitted.
     Reset,
     /// The controller has given these indices to commands that this connection did not send, or
-    /// sent once: the line doubled a datagram, or another host shares the arm.
+    /// sent once: the line duplicated a datagram, or another host shares the arm.
     Unaccounted {
         /// First index.
         from: u64,
@@ -216,58 +229,77 @@ pub enum Event {
     },
 }
 
-/// How a [`Connection`](super::Connection) behaves.
+/// Settings of a [`Connection`](super::Connection).
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Most requests in flight, 1 to 8; on an unordered link always 1, and on an arm that breaks the index law
-    /// ([`Connection::law`](super::Connection::law)). Above 1 [repeatable](Request::repeatable) queued commands travel
-    /// together once the law was seen to hold; a gap among them is reported as an interval and nothing is sent again.
+    /// Largest number of requests in flight, 1 to 8.
+    ///
+    /// Always 1 on an unordered link and on an arm that breaks the index law
+    /// ([`Connection::law`](super::Connection::law)). Above 1, [repeatable](Request::repeatable)
+    /// queued commands travel together once the arm was seen to follow the law; a gap among them is
+    /// reported as an interval, and nothing is retransmitted.
     pub window: usize,
-    /// True if at [window](Self::window) 1 a read may be in flight together with one queued command,
-    /// on an ordered link and once the law was seen to hold. After a loss from such a pair reads wait
-    /// their turn for a while. False for links that take few bytes at once.
+    /// True if at [window](Self::window) 1 a read may be in flight together with one queued
+    /// command.
+    ///
+    /// Requires an ordered link and an arm that was seen to follow the index law. After a loss from
+    /// such a pair, reads wait their turn for a while. Set it to false for links that accept few
+    /// bytes at once.
     pub reads_beside: bool,
-    /// Whether the link keeps the order of bytes (serial, TCP). UDP does not.
+    /// True if the link keeps the order of bytes (serial, TCP). False for UDP.
     pub ordered: bool,
-    /// How long a request and its answer may be under way together at most, in us: what a frame that is no longer waited
-    /// for can do harm. On an ordered link it only bounds the wait for a dead line. On an unordered one it is what counts
-    /// before the first answer; then it is eight times the longest round trip of the last minute, late answers among
-    /// them, but no longer than this and no shorter than [`shortest`](Self::shortest).
+    /// Longest time that a request and its reply may be under way together, us. A frame that timed
+    /// out can do harm for this long.
+    ///
+    /// On an ordered link it only bounds the wait for a dead line. On an unordered link it applies
+    /// until the first reply; then the lifetime is eight times the longest round trip of the last
+    /// minute (late replies included), at most this value and at least
+    /// [`shortest`](Self::shortest).
     pub lifetime: Micros,
-    /// The shortest [`lifetime`](Self::lifetime) on an unordered link, us. The same value as there: none is measured.
+    /// Shortest [`lifetime`](Self::lifetime) on an unordered link, us. Equal values switch the
+    /// measurement off.
     pub shortest: Micros,
-    /// On an unordered link, how long after a datagram went out a second copy of it may come, in us; 0: none ever comes
-    /// twice. Where two round trips are longer, it is those. Queued commands go out so far apart, and current index and left space are read in between: the arm would
-    /// take a command twice, and where the next one is lost at the same time no index tells.
+    /// Time after which no second copy of a datagram arrives on an unordered link, us; at least two
+    /// round trips are used. 0 if datagrams are never duplicated.
+    ///
+    /// Queued commands are sent this far apart, and current index and left space are read in
+    /// between: the arm would execute a duplicate, and if the next command is lost at the same
+    /// time, no index reveals it.
     pub echo: Micros,
-    /// Places in the controller's queue (model section 14). A larger number read from the
-    /// controller replaces it.
+    /// Capacity of the controller's queue, commands (model section 14). A larger number read from
+    /// the controller replaces it.
     pub capacity: u32,
-    /// First guess of the time to an answer, us.
+    /// Retransmission timeout before the first reply, us.
     pub initial_timeout: Micros,
-    /// Shortest time after which an answer counts as lost, us. A premature timeout makes the doubt
-    /// it fears, so it is far above the 1 to 12 ms of the real arm (model section 15).
+    /// Shortest retransmission timeout, us. A premature timeout causes a doubt without need, so it
+    /// is far above the 1 to 12 ms of the real arm (model section 15).
     pub floor: Micros,
-    /// Longest time after which an answer counts as lost, us.
+    /// Longest retransmission timeout, us.
     pub ceiling: Micros,
-    /// Bits a second of a serial line (10 to the byte). Frames are then handed out so late that no more than 1 ms of
-    /// earlier ones has still to pass, and a stop waits for at most that and the frame under way. `None`: as they come.
+    /// Baud rate of a serial line, 10 bits to the byte. `None`: frames are handed out as they come.
+    ///
+    /// With a rate, a frame is handed out only when at most 1 ms of earlier ones is left, so a stop
+    /// waits for that and the current frame at most.
     pub baud: Option<u32>,
-    /// The controller's clock does not keep step with the one here: an arm in virtual time. It shows a reset only by going
-    /// back, not by falling behind.
+    /// True if the controller's clock does not keep pace with the host's, as for an arm in virtual
+    /// time. The clock then shows a reset only by going back, not by falling behind.
     pub free_clock: bool,
 }
 
 impl Settings {
-    /// For a serial port or TCP: bytes arrive in order or not at all.
+    /// Settings for a serial port or TCP: bytes arrive in order or not at all.
     pub const ORDERED: Self = Self {
+        // Only queued commands that are repeatable gain from a window, so it is opt-in.
         window: 1,
         reads_beside: false,
         ordered: true,
+        // Only bounds the wait for a dead line, so a minute does no harm.
         lifetime: 60_000_000,
         shortest: 60_000_000,
         echo: 0,
+        // Model section 14.
         capacity: 32,
+        // The timeouts are choices; `floor` above says what bounds them from below.
         initial_timeout: 500_000,
         floor: 100_000,
         ceiling: 2_000_000,
@@ -275,7 +307,8 @@ impl Settings {
         free_clock: false,
     };
 
-    /// For UDP: datagrams may be lost, doubled and overtake each other, for 0.2 to two seconds, as round trips are.
+    /// Settings for UDP: datagrams may be lost, duplicated and reordered, for 0.2 to 2 s depending
+    /// on round trips.
     pub const DATAGRAMS: Self = Self {
         ordered: false,
         lifetime: 2_000_000,

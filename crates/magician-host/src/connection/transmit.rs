@@ -1,3 +1,5 @@
+//! Outgoing frames: which one goes next, and when a fence or a reading must go first.
+
 use magician_protocol::commands::{
     AlarmsState, DeviceTime, DeviceVersion, Pose, QueuedCmdClear, QueuedCmdCurrentIndex,
     QueuedCmdLeftSpace,
@@ -10,12 +12,14 @@ use super::outstanding::{Copy, Key};
 use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Law, Micros, Priority, Request, Ticket};
 
-/// After so many requests of the stream in a row, a waiting read has its turn; sooner when several wait.
+/// Consecutive requests of the stream after which a waiting read has its turn; fewer if several
+/// reads wait.
+// A choice: reads get at least every fifth frame.
 const STREAK: u32 = 4;
-/// After so many queued commands in a window above 1 without a request of another kind a fence goes out: only its answer,
-/// or a moment without any in flight, confirms them.
+/// Queued commands in a window above 1, without a request of another kind, after which a fence is
+/// sent: only a reply of another kind, or a moment without any in flight, confirms them.
 const UNSETTLED: u64 = 8;
-/// Reads that every controller answers: fences are taken from these in turn.
+/// Reads that every controller answers, used as fences in turn.
 pub(crate) const FENCES: [&Row; 6] = [
     QueuedCmdCurrentIndex::ROW,
     QueuedCmdLeftSpace::ROW,
@@ -25,13 +29,14 @@ pub(crate) const FENCES: [&Row; 6] = [
     DeviceVersion::ROW,
 ];
 
-/// What goes out.
+/// Output.
 impl Connection {
-    /// The next frame to write, `None` when there is none at present.
+    /// Returns the next frame to write. `None` if nothing may be sent at present.
     pub fn poll_transmit(&mut self, now: Micros) -> Option<FrameBuf> {
         if self.link == Link::Down {
             return None;
         }
+        // Stops ignore window and pace: they must not wait behind anything.
         if !self.outstanding.is_choked()
             && let Some(frame) = self.transmit_stop(now)
         {
@@ -42,7 +47,7 @@ impl Connection {
         }
         let due = self.flight.iter().position(|job| job.due);
         let busy = self.flight.iter().filter(|job| job.in_window()).count();
-        // The line's pace is asked only for a frame that would go, because it wakes for one that may not yet.
+        // The pace is asked only for a frame that could be sent, because a refusal sets a timer.
         if due.is_none() && busy >= self.window() {
             return self.transmit_beside(now);
         }
@@ -59,6 +64,7 @@ impl Connection {
         if let Some(purpose) = self.next_reading(now) {
             return self.send_reading(purpose, now);
         }
+        // The more reads wait, the shorter the streak that may precede them.
         let polls = u32::try_from(self.lanes[Priority::Poll as usize].len()).unwrap_or(u32::MAX);
         let poll_first = self.streak >= (STREAK / polls.max(1)).max(1);
         let [first, second] = if poll_first {
@@ -77,6 +83,8 @@ impl Connection {
                 let job = self.flight.remove(at);
                 Some(self.send(job, now))
             }
+            // Stops go one at a time: their order matters, and each must be answered before the
+            // next.
             Some(_) => None,
             None => {
                 let job = self.lanes[Priority::Stop as usize].pop_front()?;
@@ -85,7 +93,8 @@ impl Connection {
         }
     }
 
-    /// Most requests in flight at present: as was set, and 1 on an arm that breaks the index law or an unordered link.
+    /// Largest number of requests in flight at present: as set, or 1 on an unordered link or an arm
+    /// that breaks the index law.
     #[must_use]
     pub fn window(&self) -> usize {
         if self.witness.is_broken() {
@@ -95,7 +104,7 @@ impl Connection {
         }
     }
 
-    /// The reading that a command in doubt or a line found again needs next, unless one is in flight.
+    /// Next reading for a command in doubt or a restored line. `None` while one is in flight.
     fn next_reading(&self, now: Micros) -> Option<Purpose> {
         let readings = [Purpose::Current, Purpose::Left, Purpose::Clock];
         if (self.flight.iter()).any(|job| readings.contains(&job.purpose)) {
@@ -120,6 +129,7 @@ impl Connection {
         let row = match purpose {
             Purpose::Clock => DeviceTime::ROW,
             Purpose::Current => QueuedCmdCurrentIndex::ROW,
+            // Left space; `next_reading` returns no other purpose.
             _ => QueuedCmdLeftSpace::ROW,
         };
         if let Some(doubt) = &mut self.doubt
@@ -163,8 +173,8 @@ impl Connection {
         self.send(job, now)
     }
 
-    /// Whether a job may be in flight beside those that are: requests of the stream beside each other only where both
-    /// share the window and the law holds, all others where their keys differ.
+    /// True if a job may be in flight beside the others: requests of the stream only if both share
+    /// the window and the law is followed, all others if their keys differ.
     pub(super) fn may_join(&self, job: &Job) -> bool {
         let stream = job.priority == Priority::Stream;
         if stream && (self.doubt.is_some() || self.stopping() || self.link != Link::Up) {
@@ -181,22 +191,22 @@ impl Connection {
         })
     }
 
-    /// Whether a stop is not answered yet. A Clear that went out again must not find a command
-    /// that was accepted after it first went out.
+    /// True while a stop is unanswered. A retransmitted Clear must not drop a command that was
+    /// accepted after its first copy.
     fn stopping(&self) -> bool {
         let stop = |job: &Job| job.priority == Priority::Stop;
         let any = !self.lanes[Priority::Stop as usize].is_empty() || self.flight.iter().any(stop);
         any && !planted(PlantedBug::QueueWhileStopping)
     }
 
-    /// Whether a queued command waits for the queue to drain after a Clear.
+    /// True if a queued command waits for the queue to drain after a Clear.
     pub(super) fn wants_drain(&self) -> bool {
         let head = self.lanes[Priority::Stream as usize].front();
         self.tracker.draining() && head.is_some_and(Job::queued)
     }
 
-    /// Rule 4: whether an outstanding frame of the job's key belongs to a request that is not
-    /// waited for in the window any more.
+    /// Rule 4: true if an outstanding frame of the job's key belongs to a request that is no longer
+    /// waited for in the window.
     pub(super) fn haunted(&self, job: &Job) -> bool {
         let waited_for = |ticket: Ticket| {
             ticket == job.ticket
@@ -205,7 +215,7 @@ impl Connection {
         self.outstanding.haunted(job.key, waited_for) && !planted(PlantedBug::NoFence)
     }
 
-    /// Sends a read of our own; a fence instead when its key is haunted.
+    /// Sends a reading, or a fence if another request's reply could be taken for its own.
     fn send_own(&mut self, purpose: Purpose, row: &Row, now: Micros) -> Option<FrameBuf> {
         let request = Request::raw(row.id, Ctrl::GET, &[]).ok()?;
         let ticket = self.ticket();
@@ -216,13 +226,14 @@ impl Connection {
         Some(self.send(job, now))
     }
 
-    /// Sends a fence unless one is in flight; on an unordered link there are none.
+    /// Sends a fence unless one is in flight. Unordered links have no fences.
     fn send_fence(&mut self, now: Micros) -> Option<FrameBuf> {
         let fenced = self.flight.iter().any(|job| job.purpose == Purpose::Fence);
         if fenced || !self.settings.ordered {
             return None;
         }
         let turn = FENCES[self.next_fence % FENCES.len()];
+        // A row without outstanding frames needs no fence itself.
         let clean = FENCES
             .iter()
             .find(|row| !self.outstanding.contains(Key::read(row)));
@@ -230,7 +241,7 @@ impl Connection {
         self.send_own(Purpose::Fence, clean.copied().unwrap_or(turn), now)
     }
 
-    /// The queue is cleared.
+    /// Notes that the queue is cleared.
     pub(super) fn note_clear(&mut self) {
         self.tracker.clearing();
         self.witness.cleared();
@@ -247,10 +258,12 @@ impl Connection {
         job.due = false;
         job.sent = job.sent.saturating_add(1);
         job.since = now;
-        // One that is sent again while the first may still be answered keeps the next request of its key waiting.
+        // On an unordered link a retransmission within the lifetime of the first copy would block
+        // the next request of its key, so wait at least that long.
         let lifetime = (self.lifetime.measured()).filter(|_| !planted(PlantedBug::NoLifetime));
         let patience = match job.priority {
-            // A line that loses much must not make a stop rarer: it can be said twice, and nothing else goes out meanwhile.
+            // Losses must not make a stop rarer: it may be executed twice, and nothing else is sent
+            // meanwhile.
             Priority::Stop => self.estimator.first_timeout(),
             _ => self.estimator.timeout(),
         };
@@ -262,6 +275,7 @@ impl Connection {
             self.tracker.sends();
             self.begin_duplicate_check(now, job.sent);
         } else {
+            // The reply to this frame will settle the queued commands sent so far.
             self.settled = self.order;
         }
         job.order = self.order;

@@ -1,24 +1,29 @@
+//! Detection of resets by the controller's clock.
+
 use super::Micros;
 
-/// A clock that is so much behind what the elapsed time asks of it was set back, per mille. Crystals are better than that.
+/// Part of the expected progress below which the clock was set back, per mille. Crystals are far
+/// better than 5 %.
 const DRIFT: u64 = 950;
-/// And by so much more, us.
+/// Additional tolerance for delays of requests and replies, us.
 const SLACK: Micros = 50_000;
-/// Readings at least so far apart tell how fast the controller's clock runs.
+/// Least distance between readings from which the clock's rate is measured, us.
 const BASELINE: Micros = 1_000_000;
-/// The slowest clock that is assumed before one was measured, per mille: a virtual arm may be slowed down.
+/// Slowest rate assumed before it was measured, per mille: a virtual arm may be slowed down.
 const SLOWEST: u64 = 60;
 
-/// The controller's clock, which begins at 0 when it is switched on (document 1.3.5): 32 bits of milliseconds that run
-/// over after 49.7 days. It shows a reset by standing further back than the time that has passed allows.
+/// Observes the controller's clock, which starts at 0 at power-up (document 1.3.5).
+///
+/// It counts milliseconds in 32 bits and wraps after 49.7 days. A reset shows as a value too low
+/// for the time that has passed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Uptime {
     reading: Option<Reading>,
-    /// How fast it runs at least, per mille of our time.
+    /// Slowest rate seen, per mille of the host's time.
     rate: Option<u64>,
-    /// One reading behind was seen, and not believed yet.
+    /// True if a single reading was behind and not yet believed.
     suspect: bool,
-    /// It owes nothing to the time that passes here.
+    /// True if the clock does not follow the host's time.
     free: bool,
 }
 
@@ -30,7 +35,7 @@ struct Reading {
 }
 
 impl Uptime {
-    /// `free`: the clock does not keep step with ours.
+    /// Creates an observer. `free` is true if the clock does not keep pace with the host's.
     pub(super) fn new(free: bool) -> Self {
         Self {
             free,
@@ -38,8 +43,9 @@ impl Uptime {
         }
     }
 
-    /// A reading that was asked for at `asked` and came at `heard`; true when it shows a reset. On an unordered link one
-    /// alone may have been held up and proves nothing.
+    /// Processes a reading requested at `asked` and received at `heard`. True if it shows a reset.
+    ///
+    /// On an unordered link a single reading may have been delayed and proves nothing.
     pub(super) fn read(&mut self, value: u32, asked: Micros, heard: Micros, ordered: bool) -> bool {
         let new = Reading {
             asked,
@@ -63,12 +69,12 @@ impl Uptime {
         behind
     }
 
-    /// Whether the next reading can show a reset.
+    /// True if the next reading can show a reset.
     pub(super) fn is_known(&self) -> bool {
         self.reading.is_some()
     }
 
-    /// The reset is known; the next reading is a new beginning.
+    /// Discards the readings after a known reset.
     pub(super) fn forget(&mut self) {
         self.reading = None;
     }
@@ -76,10 +82,12 @@ impl Uptime {
     fn is_behind(&self, before: Reading, new: Reading) -> bool {
         let least = new.asked.saturating_sub(before.heard);
         let most = new.heard.saturating_sub(before.asked);
+        // After half a wrap a lower value no longer means anything.
         if most / 1000 >= u64::from(u32::MAX / 2) {
             return false;
         }
         let passed = new.value.wrapping_sub(before.value);
+        // More than half of the range is a step back.
         if passed > u32::MAX / 2 || self.free {
             return passed > u32::MAX / 2;
         }
@@ -89,11 +97,14 @@ impl Uptime {
 
     fn learn(&mut self, before: Reading, new: Reading) {
         let span = new.heard.saturating_sub(before.asked);
+        // Over a short span the delay of the readings would dominate the rate.
         if span < BASELINE {
             return;
         }
         let passed = u64::from(new.value.wrapping_sub(before.value));
+        // At most the host's rate: a clock that runs fast must not make a normal one look slow.
         let rate = (passed * 1_000_000 / span).min(1000);
+        // The slowest rate counts, because the speed of a virtual arm may change.
         self.rate = Some(self.rate.map_or(rate, |slowest| slowest.min(rate)));
     }
 }

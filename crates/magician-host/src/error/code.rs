@@ -1,38 +1,39 @@
-//! Whose problem an error is, and which one.
+//! Categories and codes of errors.
 
 use std::fmt;
 
 use crate::remedy::named;
 
-/// Whose problem an [`Error`](crate::Error) is. The names are stable; C return codes, Python exceptions and exit
-/// statuses are made from them.
+/// Category of an [`Error`](crate::Error). The names are stable; C return codes, Python exceptions
+/// and exit statuses are derived from them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// The request makes no sense: a NaN, a wrong name, a queue that belongs to another program.
+    /// Invalid request: a NaN, a wrong name, a queue that belongs to another program.
     InvalidInput,
-    /// The arm cannot get there.
+    /// The arm cannot reach the target.
     Unreachable,
-    /// The port is not there, not allowed, in use, or gone.
+    /// The port does not exist, may not be used, is in use, or was lost.
     Port,
-    /// No answer by the deadline.
+    /// No reply by the deadline.
     Timeout,
-    /// The peer answered what it should not.
+    /// The peer's reply is not what it should be.
     Unexpected,
-    /// This build or this peer cannot do it.
+    /// This build or this peer does not support the request.
     Unsupported,
-    /// The controller's queue has no room, or too many calls wait for the line: nothing was done, try again.
+    /// The controller's queue is full, or too many calls wait for the line. Nothing was done; try
+    /// again.
     QueueFull,
-    /// An alarm stands that holds the queue.
+    /// An alarm that holds the queue is active.
     Alarm,
     /// A command may or may not have been taken.
     Uncertain,
-    /// The connection has been closed, or a stop came first ([`ErrorCode::Stopped`]).
+    /// The connection is closed, or a stop came first ([`ErrorCode::Stopped`]).
     Closed,
 }
 
 impl ErrorKind {
-    /// The name in kebab case, as in JSON.
+    /// Name in kebab case, as in JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -49,8 +50,11 @@ impl ErrorKind {
         }
     }
 
-    /// Whether a pen is lifted from its paper after a run that failed so, once the arm has been stopped: not when the line is
-    /// gone, when an alarm holds the arm, and when another program has stopped it or it was reset.
+    /// True if a pen is lifted from its paper after a run that failed with this error, once the arm
+    /// has been stopped.
+    ///
+    /// False if the line is lost, if an alarm holds the arm, and if another program has stopped it
+    /// or it was reset.
     #[must_use]
     pub const fn lifts(self) -> bool {
         !matches!(self, Self::Port | Self::Alarm | Self::Closed)
@@ -64,92 +68,95 @@ impl fmt::Display for ErrorKind {
 }
 
 named! {
-    /// Which error it is. Programs decide by it, or by its [`kind`](Self::kind), never by the message. The names are
-    /// stable.
+    /// Code of an error. Programs decide by it or by its [`kind`](Self::kind), never by the
+    /// message. The names are stable.
     ErrorCode {
-        /// A value, a name or an argument makes no sense.
+        /// A value, name or argument is invalid.
         InvalidValue = "invalid-value",
-        /// The text names no port.
+        /// The text does not name a port.
         InvalidPort = "invalid-port",
-        /// The file of settings cannot be read, or says what makes no sense.
+        /// The settings file cannot be read or is invalid.
         InvalidSettings = "invalid-settings",
-        /// A file of a program or a plan cannot be carried out.
+        /// A file of a program or plan cannot be executed.
         InvalidProgram = "invalid-program",
-        /// The command is not of the kind that is wanted: no jog, no point-to-point move, none that can be queued.
+        /// The command is of the wrong kind: not a jog, not a point-to-point move, or not
+        /// queueable.
         WrongCommand = "wrong-command",
         /// A guard of the check failed: [`Error::guard`](crate::Error::guard).
         Guarded = "guarded",
-        /// It breaks the fence of the arm: [`Error::breach`](crate::Error::breach).
+        /// The motion crosses the fence of the arm: [`Error::breach`](crate::Error::breach).
         Fenced = "fenced",
-        /// It is stronger or faster than the fence of the arm allows: [`Error::breach`](crate::Error::breach).
+        /// The speed or laser power exceeds the fence of the arm:
+        /// [`Error::breach`](crate::Error::breach).
         FenceLimit = "fence-limit",
-        /// The laser would or could burn, and that was not allowed.
+        /// The laser would or could burn, which was not allowed.
         LaserNotAllowed = "laser-not-allowed",
-        /// The laser is on, and the arm would burn along its way.
+        /// The laser is on and would burn along the way.
         LaserOn = "laser-on",
-        /// The arm was not homed since it was switched on.
+        /// The arm was not homed since power-up.
         NotHomed = "not-homed",
-        /// It is not known where the arm stands.
+        /// The position of the arm is unknown.
         PositionUnknown = "position-unknown",
         /// Commands of another program wait in the queue.
         ForeignCommands = "foreign-commands",
-        /// Another program or a jog is under way over this connection.
+        /// Another program or a jog is running over this connection.
         Busy = "busy",
         /// A blocking call inside an async runtime.
         InsideRuntime = "inside-runtime",
-        /// The arm cannot get there: too far, too near, or beyond a limit of a joint.
+        /// The target is out of reach: too far, too near, or beyond a joint limit.
         OutOfReach = "out-of-reach",
         /// No arm was found.
         NoArm = "no-arm",
-        /// Several arms were found, and nothing says which one.
+        /// Several arms were found, and none was selected.
         SeveralArms = "several-arms",
-        /// The port is not there.
+        /// The port does not exist.
         NoPort = "no-port",
-        /// This user may not use the port.
+        /// The user may not use the port.
         PortForbidden = "port-forbidden",
-        /// Another program has the port.
+        /// The port is in use by another program.
         PortBusy = "port-busy",
-        /// The port, the network or the system does not work.
+        /// The port, the network or the operating system failed.
         PortFailed = "port-failed",
-        /// There is another arm, or none, where the arm was.
+        /// The device at the port is another arm, or not an arm.
         AnotherArm = "another-arm",
         /// The line to the arm broke.
         LineLost = "line-lost",
-        /// No answer came.
+        /// No reply came.
         NoAnswer = "no-answer",
         /// A jog was not kept up.
         NotKept = "not-kept",
-        /// It could not be sent in time.
+        /// The request could not be sent in time.
         NotSent = "not-sent",
         /// The arm did not confirm a stop, or still moves.
         StopUnconfirmed = "stop-unconfirmed",
         /// A command did not finish in time.
         NotFinished = "not-finished",
-        /// The queue does not run, so that nothing finishes.
+        /// The queue is stopped, so nothing finishes.
         QueueStopped = "queue-stopped",
-        /// The answer cannot be read, or is not what it should be.
+        /// The reply cannot be decoded or has unexpected content.
         BadAnswer = "bad-answer",
-        /// The arm refuses it.
+        /// The arm refused the command.
         Refused = "refused",
-        /// What answers is no Magician.
+        /// The device that replies is not a Magician.
         NotAnArm = "not-an-arm",
-        /// It was built without the feature that this needs.
+        /// The required feature was not built in.
         NotBuiltIn = "not-built-in",
-        /// This arm or its line cannot do it.
+        /// The arm or its line does not support the request.
         Unsupported = "unsupported",
-        /// The queue has no room.
+        /// The queue is full.
         QueueFull = "queue-full",
-        /// The queue was cleared, and its command under way has not finished.
+        /// The queue was cleared, and the running command has not finished.
         QueueDraining = "queue-draining",
-        /// Too many requests wait at once.
+        /// Too many requests are waiting.
         TooManyRequests = "too-many-requests",
         /// An alarm holds the queue: [`Error::alarms`](crate::Error::alarms).
         Alarm = "alarm",
-        /// The queue is at rest without an active alarm: an alarm that is gone still holds it, or a program has stopped it.
+        /// The queue is held without an active alarm: by an alarm that is gone, or because a
+        /// program stopped it.
         Held = "held",
-        /// It cannot be told whether the arm took the command.
+        /// The arm may or may not have taken the command.
         Uncertain = "uncertain",
-        /// The arm was reset, and its queue is gone.
+        /// The arm was reset, and its queue is lost.
         Reset = "reset",
         /// The arm has taken more commands than were sent.
         Unaccounted = "unaccounted",
@@ -157,7 +164,7 @@ named! {
         Stopped = "stopped",
         /// The command was dropped from the queue.
         Dropped = "dropped",
-        /// The run or the jog is over, or the arm is not where it was to begin.
+        /// The run or the jog is over, or the arm is not where it was supposed to begin.
         RunOver = "run-over",
         /// An earlier command is uncertain, so this one was not sent.
         AfterUncertain = "after-uncertain",
@@ -167,7 +174,7 @@ named! {
 }
 
 impl ErrorCode {
-    /// Whose problem it is.
+    /// Category of the error.
     #[must_use]
     pub const fn kind(self) -> ErrorKind {
         match self {

@@ -1,5 +1,7 @@
-//! What goes wrong, as data: a code, where, the values, and what to do about it; and the fact as a sentence, which names no flag
-//! and no call.
+//! Errors as data: code, location, values and remedies, with the fact as a sentence.
+//!
+//! The sentence names no flag, verb or call, because front ends differ in these; what to do is a
+//! [`Remedy`], which each front end words by its [`Voice`](crate::Voice).
 
 mod code;
 mod motion;
@@ -17,10 +19,10 @@ pub(crate) use self::motion::of_motion;
 use crate::remedy::{Act, Action, Given, Remedy, Setting};
 use crate::{Message, message};
 
-/// What the driver returns.
+/// Result of the driver's operations.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why something could not be done: a sentence for people, and the parts of it for programs.
+/// Error of the driver: a sentence for people, and its parts for programs.
 ///
 /// ```
 /// use magician_host::{ErrorKind, build};
@@ -34,9 +36,9 @@ pub struct Error(Box<Details>);
 struct Details {
     code: ErrorCode,
     message: Message,
-    /// The same in the terms of the arm, where the message is in those of the caller.
+    /// The fact in the terms of the arm, if the message is in those of the caller.
     detail: Option<Message>,
-    /// How far a motion would come that leaves the reach on its way, percent.
+    /// Progress of a motion that leaves the reach on its way, percent.
     progress: Option<f64>,
     step: Option<usize>,
     command: Option<String>,
@@ -47,18 +49,18 @@ struct Details {
     to: Option<u64>,
     alarms: Option<AlarmSet>,
     remedies: Vec<Remedy>,
-    /// What of the arm's fence it would break.
+    /// Breach of the arm's fence.
     breach: Option<Breach>,
-    /// The check of a program that has refused it.
+    /// Guard that refused the program.
     guard: Option<&'static str>,
-    /// Address of the station of this machine that has the port.
+    /// Address of the station on this machine that uses the port.
     station: Option<String>,
     source: Option<io::Error>,
 }
 
-/// The parts.
+/// Parts of an error.
 impl Error {
-    /// Which error it is.
+    /// Code of the error.
     ///
     /// ```
     /// use magician_host::{ErrorCode, build};
@@ -71,25 +73,25 @@ impl Error {
         self.0.code
     }
 
-    /// Whose problem it is.
+    /// Category of the error.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
         self.0.code.kind()
     }
 
-    /// The fact, without the command and its place in a list.
+    /// The fact, without the command and its position in a list.
     #[must_use]
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// The fact as a sentence that can be said in another language.
+    /// The fact as a translatable sentence.
     #[must_use]
     pub fn sentence(&self) -> &Message {
         &self.0.message
     }
 
-    /// The same with the text that `Display` prints, which names the command.
+    /// The same with the text of `Display`, which names the command.
     #[must_use]
     pub fn in_words(&self) -> Message {
         let sentence = &self.0.message;
@@ -103,37 +105,38 @@ impl Error {
         }
     }
 
-    /// The fact in the terms of the arm (joints, distances from its shoulder), where the message tells it by a place.
+    /// The fact in the terms of the arm (joints, distances from its shoulder). `None` unless the
+    /// message describes it by a position.
     #[must_use]
     pub fn detail(&self) -> Option<&str> {
         self.0.detail.as_deref()
     }
 
-    /// What to do about it, the best first.
+    /// Remedies, the best first.
     #[must_use]
     pub fn remedies(&self) -> &[Remedy] {
         &self.0.remedies
     }
 
-    /// The place of the command in the list that it came in, from 0.
+    /// Position of the command in its list, from 0. `None` for a single command.
     #[must_use]
     pub fn step(&self) -> Option<usize> {
         self.0.step
     }
 
-    /// The vendor's name of the command that failed (`GetPose`, `SetPTPCmd`), or its id.
+    /// Vendor's name of the failed command (`GetPose`, `SetPTPCmd`), or its id.
     #[must_use]
     pub fn command(&self) -> Option<&str> {
         self.0.command.as_deref()
     }
 
-    /// The value that was asked for or found, in [`unit`](Self::unit).
+    /// Value requested or found, in [`unit`](Self::unit).
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         self.0.value
     }
 
-    /// The limit it breaks, in [`unit`](Self::unit).
+    /// Limit that the value exceeds, in [`unit`](Self::unit).
     #[must_use]
     pub fn limit(&self) -> Option<f64> {
         self.0.limit
@@ -145,27 +148,27 @@ impl Error {
         self.0.unit
     }
 
-    /// For [`ErrorKind::Uncertain`]: first queue index in doubt, when it is known.
+    /// For [`ErrorKind::Uncertain`]: first uncertain queue index. `None` if unknown.
     #[must_use]
     pub fn from_index(&self) -> Option<u64> {
         self.0.from
     }
 
-    /// For [`ErrorKind::Uncertain`]: last queue index in doubt, when it is known.
+    /// For [`ErrorKind::Uncertain`]: last uncertain queue index. `None` if unknown.
     #[must_use]
     pub fn to_index(&self) -> Option<u64> {
         self.0.to
     }
 
-    /// For [`ErrorKind::Alarm`]: the alarms that stand. Empty when only the hold that an alarm left
-    /// behind stands.
+    /// For [`ErrorKind::Alarm`]: active alarms. Empty if the queue is still held by an alarm that
+    /// is gone.
     #[must_use]
     pub fn alarms(&self) -> Option<&AlarmSet> {
         self.0.alarms.as_ref()
     }
 
-    /// The check of a program that has refused it, by its name in [`Guards`](crate::preflight::Guards), if it is one that can be
-    /// switched off.
+    /// Guard that refused the program, by its name in [`Guards`](crate::preflight::Guards). `None`
+    /// if it was not a guard.
     ///
     /// ```
     /// use magician_host::build;
@@ -181,8 +184,8 @@ impl Error {
         self.0.guard
     }
 
-    /// Address of the station of this machine that has the port, with the name of the arm there where it has several: the arm
-    /// can be used through it. `None` where no station has it.
+    /// Address of the station on this machine that uses the port, with the name of the arm if the
+    /// station has several. The arm can be used through it. `None` if no station uses the port.
     ///
     /// ```
     /// use magician_host::{Error, ErrorCode};
@@ -197,16 +200,16 @@ impl Error {
         self.0.station.as_deref()
     }
 
-    /// What of the arm's fence it would break.
+    /// Breach of the arm's fence. `None` for other errors.
     #[must_use]
     pub fn breach(&self) -> Option<&Breach> {
         self.0.breach.as_ref()
     }
 }
 
-/// Making one.
+/// Constructors and builders.
 impl Error {
-    /// An error with this fact as its sentence.
+    /// Creates an error with this fact as its sentence.
     #[must_use]
     pub fn new(code: ErrorCode, message: impl Into<Message>) -> Self {
         Self(Box::new(Details {
@@ -230,13 +233,13 @@ impl Error {
         }))
     }
 
-    /// A value or a name that makes no sense.
+    /// Creates an error for an invalid value or name.
     #[must_use]
     pub fn invalid(message: impl Into<Message>) -> Self {
         Self::new(ErrorCode::InvalidValue, message)
     }
 
-    /// A port, a network or a part of the system that does not work.
+    /// Creates an error for a port, a network or a part of the operating system that failed.
     #[must_use]
     pub fn port(message: impl Into<Message>, source: io::Error) -> Self {
         Self::new(ErrorCode::PortFailed, message).with_source(source)
@@ -249,14 +252,14 @@ impl Error {
         self
     }
 
-    /// Says which command of a list it is, from 0.
+    /// Adds the position of the command in its list, from 0.
     #[must_use]
     pub fn at_step(mut self, step: usize) -> Self {
         self.0.step = Some(step);
         self
     }
 
-    /// Adds something to do about it, and what that does.
+    /// Adds a remedy with its effect.
     #[must_use]
     pub fn remedy(
         mut self,
@@ -267,7 +270,7 @@ impl Error {
         self
     }
 
-    /// Adds that the station at this address has the port, and what using that does.
+    /// Adds that the station at this address uses the port, and the effect of using the station.
     #[must_use]
     pub fn at_station(
         mut self,
@@ -279,7 +282,7 @@ impl Error {
         self.remedy(Act::UseStation(url.into()), effect)
     }
 
-    /// Adds the value and the limit it breaks.
+    /// Adds the value and the limit that it exceeds.
     #[must_use]
     pub fn with_limit(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
         self.0.value = Some(value);
@@ -288,18 +291,18 @@ impl Error {
         self
     }
 
-    /// How far the motion would come, percent, if it leaves the reach on its way.
+    /// Progress of a motion that leaves the reach on its way, percent.
     pub(crate) fn progress(&self) -> Option<f64> {
         self.0.progress
     }
 
-    /// Tells it by a place; what was said so far is the detail.
+    /// Replaces the message by one about a position; the previous one becomes the detail.
     pub(crate) fn in_place(mut self, message: Message) -> Self {
         self.0.detail = Some(std::mem::replace(&mut self.0.message, message));
         self
     }
 
-    /// The end would be reachable, but not the way there.
+    /// Adds that the end would be reachable but not the path to it.
     pub fn on_the_way(mut self, percent: f64) -> Self {
         let cause = &self.0.message;
         self.0.message = message!("{percent:.0} % of the way there: {cause}", percent, cause);
@@ -307,24 +310,25 @@ impl Error {
         self
     }
 
-    /// With the error of the system that caused it.
+    /// Adds the error of the operating system that caused it.
     #[must_use]
     pub fn with_source(mut self, source: io::Error) -> Self {
         self.0.source = Some(source);
         self
     }
 
-    /// Refused by the guard of this name.
+    /// Creates an error for a refusal by a guard.
     pub fn guarded(guard: &'static str, message: impl Into<Message>) -> Self {
         let mut error = Self::new(ErrorCode::Guarded, message);
         error.0.guard = Some(guard);
         error
     }
 
-    /// What a fence does not let pass.
+    /// Creates an error for a breach of the fence.
     #[must_use]
     pub fn fenced(breach: Breach) -> Self {
         let code = match breach.part {
+            // Too fast or too strong is a wrong value; leaving the space is a matter of reach.
             FencePart::TopSpeed | FencePart::Laser => ErrorCode::FenceLimit,
             _ => ErrorCode::Fenced,
         };
@@ -334,13 +338,13 @@ impl Error {
         error
     }
 
-    /// What was not sent because the laser would or could burn.
+    /// Creates an error for a command that was not sent because the laser would or could burn.
     pub fn burning(message: impl Into<Message>) -> Self {
         Self::new(ErrorCode::LaserNotAllowed, message)
             .remedy((Setting::AllowLaser, Given::On), "allows it")
     }
 
-    /// A command that may or may not have been taken.
+    /// Creates an error for a command that may or may not have been taken.
     pub fn uncertain(from: Option<u64>, to: Option<u64>) -> Self {
         let message = match (from, to) {
             (Some(from), Some(to)) => {
@@ -362,8 +366,8 @@ impl Error {
         error
     }
 
-    /// The same error, of an arm whose tool bias is 0: what is out of reach may be within reach of its tool. Other errors stay as
-    /// they are.
+    /// Adds the hint that the tool bias is 0, so that the target may be in reach of the real tool.
+    /// Errors other than of reach are unchanged.
     #[must_use]
     pub(crate) fn of_unknown_tool(mut self) -> Self {
         if self.0.code != ErrorCode::OutOfReach {
@@ -377,10 +381,11 @@ impl Error {
         )
     }
 
-    /// A copy for another waiting caller, without the system's error.
+    /// Copies the error for another waiting caller, without the error of the operating system.
     #[must_use]
     pub fn copy(&self) -> Self {
         Self(Box::new(Details {
+            // `io::Error` cannot be cloned.
             source: None,
             message: self.0.message.clone(),
             detail: self.0.detail.clone(),
@@ -392,7 +397,7 @@ impl Error {
         }))
     }
 
-    /// The same error with another sentence, which says the command itself if it is to be said.
+    /// Copies the error with another sentence, which includes the command if needed.
     #[must_use]
     pub fn retold(&self, message: impl Into<Message>) -> Self {
         let mut told = self.copy();
@@ -401,15 +406,17 @@ impl Error {
         told
     }
 
-    /// The queue indices that it is about, as far as they are known.
+    /// Adds the queue indices concerned, as far as they are known.
     pub fn between(mut self, from: Option<u64>, to: Option<u64>) -> Self {
         (self.0.from, self.0.to) = (from, to);
         self
     }
 
-    /// Alarms that hold the queue; `tool_unknown` is whether they may come from a tool that the arm was never told of.
+    /// Creates an error for alarms that hold the queue. `tool_unknown` is true if they may be
+    /// caused by a tool that was never set.
     pub fn alarm(alarms: AlarmSet, tool_unknown: bool) -> Self {
         let mut message = message!("the arm stopped with an alarm");
+        // Alarms below 0x08 do not hold the queue, so they are not the reason.
         for code in alarms.codes().filter(|code| Alarm::blocks(*code)) {
             let (before, number) = (&message, format!("{code:#04x}"));
             message = match Alarm::with_code(code) {
@@ -446,7 +453,7 @@ impl Error {
         error
     }
 
-    /// The queue stands although no alarm does.
+    /// Creates an error for a queue that is held without an active alarm.
     pub fn held() -> Self {
         let message =
             message!("the arm is at rest with commands in its queue, and has no alarm now");
@@ -459,13 +466,15 @@ impl Error {
                 Action::StartQueue,
                 "continues if another program has stopped the queue",
             );
+        // Empty, but present: callers distinguish it from errors without alarms.
         error.0.alarms = Some(AlarmSet::new());
         error
     }
 
-    /// The arm forgot its queue.
+    /// Creates an error for a reset of the arm. `gone` are the first and last lost index.
     pub fn reset(gone: Option<(u64, u64)>) -> Self {
         let (message, from, to) = match gone {
+            // u64::MAX: a command without a known index was lost as well.
             Some((from, u64::MAX)) => {
                 let message = message!(
                     "the arm was switched off and on, or reset: its queue is lost (from queue \
@@ -497,7 +506,7 @@ impl Error {
         error
     }
 
-    /// More was queued than this program sent.
+    /// Creates an error for more queued commands than this program sent.
     pub fn unaccounted(from: u64, to: u64) -> Self {
         let message = message!(
             "the arm has taken more commands than this program sent (up to queue index {to}): the \
@@ -510,27 +519,26 @@ impl Error {
         error
     }
 
-    /// The connection has ended.
+    /// Creates an error for a closed connection.
     #[must_use]
     pub fn closed() -> Self {
         Self::new(ErrorCode::Closed, message!("the connection is closed"))
     }
 
-    /// The task that owns the line takes no wishes.
+    /// Creates an error for a driver task that accepts no messages.
     pub fn stuck() -> Self {
         Self::new(ErrorCode::NotSent, message!("the connection is stuck"))
     }
 
-    /// The line failed while in use, or the program at its other end refused what was asked for
-    /// (`PermissionDenied`) or is gone (`ConnectionAborted`, with words of its own).
+    /// Creates an error for a line that failed while in use, or whose peer refused a request
+    /// (`PermissionDenied`) or ended (`ConnectionAborted`, with its own text).
     pub fn gone(name: &str, source: io::Error) -> Self {
         let message = match source.kind() {
             io::ErrorKind::PermissionDenied => {
                 message!("refused: {cause}", cause = source.to_string())
             }
-            // The program at the other end, or what stands for it, says in its own words why the
-            // line is over: there is no cable to look at. The system's errors of this kind have no
-            // words of their own.
+            // A program at the other end states in its own words why the line is over, and no cable
+            // is to blame. The system's own errors of this kind have no text.
             io::ErrorKind::ConnectionAborted if source.get_ref().is_some() => {
                 source.to_string().into()
             }
@@ -545,7 +553,7 @@ impl Error {
     }
 }
 
-/// An interval of queue indices.
+/// Interval of queue indices in words.
 fn span(from: u64, to: u64) -> Message {
     if from == to {
         message!("queue index {from}", from)
@@ -554,7 +562,7 @@ fn span(from: u64, to: u64) -> Message {
     }
 }
 
-/// What a `main` that returns the error prints: the sentence, the code, and what to do about it.
+/// Output of a `main` that returns the error: sentence, code and remedies.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(step) = self.0.step {
@@ -568,10 +576,10 @@ impl fmt::Debug for Error {
     }
 }
 
-/// A sentence may quote an arm, a file or a port; a terminal obeys nothing of that.
+/// The sentence may quote an arm, a file or a port, so control characters are escaped.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Where the arm cannot go is a fact about a place: which command would lead there says nothing to a person.
+        // For a position out of reach the command's name does not help a person.
         let is_of_a_place = matches!(self.0.code, ErrorCode::OutOfReach | ErrorCode::Fenced);
         if let Some(command) = self.0.command.as_ref().filter(|_| !is_of_a_place) {
             write!(f, "{}: ", visible_lines(command))?;
@@ -596,10 +604,12 @@ impl From<EncodeError> for Error {
 impl From<RangeError> for Error {
     fn from(error: RangeError) -> Self {
         let refused = Self::invalid(error.to_string());
+        // NaN and infinities break no bound in particular.
         let Some(limit) = error.limit() else {
             return refused;
         };
-        // The number as it was given: a program that reads it back finds 0.001, not its nearest `f32`.
+        // The number as given: a program that reads it back gets 0.001 rather than its nearest
+        // `f32`.
         let value = match error.value {
             Number::Float(number) => number.to_string().parse().unwrap_or(f64::from(number)),
             Number::Integer(_) => error.value.to_f64(),
@@ -627,6 +637,7 @@ impl From<MotionError> for Error {
             MotionError::Unreachable(
                 Unreachable::TooFar { distance, limit } | Unreachable::TooNear { distance, limit },
             ) => Self::new(ErrorCode::OutOfReach, message).with_limit(distance, limit, "mm"),
+            // Not finite: a wrong value rather than a place out of reach.
             MotionError::Unreachable(_) => Self::invalid(message),
             _ => Self::invalid(message),
         }

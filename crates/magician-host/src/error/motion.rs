@@ -1,10 +1,11 @@
-//! Errors of geometry and fence as messages: the crate below has the same sentences without templates.
+//! Errors of geometry and fence as messages. `magician-motion` has the same sentences without
+//! templates; assertions keep both equal.
 
 use magician_motion::{Breach, FencePart, MotionError, Unreachable};
 
 use crate::{Message, message};
 
-/// The sentence of a motion that cannot be made.
+/// Sentence of an impossible motion.
 pub(crate) fn of_motion(error: &MotionError) -> Message {
     let message = match *error {
         MotionError::Unreachable(Unreachable::TooFar { distance, limit }) => message!(
@@ -35,13 +36,14 @@ pub(crate) fn of_motion(error: &MotionError) -> Message {
         }
         MotionError::Coincident => message!("two of the three points of the arc are the same"),
         MotionError::Collinear => message!("the three points of the arc are on a straight line"),
+        // Variants without values worth a template of their own.
         _ => error.to_string().into(),
     };
     debug_assert_eq!(message, error.to_string());
     message
 }
 
-/// The sentence of what a fence does not let pass.
+/// Sentence of a breach of the fence.
 pub(crate) fn of_breach(breach: &Breach) -> Message {
     let Breach {
         part, value, limit, ..

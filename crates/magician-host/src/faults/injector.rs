@@ -1,68 +1,70 @@
+//! Fault injection for a single direction of a line.
+
 use std::collections::VecDeque;
 
 use super::Faults;
 use super::dice::Dice;
 use crate::connection::Micros;
 
-/// Most bytes under way; a line that stands still for longer loses what comes then.
+/// Largest number of bytes under way. A line that stalls for longer loses further bytes.
 const ROOM: usize = 64 * 1024;
-/// Most chunks under way.
+/// Largest number of chunks under way.
 const CHUNKS: usize = 1024;
-/// Most pieces that a chunk is cut into.
+/// Largest number of pieces that a chunk is cut into.
 const PIECES: u64 = 4;
-/// The longest time between two pieces, and the longest wait for a chunk to come along with, us.
+/// Longest time between two pieces, and longest wait of a chunk for the next one to join, us.
 const APART: Micros = 2_000;
-/// Sets the chances of chunks apart from those of bytes, so that the bytes that are hit do not
-/// depend on what happens to chunks.
+/// Separates the random numbers of chunks from those of bytes.
+// Faults of chunks then do not change which bytes are hit.
 const OTHER_DICE: u64 = 0x5EED_0000_C4C4_C4C4;
 
-/// What comes out of a line.
+/// Output of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Passed {
-    /// A chunk.
+    /// A chunk of bytes.
     Bytes(Vec<u8>),
-    /// The plug is out: nothing passes before [`Injector::plug_in`].
+    /// The plug was pulled: nothing passes before [`Injector::plug_in`].
     Unplugged,
     /// The controller restarts now.
     Reset,
 }
 
-/// What an [`Injector`] has done so far.
+/// Counts of the faults that an [`Injector`] has caused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Bytes that became another one.
+    /// Bytes replaced by another value.
     pub replaced: u64,
-    /// Bytes of which one bit was turned.
+    /// Bytes with one bit flipped.
     pub flipped: u64,
-    /// Bytes that were lost one by one.
+    /// Single bytes lost.
     pub dropped: u64,
-    /// Inserted bytes.
+    /// Bytes inserted.
     pub inserted: u64,
-    /// Bytes that came twice.
+    /// Bytes duplicated.
     pub duplicated: u64,
-    /// Pairs of bytes that changed places.
+    /// Pairs of bytes swapped.
     pub swapped: u64,
-    /// Chunks that were lost, those that had no room among them.
+    /// Chunks lost, including those without room.
     pub dropped_chunks: u64,
-    /// Chunks that came twice.
+    /// Chunks duplicated.
     pub duplicated_chunks: u64,
-    /// Chunks that let another one pass, or waited for one.
+    /// Chunks that were overtaken by the next one, or waited for it.
     pub swapped_chunks: u64,
-    /// Chunks that were late by themselves.
+    /// Chunks delayed individually.
     pub late_chunks: u64,
     /// Stalls.
     pub stalls: u64,
-    /// Chunks that came in other cuts.
+    /// Chunks delivered in other pieces.
     pub rechunked: u64,
-    /// Pulled plugs.
+    /// Plugs pulled.
     pub unplugged: u64,
-    /// Restarts.
+    /// Restarts of the controller.
     pub resets: u64,
 }
 
 impl Tally {
-    /// All together.
+    /// Sum of all counts.
     #[must_use]
     pub fn total(&self) -> u64 {
         let bytes = [
@@ -87,32 +89,32 @@ impl Tally {
     }
 }
 
-/// One direction of a line with faults: bytes go in with [`push`](Self::push) and come out of
-/// [`poll`](Self::poll), at [`poll_timeout`](Self::poll_timeout) if not at once.
+/// A single direction of a line with faults. Bytes go in by [`push`](Self::push) and come out of
+/// [`poll`](Self::poll), immediately or at [`poll_timeout`](Self::poll_timeout).
 #[derive(Clone, Debug)]
 pub struct Injector {
     faults: Faults,
-    /// For bytes; drawn from once a byte, and more for a byte that is hit.
+    /// Random numbers for bytes: one per byte, more for a byte that is hit.
     dice: Dice,
-    /// For chunks.
+    /// Random numbers for chunks.
     chunk_dice: Dice,
-    /// In the order in which it comes out; times never go down.
+    /// Output in order; times never decrease.
     under_way: VecDeque<(Micros, Passed)>,
-    /// Late by themselves, in no order.
+    /// Individually delayed chunks, in no order.
     late: Vec<(Micros, Vec<u8>)>,
-    /// Bytes in `under_way` and `late`.
+    /// Number of bytes in `under_way` and `late`.
     pub(super) load: usize,
-    /// The last one under way may take the next chunk along.
+    /// True if the last entry under way may take the next chunk along.
     open: bool,
-    /// Waits for the next chunk to pass.
+    /// Chunk that waits for the next one to overtake it.
     held: Option<(Micros, Vec<u8>)>,
     unplugged: bool,
     tally: Tally,
 }
 
 impl Injector {
-    /// A line that does this, with chances of this seed; the two directions of a line take
-    /// different ones. [`Faults::seed`] is not looked at.
+    /// Creates a line with these faults and random numbers from `seed`. The two directions of a
+    /// line need different seeds; [`Faults::seed`] is ignored.
     #[must_use]
     pub fn new(faults: Faults, seed: u64) -> Self {
         Self {
@@ -129,23 +131,25 @@ impl Injector {
         }
     }
 
-    /// From now on it does this.
+    /// Sets the faults from now on.
     pub fn set_faults(&mut self, faults: Faults) {
         self.faults = faults;
     }
 
-    /// What it has done so far.
+    /// Counts so far.
     #[must_use]
     pub fn tally(&self) -> Tally {
         self.tally
     }
 
-    /// A chunk goes in: a frame, a write, a datagram.
+    /// Puts in a chunk: a frame, a write, a datagram.
     pub fn push(&mut self, now: Micros, bytes: &[u8]) {
+        // Without a plug bytes are lost before they reach the line.
         if self.unplugged || bytes.is_empty() {
             return;
         }
         self.release(now);
+        // Bytes first, so that their random numbers do not depend on what happens to the chunk.
         let chunk = self.spoil(bytes);
         if self.strikes(self.faults.unplug) {
             self.pull(now);
@@ -159,7 +163,7 @@ impl Injector {
         }
     }
 
-    /// What has come through by now, in its order.
+    /// Takes out what has come through by `now`, in order. `None` if there is nothing.
     pub fn poll(&mut self, now: Micros) -> Option<Passed> {
         self.release(now);
         let first = self.under_way.front().map(|(at, _)| *at);
@@ -180,29 +184,32 @@ impl Injector {
         Some(passed)
     }
 
-    /// When to [`poll`](Self::poll) next; what has waited may have to wait a little more then.
+    /// Instant of the next [`poll`](Self::poll), which may find that it has to wait a little
+    /// longer. `None` if nothing is under way.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
-        // What has waited for another one to pass still comes behind what is under way.
+        // A chunk waiting to be overtaken comes behind everything under way.
         let next = self.under_way.front().map(|(at, _)| *at);
         let next = next.or_else(|| self.held.as_ref().map(|(until, _)| *until));
         let late = self.next_late().map(|(_, at)| at);
         next.into_iter().chain(late).min()
     }
 
-    /// Which of the late ones comes first, and when.
+    /// Index and time of the next individually delayed chunk. `None` without such chunks.
     fn next_late(&self) -> Option<(usize, Micros)> {
         let times = self.late.iter().map(|(at, _)| *at).enumerate();
         times.min_by_key(|(_, at)| *at)
     }
 
-    /// The plug is in again; called by the owner that was told that it was pulled. What was under way is lost.
+    /// Reconnects the plug. The owner calls this after [`Passed::Unplugged`]; everything under way
+    /// is lost.
     pub fn plug_in(&mut self) {
         self.clear();
         self.unplugged = false;
     }
 
-    /// Whether it happens now. What never happens draws no number.
+    /// True if a fault with this rate strikes. A rate of 0 draws no number, so other faults do not
+    /// change.
     fn strikes(&mut self, rate: f64) -> bool {
         rate > 0.0 && self.chunk_dice.share() < rate
     }
@@ -222,12 +229,13 @@ impl Injector {
         self.held = None;
     }
 
-    /// A chunk that is not lost: stalls, waits, is cut, comes twice.
+    /// Forwards a surviving chunk, with stalls, delays, cuts and duplicates.
     fn forward(&mut self, now: Micros, chunk: Vec<u8>) {
         if chunk.is_empty() {
             return;
         }
         let twice = self.strikes(self.faults.duplicate_chunk);
+        // Only one chunk waits at a time.
         let wait = self.strikes(self.faults.swap_chunk) && self.held.is_none();
         let mut at = now;
         if self.strikes(self.faults.stall) {
@@ -237,12 +245,14 @@ impl Injector {
                 stall_for,
                 ..
             } = self.faults;
+            // `check` has refused a reversed interval; saturation only avoids a panic.
             let more = stall_for.saturating_sub(stall_least);
             let more = self.chunk_dice.below(more.saturating_add(1));
             at = now.saturating_add(stall_least).saturating_add(more);
         }
         if wait {
             self.tally.swapped_chunks += 1;
+            // Bounded, so that the last chunk of a test is not held for ever.
             self.held = Some((at.saturating_add(self.faults.hold_for), chunk.clone()));
         } else {
             self.hurry(at, chunk.clone());
@@ -256,11 +266,12 @@ impl Injector {
         }
     }
 
-    /// Sends a chunk in its turn, or late by itself.
+    /// Sends a chunk in order, or delayed individually.
     fn hurry(&mut self, at: Micros, chunk: Vec<u8>) {
         if !self.strikes(self.faults.late_chunk) {
             return self.cut(at, chunk);
         }
+        // Like a full buffer of a network, which drops what does not fit.
         if self.late.len() >= CHUNKS || self.load + chunk.len() > ROOM {
             self.tally.dropped_chunks += 1;
             return;
@@ -273,7 +284,7 @@ impl Injector {
         self.late.push((at.saturating_add(late), chunk));
     }
 
-    /// The chunk that waited for another one to pass has waited long enough.
+    /// Sends the chunk that waited to be overtaken, if it has waited long enough.
     fn release(&mut self, now: Micros) {
         if self.held.as_ref().is_some_and(|(until, _)| *until <= now)
             && let Some((until, held)) = self.held.take()
@@ -282,7 +293,7 @@ impl Injector {
         }
     }
 
-    /// Sends a chunk whole, or in other cuts.
+    /// Sends a chunk whole, or in other pieces.
     fn cut(&mut self, at: Micros, chunk: Vec<u8>) {
         if !self.strikes(self.faults.rechunk) {
             return self.send(at, Passed::Bytes(chunk));
@@ -290,6 +301,7 @@ impl Injector {
         self.tally.rechunked += 1;
         let pieces = 1 + self.chunk_dice.below(PIECES);
         if pieces == 1 {
+            // A single piece: delayed, and joined with the next chunk.
             let at = at.saturating_add(APART);
             self.send(at, Passed::Bytes(chunk));
             self.open = matches!(self.under_way.back(), Some((_, Passed::Bytes(_))));
@@ -312,7 +324,7 @@ impl Injector {
         }
     }
 
-    /// Puts it under way behind what is there.
+    /// Appends an output behind those under way.
     fn send(&mut self, at: Micros, passed: Passed) {
         let size = match &passed {
             Passed::Bytes(bytes) => bytes.len(),
@@ -327,19 +339,21 @@ impl Injector {
         match (self.under_way.back_mut(), passed) {
             (Some((_, Passed::Bytes(last))), Passed::Bytes(bytes)) if joins => last.extend(bytes),
             (last, passed) => {
+                // A line keeps its order: nothing overtakes a stalled chunk.
                 let at = last.map_or(at, |(before, _)| at.max(*before));
                 self.under_way.push_back((at, passed));
             }
         }
     }
 
-    /// What happens to the bytes of a chunk.
+    /// Applies the faults of bytes to a chunk.
     fn spoil(&mut self, bytes: &[u8]) -> Vec<u8> {
         let rates = self.faults;
         let mut out = Vec::with_capacity(bytes.len() + 4);
-        // Waits for the byte with which it changes places.
+        // Byte that waits to be swapped with the next one.
         let mut later = None;
         for (at, &byte) in bytes.iter().enumerate() {
+            // A single number decides among all faults of a byte, whose rates exclude each other.
             let mut chance = self.dice.share();
             let mut is = |rate: f64| {
                 let hit = chance < rate;
@@ -348,7 +362,7 @@ impl Injector {
             };
             if is(rates.replace) {
                 self.tally.replaced += 1;
-                // Never the same one.
+                // Never the same value.
                 let by = 1 + self.dice.below(255) as u8;
                 out.push(byte.wrapping_add(by));
             } else if is(rates.flip) {

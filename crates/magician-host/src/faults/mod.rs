@@ -1,10 +1,10 @@
-//! What a bad cable does, from a seed: bytes replaced, turned, lost, added, doubled and swapped;
-//! datagrams lost, doubled, out of order; stalls, other cuts, a pulled plug, a controller that
-//! restarts.
+//! Fault injection: a bad line from a seed, for tests, soak runs and `--faults`.
 //!
-//! [`Faults`] says how often (`flip=1e-4,drop=1e-5,seed=7`), an [`Injector`] does it to one
-//! direction of a line. It is a state machine without I/O and without a clock, and the same seed
-//! and the same pushes give the same bytes.
+//! Bytes are replaced, flipped, lost, inserted, duplicated and swapped; datagrams are lost,
+//! duplicated and reordered; lines stall, cut data differently, are unplugged; the controller
+//! restarts. [`Faults`] gives the rates (`flip=1e-4,drop=1e-5,seed=7`), and an [`Injector`] applies
+//! them to one direction of a line. It has no I/O and no clock: the same seed and the same input
+//! give the same output.
 //!
 //! ```
 //! use magician_host::faults::{Faults, Injector, Passed};

@@ -1,33 +1,35 @@
+//! Rates of faults, and their text form.
+
 use std::fmt;
 use std::str::FromStr;
 
 use crate::connection::Micros;
 use crate::{Error, Result};
 
-/// How often a line does what, and from which seed.
+/// Rates of faults, with the seed.
 ///
-/// Rates are probabilities from 0 to 1. Those of bytes exclude each other, so together they are at
-/// most 1. A chunk is what one push brings: a frame, a write, a datagram. As text it is a list of
-/// `key=value` with commas, in any order; what is left out is off:
+/// Rates are probabilities from 0 to 1. Those of bytes exclude each other, so their sum is at most
+/// one. A chunk is the input of one push: a frame, a write, a datagram. The text form is a list of
+/// `key=value` separated by commas, in any order; omitted faults are off:
 ///
-/// | key | what happens |
+/// | key | fault |
 /// |---|---|
-/// | `replace` | a byte becomes another one |
-/// | `flip` | one bit of a byte is turned |
+/// | `replace` | a byte is replaced by another value |
+/// | `flip` | one bit of a byte is flipped |
 /// | `drop` | a byte is lost |
-/// | `insert` | an extra byte comes before this one |
-/// | `duplicate` | a byte comes twice |
-/// | `swap` | a byte and the next one of its chunk change places |
+/// | `insert` | an extra byte is inserted before this one |
+/// | `duplicate` | a byte is duplicated |
+/// | `swap` | a byte is swapped with the next one of its chunk |
 /// | `drop-chunk` | a chunk is lost |
-/// | `duplicate-chunk` | a chunk comes twice |
-/// | `swap-chunk` | a chunk lets the next one pass, for which it waits at most `hold-ms` (50): reordered, or late |
-/// | `late-chunk` | a chunk is late by up to `late-ms` (500), and others pass it meanwhile: datagrams |
-/// | `stall` | the line stands still at a chunk for `stall-min-ms` (0) to `stall-ms` (100) |
-/// | `rechunk` | a chunk comes in up to four pieces at different times, or in one with the next |
-/// | `unplug` | the plug is pulled at a chunk, for `unplug-ms` (200); it and what is under way are lost |
+/// | `duplicate-chunk` | a chunk is duplicated |
+/// | `swap-chunk` | a chunk waits for at most `hold-ms` (50) to be overtaken by the next one: reordered, or late |
+/// | `late-chunk` | a chunk is delayed by up to `late-ms` (500) and overtaken meanwhile, as datagrams are |
+/// | `stall` | the line stalls at a chunk for `stall-min-ms` (0) to `stall-ms` (100) |
+/// | `rechunk` | a chunk is delivered in up to four pieces at different times, or together with the next |
+/// | `unplug` | the plug is pulled at a chunk for `unplug-ms` (200); the chunk and everything under way are lost |
 /// | `reset` | the controller restarts at a chunk, which is lost |
 /// | `only` | `requests` or `replies`: the other direction has no faults |
-/// | `seed` | where chance comes from (0) |
+/// | `seed` | seed of the random numbers (0) |
 ///
 /// ```
 /// use magician_host::faults::Faults;
@@ -41,47 +43,47 @@ use crate::{Error, Result};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faults {
-    /// Bytes that become another one.
+    /// Rate of bytes replaced by another value.
     pub replace: f64,
-    /// Bytes of which one bit is turned.
+    /// Rate of bytes with one bit flipped.
     pub flip: f64,
-    /// Bytes that are lost.
+    /// Rate of bytes lost.
     pub drop: f64,
-    /// Bytes before which an extra one is inserted.
+    /// Rate of bytes before which another one is inserted.
     pub insert: f64,
-    /// Bytes that come twice.
+    /// Rate of bytes duplicated.
     pub duplicate: f64,
-    /// Bytes that change places with the next one of their chunk.
+    /// Rate of bytes swapped with the next one of their chunk.
     pub swap: f64,
-    /// Chunks that are lost.
+    /// Rate of chunks lost.
     pub drop_chunk: f64,
-    /// Chunks that come twice.
+    /// Rate of chunks duplicated.
     pub duplicate_chunk: f64,
-    /// Chunks that let the next one pass.
+    /// Rate of chunks that wait to be overtaken by the next one.
     pub swap_chunk: f64,
-    /// Chunks that are late by themselves.
+    /// Rate of chunks delayed individually.
     pub late_chunk: f64,
-    /// Chunks at which the line stands still.
+    /// Rate of chunks at which the line stalls.
     pub stall: f64,
-    /// Chunks that come in other cuts.
+    /// Rate of chunks delivered in other pieces.
     pub rechunk: f64,
-    /// Chunks at which the plug is pulled.
+    /// Rate of chunks at which the plug is pulled.
     pub unplug: f64,
-    /// Chunks at which the controller restarts.
+    /// Rate of chunks at which the controller restarts.
     pub reset: f64,
-    /// How long a chunk waits for the next one to pass it, us.
+    /// Longest wait of a chunk for the next one to overtake it, us.
     pub hold_for: Micros,
-    /// The longest delay of a chunk that is late by itself, us.
+    /// Longest delay of an individually delayed chunk, us.
     pub late_for: Micros,
-    /// The shortest stall, us.
+    /// Shortest stall, us.
     pub stall_least: Micros,
-    /// The longest stall, us.
+    /// Longest stall, us.
     pub stall_for: Micros,
-    /// How long the plug stays out, us.
+    /// Time that the plug stays out, us.
     pub unplug_for: Micros,
-    /// The direction that has the faults; both if `None`.
+    /// Direction with the faults. `None` for both.
     pub only: Option<Side>,
-    /// Where chance comes from.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
@@ -95,7 +97,7 @@ pub enum Side {
 }
 
 impl Faults {
-    /// None, from seed 0.
+    /// No faults, with seed 0.
     pub const NONE: Self = Self {
         replace: 0.0,
         flip: 0.0,
@@ -127,10 +129,10 @@ impl Default for Faults {
     }
 }
 
-/// Where a number stands.
+/// Access to a number in [`Faults`].
 type Field<T> = fn(&mut Faults) -> &mut T;
 
-/// The keys, and where each one's rate stands. Those of bytes come first.
+/// Keys of rates, with access to each. Those of bytes come first.
 const RATES: [(&str, Field<f64>); 14] = [
     ("replace", |faults| &mut faults.replace),
     ("flip", |faults| &mut faults.flip),
@@ -148,7 +150,7 @@ const RATES: [(&str, Field<f64>); 14] = [
     ("reset", |faults| &mut faults.reset),
 ];
 
-/// The keys of times.
+/// Keys of times.
 const TIMES: [(&str, Field<Micros>); 5] = [
     ("hold-ms", |faults| &mut faults.hold_for),
     ("late-ms", |faults| &mut faults.late_for),
@@ -157,17 +159,19 @@ const TIMES: [(&str, Field<Micros>); 5] = [
     ("unplug-ms", |faults| &mut faults.unplug_for),
 ];
 
-/// A minute; longer ones are mistakes.
+/// Largest time in a text, ms: a minute. Longer ones are mistakes.
 const LONGEST_MS: u64 = 60_000;
 
 impl Faults {
-    /// Whether nothing ever happens.
+    /// True if no fault ever strikes.
     #[must_use]
     pub fn is_none(&self) -> bool {
+        // A copy, because the accessors take `&mut`.
         RATES.iter().all(|(_, rate)| *rate(&mut { *self }) == 0.0)
     }
 
-    /// What one direction of the line does: these, or none if [`only`](Self::only) names the other. Pulled plugs and restarts strike on the way to the arm unless that has no faults.
+    /// Faults of one direction: these, or no faults if [`only`](Self::only) selects the other.
+    /// Unplugging and restarts strike on the way to the arm, unless that direction has no faults.
     #[must_use]
     pub fn on(mut self, side: Side) -> Self {
         match self.only {
@@ -176,6 +180,7 @@ impl Faults {
                 ..Self::default()
             },
             Some(_) => self,
+            // Each strikes the whole line, so one direction is enough.
             None => {
                 if side == Side::Replies {
                     (self.unplug, self.reset) = (0.0, 0.0);
@@ -185,11 +190,11 @@ impl Faults {
         }
     }
 
-    /// Whether the rates are ones.
+    /// Checks the rates and times.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside of 0 to 1, and
-    /// rates of bytes that exceed 1 together.
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside of 0 to 1,
+    /// rates of bytes whose sum exceeds 1, and a shortest stall above the longest.
     pub fn check(&self) -> Result<()> {
         for (key, rate) in RATES {
             let rate = *rate(&mut { *self });
@@ -200,7 +205,7 @@ impl Faults {
             }
         }
         let bytes = self.replace + self.flip + self.drop + self.insert + self.duplicate + self.swap;
-        // Ten tenths may be a little more than one.
+        // Ten times 0.1 may add up to slightly more than 1.
         if bytes > 1.0 + 1e-9 {
             return Err(Error::invalid(format!(
                 "the rates of bytes (replace, flip, drop, insert, duplicate, swap) are {bytes} \
@@ -267,6 +272,7 @@ impl FromStr for Faults {
                 )));
             };
             let key = key.trim();
+            // Before the check for repetition, so that an unknown key is the error reported.
             faults.set(key, value.trim())?;
             if seen.contains(&key) {
                 return Err(Error::invalid(format!("'{key}' is given twice")));
@@ -280,9 +286,11 @@ impl FromStr for Faults {
 
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Mutable only because the table has one accessor for reading and writing.
         let (mut own, mut usual) = (*self, Self::default());
         for (key, rate) in RATES {
             let rate = *rate(&mut own);
+            // `{:e}` would write 1e0.
             if rate == 1.0 {
                 write!(f, "{key}=1,")?;
             } else if rate != 0.0 {

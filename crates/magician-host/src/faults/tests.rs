@@ -8,7 +8,7 @@ fn faults(text: &str) -> Faults {
     text.parse().unwrap()
 }
 
-/// Numbered chunks of 8 bytes, one a millisecond, and all that comes out of them by the end.
+/// Sends numbered chunks of 8 bytes, one per millisecond, and collects the output.
 fn through(text: &str, seed: u64) -> (Injector, Vec<(u64, Passed)>) {
     let mut line = Injector::new(faults(text), seed);
     let mut out = Vec::new();
@@ -47,7 +47,7 @@ fn sent() -> Vec<u8> {
     (0..CHUNKS).flat_map(chunk).collect()
 }
 
-/// Within a fifth of what the rate promises.
+/// Asserts a count within a fifth of what the rate promises.
 fn about(count: u64, expected: f64) {
     assert!(
         (count as f64 - expected).abs() < expected / 5.0,

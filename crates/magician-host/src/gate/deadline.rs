@@ -1,13 +1,13 @@
-//! The deadline of a jog.
+//! The single deadline of a jog.
 
 use super::JogEnd;
 use crate::connection::Micros;
 
-/// Instant at which the stop of a jog is due, with the reason: the hold time of its holder, or a bound of its way (the arm's
+/// Instant at which the stop of a jog is due, with the reason: the hold time, or a bound (the arm's
 /// fence, the end of its axis) if that comes first.
 ///
-/// A jog has this one deadline. It had four: of the guard, the gate, the fence and the pieces. Each was looked at in another
-/// place, and none of them knew of the others.
+/// A jog has only this deadline. Earlier versions had four, in guard, gate, fence and pieces, which
+/// did not know of each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Deadline {
     kept_until: Micros,
@@ -15,39 +15,41 @@ pub(super) struct Deadline {
 }
 
 impl Deadline {
-    /// No deadline: the caller gives one before time passes.
+    /// No deadline. The caller sets one before time passes.
     pub(super) const NONE: Self = Self {
         kept_until: Micros::MAX,
         bound: None,
     };
 
-    /// Sets the hold time, and leaves the bound as it is.
+    /// Sets the end of the hold time and leaves the bound unchanged.
     pub(super) fn keep_until(&mut self, at: Micros) {
         self.kept_until = at;
     }
 
-    /// Bounds the jog. The earliest bound counts: a later one does not extend it.
+    /// Adds a bound. The earliest one counts: a later bound does not extend the jog.
     pub(super) fn bound(&mut self, at: Micros, why: JogEnd) {
+        // On a tie the first reason stays.
         if self.bound.is_none_or(|(bound, _)| at < bound) {
             self.bound = Some((at, why));
         }
     }
 
-    /// Instant, and why the jog ends then.
+    /// Instant and reason of the end.
     pub(super) fn next(&self) -> (Micros, JogEnd) {
         match self.bound {
+            // On a tie the holder's silence is the reason.
             Some((at, why)) if at < self.kept_until => (at, why),
             _ => (self.kept_until, JogEnd::NotKept),
         }
     }
 
-    /// Why the jog is over at `now`, if it is.
+    /// Reason if the jog is over at `now`. `None` otherwise.
     pub(super) fn passed(&self, now: Micros) -> Option<JogEnd> {
         let (at, why) = self.next();
         (at <= now).then_some(why)
     }
 
-    /// The same deadline with its instants counted from `now`.
+    /// The same deadline with instants relative to `now`.
     pub(super) fn rebased(self, now: Micros) -> Self {
         Self {
             kept_until: self.kept_until.saturating_sub(now),

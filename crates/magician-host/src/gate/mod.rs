@@ -1,29 +1,39 @@
-//! The motion gate: what moves an arm without an end of its own, who holds it, and what has to come before the next.
+//! The motion gate: decides when motion that does not end by itself may begin, and makes sure that
+//! it ends.
 //!
-//! A jog ([`JogCmd`](magician_protocol::commands::JogCmd)) goes on to the end of its axis, a belt or stepper for ever, and the arm
-//! has no watchdog. So whatever starts one passes through a [`Gate`], which knows its holder and, for a jog, its deadline. Its laws:
+//! A jog ([`JogCmd`](magician_protocol::commands::JogCmd)) continues to the end of its axis, a
+//! conveyor or stepper for ever, and the arm has no watchdog. So every such motion passes through a
+//! [`Gate`], which knows its holder and, for a jog, its deadline. Its rules:
 //!
-//! * **Rest between jogs.** A real arm carries the signed speed of a jog over to the axis of the next one and first moves that the
-//!   wrong way, by v^2/2a: 7.5 to 30 mm. A jog of another axis or frame, or of another holder, starts only when the arm was seen
-//!   at rest after the stop. The same holder may reverse on the same axis: the arm ramps through zero there.
-//! * **A holder.** What moves ends with its holder: released, not kept up, gone.
-//! * **One deadline.** A jog ends at the earliest of the instant until which it was kept up, the arm's fence and the end of its axis,
-//!   for that reason. [`Gate::poll_timeout`] is that instant, and the caller needs no other timer. Keeping it up too late does not
-//!   revive a jog, and a later bound does not extend it.
-//! * **A stop stops it.** Nothing that was started before a stop runs after it, whoever started it.
-//! * **Released is released.** A jog that was let go of while the arm still came to rest starts nothing.
+//! * **Rest between jogs.** A real arm carries the signed speed of a jog over to the axis of the
+//!   next one and first moves that axis the wrong way, by v^2/2a: 7.5 to 30 mm. A jog of another
+//!   axis, frame or holder starts only when the arm was seen at rest after the stop. The same
+//!   holder may reverse on the same axis: there the arm ramps through zero.
+//! * **A holder.** A motion ends with its holder: when it releases the motion, stops keeping it up,
+//!   or goes away.
+//! * **One deadline.** A jog ends at the earliest of the end of its hold time, the arm's fence and
+//!   the end of its axis, and reports that reason. [`Gate::poll_timeout`] is that instant, and the
+//!   caller needs no other timer. Keeping a jog up too late does not revive it, and a later bound
+//!   does not extend it.
+//! * **A stop is final.** Nothing that was started before a stop runs after it, whoever started it.
+//! * **A release is final.** A jog released while it waits for the arm to come to rest does not
+//!   start.
 //!
-//! Two kinds of jogs pass through it ([`JogKind`]). Measured on the virtual arm (docs/evidence/MEASUREMENTS.md, "Jogs"), neither can be the
-//! only one. The arm has no path of joints, so a joint rests between pieces: J1 falls to 10 % of full speed there. Pieces also start
-//! 5 to 16 times later, and along a line load it 12 to 25 times as much. The arm's own jog goes on when the program dies.
-//! A fence is no third kind but a bound of the own jog.
+//! There are two kinds of jogs ([`JogKind`]), and measurements on the virtual arm
+//! (docs/MEASUREMENTS.md, "Jogs") show that neither can replace the other. The arm has no path in
+//! joint space, so a joint rests between pieces: J1 falls to 10 % of full speed there. Pieces also
+//! start 5 to 16 times later, and along a line load it 12 to 25 times as much. But the arm's own
+//! jog continues when the program dies. A fence is not a third kind, but a bound on the arm's own
+//! jog.
 //!
-//! The laser has a machinery of its own for the same purpose: what may burn needs a permission, and every end switches it off
-//! (see [`burns`](fn@crate::burns) and [`ArmPicture::may_be_lit`](crate::ArmPicture::may_be_lit)). It does not pass through here, because a burning path is queued
-//! together with its end.
+//! The laser has a separate mechanism with the same purpose: burning needs a permission, and
+//! every end switches the laser off (see [`burns`](fn@crate::burns) and
+//! [`ArmPicture::may_be_lit`](crate::ArmPicture::may_be_lit)). It does not pass through the gate,
+//! because a burning path is queued together with its end.
 //!
-//! Without clock and I/O: time is what the caller says, and what follows from a decision comes out as [`GateEffect`]s, in their order.
-//! The whole state is values, so that every interleaving can be tried (`tests/gate`).
+//! The gate has no clock and does no I/O: the caller supplies the time and carries out the
+//! [`GateEffect`]s in order. The whole state is plain values, so that tests can explore every
+//! interleaving (`tests/gate`).
 
 mod deadline;
 mod motors;
@@ -41,52 +51,55 @@ use self::deadline::Deadline;
 pub(crate) use self::motors::switches_off;
 pub use self::motors::{Motors, OUTPUTS, turns_motor};
 
-/// Number of a jog; each that is asked for has another one.
+/// Identifier of a jog, unique for each request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct JogId(pub u64);
 
-/// Owner of a jog: a program with its guards, another program whose frames are passed on, a session.
+/// Owner of a jog: a program with its guards, another program whose frames are passed on, or a
+/// session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Holder(pub u64);
 
-/// What the arm does of a jog that nothing more is sent of.
+/// Behaviour of a jog on the arm if nothing more is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JogKind {
-    /// The arm's own jog: it goes on to the end of its axis. Its stop is owed over the next line when the line breaks.
+    /// The arm's own jog: continues to the end of its axis. If the line breaks, its stop is sent
+    /// over the next line.
     Own,
-    /// Pieces in the arm's queue: they end by themselves, and whoever sends them stops them and sees the arm at rest.
+    /// Pieces in the arm's queue: they end by themselves, and their sender stops them and waits for
+    /// the arm to rest.
     Pieces,
 }
 
-/// A jog that is asked for.
+/// Request for a jog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JogRequest {
-    /// Number of the jog.
+    /// Identifier of the jog.
     pub id: JogId,
     /// Owner of the jog.
     pub holder: Holder,
-    /// Axis and direction; the axis says the frame.
+    /// Axis and direction; the axis implies the frame.
     pub direction: JogDirection,
-    /// Hold time: how long the jog goes on after it was kept up, us.
+    /// Hold time: how long the jog continues after it was last kept up, us.
     pub keep: Micros,
-    /// Its end on an arm that hears nothing more.
+    /// Kind of the jog.
     pub kind: JogKind,
 }
 
-/// Why a jog ends.
+/// Reason for the end of a jog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JogEnd {
-    /// Guard dropped or told to stop.
+    /// The holder released it, or its guard was dropped.
     Released,
-    /// Not kept up in time.
+    /// The holder did not keep it up in time.
     NotKept,
-    /// The arm did not confirm that it began.
+    /// The arm did not confirm the beginning.
     Failed,
-    /// An answer was lost: what the arm was sent is not known.
+    /// A reply was lost, so the arm's state is unknown.
     Doubt,
-    /// End of the axis reached.
+    /// The end of the axis was reached.
     Limit,
-    /// A stop came.
+    /// A stop was sent.
     Stopped,
     /// The arm's fence is near.
     Fence,
@@ -98,12 +111,12 @@ pub enum JogEnd {
     Closed,
 }
 
-/// Consequence of a decision. The caller carries them out in their order.
+/// Action that follows from a decision. The caller carries them out in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GateEffect {
-    /// The command of this jog goes out now. [`Gate::hold`] says how long it may go on.
+    /// Send the command of this jog now, then set its hold time by [`Gate::hold`].
     Begin(JogId),
-    /// The stop of a jog goes out, again and again until the arm stands; then [`Gate::rested`].
+    /// Send the stop of a jog, repeatedly until the arm is at rest; then call [`Gate::rested`].
     End(Option<JogId>, JogEnd),
     /// A jog is over. True if the arm was seen at rest.
     Over(JogId, JogEnd, bool),
@@ -111,30 +124,31 @@ pub enum GateEffect {
     Refused(JogId, JogEnd),
 }
 
-/// A jog under way.
+/// A jog in motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Running {
     request: JogRequest,
-    /// True if it reverses the jog before: without its command the arm goes on in that one's direction.
+    /// True if it reverses the previous jog: if its command is lost, the arm continues in that
+    /// direction.
     reverses: bool,
 }
 
-/// State of the arm outside of its queue.
+/// State of the arm outside its queue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 enum Motion {
-    /// The arm stands, as far as is known.
+    /// At rest, as far as is known.
     #[default]
     Rest,
-    /// A jog, and when it ends.
+    /// A jog, with its deadline.
     Jog(Running, Deadline),
-    /// Something that nothing here holds: a jog that was passed on as it came, another motion, or an arm that was not seen to come
-    /// to rest.
+    /// A motion without a holder here: a jog passed on for another program, another motion, or an
+    /// arm that was not seen to come to rest.
     Unheld,
     /// A stop is on its way, or the arm brakes.
     Ending(Option<JogRequest>, JogEnd),
 }
 
-/// State machine of the motions that have no end of their own. See the [module](self).
+/// State machine of motions without an end of their own; see the [module](self).
 ///
 /// ```
 /// use magician_host::gate::{Gate, GateEffect, Holder, JogEnd, JogId, JogKind, JogRequest};
@@ -151,11 +165,11 @@ enum Motion {
 /// gate.ask(jog(1, Axis::X.plus()));
 /// assert_eq!(gate.poll_effect(), Some(GateEffect::Begin(JogId(1))));
 /// gate.hold(JogId(1), 600_000);
-/// // Its holder keeps it up, but the fence comes before.
+/// // The holder keeps it up, but the fence is reached first.
 /// assert_eq!(gate.keep(JogId(1), 500_000), Ok(()));
 /// gate.bound(JogId(1), 700_000, JogEnd::Fence);
 /// assert_eq!(gate.poll_timeout(), Some((700_000, JogEnd::Fence)));
-/// // Another axis has to wait for the arm to come to rest.
+/// // Another axis must wait for the arm to come to rest.
 /// gate.ask(jog(2, Axis::Z.plus()));
 /// assert!(matches!(gate.poll_effect(), Some(GateEffect::End(..))));
 /// assert_eq!(gate.poll_effect(), None);
@@ -166,29 +180,30 @@ enum Motion {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Gate {
     motion: Motion,
-    /// The jog that begins when the arm has come to rest.
+    /// Jog that begins when the arm has come to rest.
     waiting: Option<JogRequest>,
     effects: VecDeque<GateEffect>,
 }
 
 /// Jogs.
 impl Gate {
-    /// An arm at rest.
+    /// Creates the gate of an arm at rest.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Returns the next consequence, oldest first.
+    /// Returns the next effect, oldest first. `None` if all were returned.
     pub fn poll_effect(&mut self) -> Option<GateEffect> {
         self.effects.pop_front()
     }
 
-    /// A jog is asked for. It begins at once at an arm at rest and as the reversal of a jog of its holder, else when the arm has
-    /// come to rest.
+    /// Requests a jog. It begins at once if the arm is at rest or if it reverses a jog of the same
+    /// holder, otherwise when the arm has come to rest.
     pub fn ask(&mut self, request: JogRequest) {
         match self.motion {
             Motion::Rest => self.begin(request, false),
+            // The arm ramps through zero by itself, without a stop in between.
             Motion::Jog(running, _) if is_reversal(&running.request, &request) => {
                 let over = GateEffect::Over(running.request.id, JogEnd::Replaced, false);
                 self.effects.push_back(over);
@@ -199,27 +214,29 @@ impl Gate {
                 self.waiting = Some(request);
             }
             Motion::Ending(..) => {
+                // Only the latest request waits: the user has changed direction again meanwhile.
                 self.refuse_waiting(JogEnd::Replaced);
                 self.waiting = Some(request);
             }
         }
     }
 
-    /// Lets a jog that begins go on until then: its holder cannot keep it up before the arm has answered.
+    /// Sets the end of the hold time for a jog that begins, because its holder cannot keep it up
+    /// before the arm has replied.
     pub fn hold(&mut self, jog: JogId, until: Micros) {
         if let Some(deadline) = self.deadline_of(jog) {
             deadline.keep_until(until);
         }
     }
 
-    /// Keeps a jog up: it may go on for its hold time from now.
+    /// Keeps a jog up for its hold time from `now`.
     ///
     /// # Errors
-    /// Why it ends or is about to; `None` if it is not under way.
+    /// Reason why the jog ends or is ending; `None` if it is not in motion.
     pub fn keep(&mut self, jog: JogId, now: Micros) -> Result<(), Option<JogEnd>> {
         match &mut self.motion {
             Motion::Jog(Running { request, .. }, deadline) if request.id == jog => {
-                // Also before the caller has noticed that its time is over.
+                // Also if the caller has not called `handle_timeout` yet.
                 if let Some(why) = deadline.passed(now) {
                     return Err(Some(why));
                 }
@@ -227,11 +244,12 @@ impl Gate {
                 Ok(())
             }
             Motion::Ending(Some(request), why) if request.id == jog => Err(Some(*why)),
+            // Unknown here: over long ago, or still waiting.
             _ => Err(None),
         }
     }
 
-    /// Bounds a jog: whoever keeps it up, it ends then at the latest, for this reason.
+    /// Bounds a jog: it ends at `at` at the latest, for the given reason.
     pub fn bound(&mut self, jog: JogId, at: Micros, why: JogEnd) {
         if let Some(deadline) = self.deadline_of(jog) {
             deadline.bound(at, why);
@@ -245,7 +263,7 @@ impl Gate {
         }
     }
 
-    /// This jog is let go of: one that waits does not begin, one under way ends.
+    /// Releases a jog: if it waits it does not begin, and if it moves it ends.
     pub fn release(&mut self, jog: JogId) {
         if self.waiting.is_some_and(|waiting| waiting.id == jog) {
             self.refuse_waiting(JogEnd::Released);
@@ -253,14 +271,15 @@ impl Gate {
         self.end_one(jog, JogEnd::Released);
     }
 
-    /// This jog ends, if it is the one under way.
+    /// Ends this jog, if it is the one in motion.
     pub fn end_one(&mut self, jog: JogId, why: JogEnd) {
         if self.running() == Some(jog) {
             self.end(why);
         }
     }
 
-    /// The command of a jog did not go out after [`GateEffect::Begin`]: the arm does what it did before.
+    /// Notes that the command of a jog was not sent after [`GateEffect::Begin`]: the arm does what
+    /// it did before.
     pub fn not_begun(&mut self, jog: JogId) {
         let Motion::Jog(running, _) = self.motion else {
             return;
@@ -268,6 +287,7 @@ impl Gate {
         if running.request.id == jog {
             let refused = GateEffect::Refused(jog, JogEnd::Stopped);
             self.effects.push_back(refused);
+            // Then that is the previous jog, which has no holder any more: stop it.
             if running.reverses {
                 self.ends(None, JogEnd::Stopped);
             } else {
@@ -276,7 +296,7 @@ impl Gate {
         }
     }
 
-    /// Time passes: a jog whose deadline has come ends.
+    /// Ends the jog whose deadline has passed at `now`.
     pub fn handle_timeout(&mut self, now: Micros) {
         if let Motion::Jog(_, deadline) = self.motion
             && let Some(why) = deadline.passed(now)
@@ -285,7 +305,8 @@ impl Gate {
         }
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is due, and why the jog ends then.
+    /// Instant at which [`handle_timeout`](Self::handle_timeout) is due, and the reason for the
+    /// end. `None` without a jog.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<(Micros, JogEnd)> {
         match self.motion {
@@ -294,7 +315,8 @@ impl Gate {
         }
     }
 
-    /// Returns the same state with its instants counted from `now`: states that go on alike are equal.
+    /// Returns the same state with instants relative to `now`, so that states with the same future
+    /// are equal.
     #[must_use]
     pub fn rebased(&self, now: Micros) -> Self {
         let mut gate = self.clone();
@@ -304,13 +326,14 @@ impl Gate {
         gate
     }
 
-    /// A stop goes out: the jog ends, and none that was asked for before begins. [`OUTPUTS`] are switched off with it.
+    /// Notes that a stop is sent: the jog ends, and no earlier request begins. The caller switches
+    /// off [`OUTPUTS`] too.
     pub fn stop(&mut self) {
         self.refuse_waiting(JogEnd::Stopped);
         self.end(JogEnd::Stopped);
     }
 
-    /// Does the same as [`stop`](Self::stop) at an arm that may be in a jog that the gate does not know.
+    /// Does the same as [`stop`](Self::stop) for an arm that may be in a jog unknown to the gate.
     pub fn stop_any(&mut self) {
         self.stop();
         if matches!(self.motion, Motion::Rest | Motion::Unheld) {
@@ -318,9 +341,12 @@ impl Gate {
         }
     }
 
-    /// The arm has come to rest after [`GateEffect::End`]. False if it was not seen to: nothing more can be done about it, and
-    /// what waited for that does not begin. The next jog tries again.
+    /// Notes that the arm has come to rest after [`GateEffect::End`].
+    ///
+    /// `seen` is false if it was not seen to come to rest. A waiting jog then does not begin, and
+    /// the next request tries again.
     pub fn rested(&mut self, seen: bool) {
+        // A late report of rest, after the state has moved on.
         let Motion::Ending(jog, why) = self.motion else {
             return;
         };
@@ -329,6 +355,7 @@ impl Gate {
             self.effects.push_back(GateEffect::Over(jog.id, why, seen));
         }
         match self.waiting.take() {
+            // Rest was seen, so the next jog cannot inherit the old speed.
             Some(waiting) if seen => self.begin(waiting, false),
             Some(waiting) => {
                 let refused = GateEffect::Refused(waiting.id, JogEnd::Doubt);
@@ -338,28 +365,33 @@ impl Gate {
         }
     }
 
-    /// The arm may move by something that is no jog, or brake after a stop: the next jog waits until it was seen at rest.
+    /// Notes that the arm may move by something other than a jog, or brake after a stop: the next
+    /// jog waits for rest.
     pub fn moves(&mut self) {
+        // A jog or an ending already implies motion.
         if self.motion == Motion::Rest {
             self.motion = Motion::Unheld;
         }
     }
 
-    /// A caller has read two equal poses: a jog that was passed on, and stopped since, does not move the arm any more.
+    /// Notes that a caller has seen the arm at rest: a jog that was passed on, and stopped since,
+    /// is over.
     pub fn stands_still(&mut self) {
         if self.motion == Motion::Unheld {
             self.motion = Motion::Rest;
         }
     }
 
-    /// The line broke. The guard of a jog waits for no line. The stop of the arm's own jog goes out over the next one; pieces end
-    /// by themselves, and the next jog waits until the arm was seen at rest.
+    /// Notes that the line broke. The guard of a jog does not wait for a line.
+    ///
+    /// The stop of the arm's own jog is sent over the next line. Pieces end by themselves, and the
+    /// next jog waits until the arm was seen at rest.
     pub fn lose_line(&mut self) {
         self.refuse_waiting(JogEnd::LinkLost);
         let (jog, why) = match self.motion {
             Motion::Rest | Motion::Unheld => return,
             Motion::Jog(running, _) => (Some(running.request), JogEnd::LinkLost),
-            // To a guard that waits for the arm to stand the line is what is wrong.
+            // For a guard waiting for the arm to stop, the line is the reason that matters.
             Motion::Ending(jog, JogEnd::Released) => (jog, JogEnd::LinkLost),
             Motion::Ending(jog, why) => (jog, why),
         };
@@ -373,7 +405,7 @@ impl Gate {
         }
     }
 
-    /// The connection ends, and all that it holds.
+    /// Notes that the connection ends, and with it everything that it holds.
     pub fn close(&mut self) {
         self.refuse_waiting(JogEnd::Closed);
         let jog = match self.motion {
@@ -388,7 +420,7 @@ impl Gate {
         self.motion = Motion::Rest;
     }
 
-    /// The jog under way that is not being ended.
+    /// Jog in motion that is not ending. `None` without a jog.
     #[must_use]
     pub fn running(&self) -> Option<JogId> {
         match self.motion {
@@ -411,16 +443,16 @@ impl Gate {
 
     fn begin(&mut self, request: JogRequest, reverses: bool) {
         let running = Running { request, reverses };
-        // The caller says how long it may go on before time passes.
+        // The caller sets the hold time before time passes.
         self.motion = Motion::Jog(running, Deadline::NONE);
         self.effects.push_back(GateEffect::Begin(request.id));
     }
 
-    /// Ends the jog under way, if there is one.
+    /// Ends the jog in motion, if there is one.
     fn end(&mut self, why: JogEnd) {
         match self.motion {
             Motion::Jog(running, _) => self.ends(Some(running.request), why),
-            // It is stopped by the program that passed it on, or to make room for a jog of our own.
+            // Stopped by the program that passed it on, or here to make room for a jog of our own.
             Motion::Unheld if why == JogEnd::Replaced => self.ends(None, why),
             _ => {}
         }
@@ -442,8 +474,8 @@ impl Gate {
 
 /// Jogs of other programs.
 impl Gate {
-    /// The command of a jog of another program is passed on as it came. What that means is the program's; here it ends with
-    /// the connection, and a jog of our own waits for its end.
+    /// Notes that another program's jog command is passed on unchanged. Its end is that program's
+    /// business; here it ends with the connection, and a jog of our own waits for its end.
     pub fn passes(&mut self) {
         self.refuse_waiting(JogEnd::Replaced);
         if let Motion::Jog(running, _) = self.motion {
@@ -457,18 +489,19 @@ impl Gate {
     }
 }
 
-/// True for a frame that starts a jog: it goes on to the end of its axis unless something stops it.
+/// True for a frame that starts a jog, which continues to the end of its axis unless it is stopped.
 #[must_use]
 pub fn frame_jogs(frame: &Frame<'_>) -> bool {
     use magician_protocol::{Writable, commands::JogCmd};
     let written = frame.ctrl().write() || frame.ctrl().queued();
+    // The second parameter is the direction, of which 0 is a stop (document 1.9.4).
     written && frame.id() == JogCmd::ROW.id && frame.params().get(1) != Some(&0)
 }
 
-/// Refuses a jog that nothing holds.
+/// Refuses a jog without a holder.
 ///
 /// # Errors
-/// [`ErrorCode::Guarded`], with what to use instead.
+/// [`ErrorCode::Guarded`], with the alternative.
 pub fn refuse_unheld(command: &magician_protocol::Set) -> Result<()> {
     if jogs(command) {
         Err(unheld_jog().with_command(command.row().set_name))
@@ -477,7 +510,7 @@ pub fn refuse_unheld(command: &magician_protocol::Set) -> Result<()> {
     }
 }
 
-/// The error for a jog that nothing holds.
+/// Error for a jog without a holder.
 #[must_use]
 pub fn unheld_jog() -> Error {
     let message =
@@ -485,14 +518,15 @@ pub fn unheld_jog() -> Error {
     Error::new(ErrorCode::Guarded, message).remedy(Action::Jog, "ends when it is let go of")
 }
 
-/// True for the command of such a frame.
+/// True for a command that starts a jog.
 #[must_use]
 pub fn jogs(command: &magician_protocol::Set) -> bool {
     use magician_protocol::{JogCommand, Set};
     matches!(command, Set::JogCmd(jog) if jog.cmd != JogCommand::Stop)
 }
 
-/// The holder of the arm's own jog turns it round on its axis: the arm ramps through zero there.
+/// True if the holder of the arm's own jog reverses it on its axis: there the arm ramps through
+/// zero.
 fn is_reversal(running: &JogRequest, next: &JogRequest) -> bool {
     let own = running.kind == JogKind::Own && next.kind == JogKind::Own;
     own && running.holder == next.holder && running.direction.axis == next.direction.axis

@@ -1,59 +1,60 @@
-//! The stepper outputs, and the belt that one of them drives.
+//! State of the stepper outputs, and of the conveyor that one of them drives.
 
 use magician_protocol::commands::{EMotor, EMotorS};
 use magician_protocol::{Ctrl, Frame, Set, Stepper, Writable};
 
-/// The motor outputs of an arm. A stop switches both off, whoever started them.
+/// Motor outputs of an arm. A stop switches both off, whoever started them.
 pub const OUTPUTS: [Stepper; 2] = [Stepper::Stepper1, Stepper::Stepper2];
 
-/// State of an output, as this connection set it.
+/// State of an output as this connection set it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 enum Motor {
     /// Off.
     #[default]
     Off,
-    /// Runs until it is switched off.
+    /// Runs until switched off.
     Runs,
-    /// Counts its pulses and then stands; the arm does not report when.
+    /// Counts its pulses and then stands still; the arm does not report when.
     Counts,
-    /// Stands when the queue has run to its end.
+    /// Stands still once the queue has run to its end.
     EndsInQueue,
 }
 
-/// State of both outputs, as this connection set them.
+/// State of both outputs as this connection set them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Motors([Motor; 2]);
 
 impl Motors {
-    /// A frame goes out: from here on a motor may run, whether that is answered or not.
+    /// Processes a sent frame: from now on a motor may run, with or without a reply.
     pub fn sent(&mut self, frame: &Frame<'_>) {
         let Some((output, motor)) = self.turned(frame) else {
             return;
         };
         let before = self.0[output];
         self.0[output] = match motor {
-            // It counts once it was answered.
+            // Switched off only once that was answered.
             Motor::Off => before,
-            // What is off stays so.
+            // An output that is off stays off.
             Motor::EndsInQueue if before == Motor::Off && !turns(frame) => before,
             motor => motor,
         };
     }
 
-    /// A frame was answered.
+    /// Processes an answered frame.
     pub fn answered(&mut self, frame: &Frame<'_>) {
         if let Some((output, Motor::Off)) = self.turned(frame) {
             self.0[output] = Motor::Off;
         }
     }
 
-    /// The outputs that run because of this connection, and go on until they are switched off.
+    /// Outputs that run because of this connection, and continue until they are switched off.
     #[must_use = "they run until they are switched off"]
     pub fn running(&self) -> impl Iterator<Item = Stepper> + '_ {
         self.which(|motor| motor == Motor::Runs)
     }
 
-    /// The outputs that have to be switched off when the holder goes. `moving`: the arm has not done all that it was given.
+    /// Outputs to switch off when the holder goes away. `moving` is true if the arm has not
+    /// finished everything.
     #[must_use = "they run until they are switched off"]
     pub fn held(&self, moving: bool) -> impl Iterator<Item = Stepper> + '_ {
         self.which(move |motor| match motor {
@@ -68,7 +69,7 @@ impl Motors {
         found.filter_map(move |(output, motor)| wanted(motor).then_some(output))
     }
 
-    /// Which output a frame is for, and what comes of it.
+    /// Output of a frame and its resulting state. `None` for frames of other commands.
     fn turned(&self, frame: &Frame<'_>) -> Option<(usize, Motor)> {
         let (ctrl, id) = (frame.ctrl(), frame.id());
         if !(ctrl.write() || ctrl.queued()) || ![EMotor::ROW.id, EMotorS::ROW.id].contains(&id) {
@@ -84,6 +85,7 @@ impl Motors {
         let motor = match (turns_motor(&command), counts, ctrl.queued()) {
             (true, false, _) => Motor::Runs,
             (true, true, false) => Motor::Counts,
+            // In the queue nobody knows when it runs, not even an "off".
             (true, true, true) | (false, _, true) => Motor::EndsInQueue,
             (false, _, false) => Motor::Off,
         };
@@ -91,7 +93,7 @@ impl Motors {
     }
 }
 
-/// True for a command that sets a motor output going.
+/// True for a command that starts a motor output.
 #[must_use]
 pub fn turns_motor(command: &Set) -> bool {
     match command {
@@ -105,7 +107,7 @@ fn turns(frame: &Frame<'_>) -> bool {
     Set::decode(frame.id(), frame.params()).is_ok_and(|command| turns_motor(&command))
 }
 
-/// True for a frame that switches a motor output off at once: said twice it is the same.
+/// True for a frame that switches a motor output off immediately, which is idempotent.
 pub(crate) fn switches_off(frame: &Frame<'_>) -> bool {
     frame.ctrl() == Ctrl::SET
         && frame.id() == EMotor::ROW.id

@@ -1,4 +1,4 @@
-//! Pose of the arm when this connection put its laser out. A burn that is cut short is resumed there.
+//! Pose at which this connection switched the laser off. A burn that was cut short resumes there.
 
 use std::time::Duration;
 
@@ -7,24 +7,29 @@ use magician_protocol::{Frame, Readable, Set, Writable};
 
 use crate::connection::Micros;
 
-/// The first pose that the arm told after the frame that put its laser out, or stopped it.
+/// First pose reported after the frame that switched the laser off, or stopped the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LightsOut {
-    /// The pose.
+    /// Pose of the arm.
     pub pose: Pose,
-    /// The longest time by which the laser may have gone out before: from the frame to the answer with the pose. It may have gone
-    /// out later as well: the controller reports one pose for a period, while the arm goes on to the next.
+    /// Longest time by which the laser may have gone out earlier: from sending the frame to the
+    /// reply with the pose.
+    ///
+    /// It may also have gone out later, because the controller reports one pose for a whole period
+    /// while the arm moves on.
     pub late: Duration,
-    /// True if the frame stopped the arm. Otherwise the arm went on with what was under way, and perhaps with its laser: it is
-    /// not known whether every firmware puts out the laser of a path before its end.
+    /// True if the frame stopped the arm. Otherwise the arm continued its current command, perhaps
+    /// with its laser: whether every firmware switches off the laser of a path before its end is
+    /// not known.
     pub stopped: bool,
 }
 
-/// State of the connection since it put the laser out.
+/// State of the connection since it switched the laser off.
 #[derive(Clone, Copy, Debug)]
 pub struct Darkness {
-    /// When the first frame that puts the laser out began to go out, since the last command for the queue.
+    /// Instant at which the first frame that switches the laser off was sent, since the last
+    /// command for the queue.
     sent: Micros,
     /// True if the pose was requested since.
     asked: bool,
@@ -34,8 +39,8 @@ pub struct Darkness {
 }
 
 impl Darkness {
-    /// Begins with a frame that goes out now and puts the laser out without a forced stop, and a request for the pose
-    /// behind it.
+    /// Creates the state for a frame that is sent now and switches the laser off without a forced
+    /// stop, followed by a request for the pose.
     #[must_use]
     pub const fn with_pose_asked(now: Micros) -> Self {
         Self {
@@ -53,9 +58,10 @@ impl Darkness {
         }
     }
 
-    /// The state when another frame goes out. A later frame that puts the laser out changes nothing, and a command for the
-    /// queue ends it.
+    /// State after another frame is sent. Further frames that switch the laser off change nothing;
+    /// a command for the queue ends the state.
     pub(super) fn after(known: Option<Self>, now: Micros, request: &Frame<'_>) -> Option<Self> {
+        // A queued command may light the laser again at any time.
         if request.ctrl().queued() {
             return None;
         }
@@ -68,7 +74,8 @@ impl Darkness {
         }
     }
 
-    /// The arm has told its pose.
+    /// Processes a pose.
+    // A pose requested before the frame may be from before it.
     pub fn see(&mut self, now: Micros, pose: Pose) {
         if self.asked && self.seen.is_none() {
             let late = Duration::from_micros(now.saturating_sub(self.sent));
@@ -81,17 +88,19 @@ impl Darkness {
         }
     }
 
-    /// The pose, once the arm has told it.
+    /// Pose at which the laser went out. `None` before the arm has reported one.
     pub(super) const fn seen(&self) -> Option<LightsOut> {
         self.seen
     }
 }
 
-/// True for a forced stop, false for another frame that puts the laser out at once, `None` for all else.
+/// True for a forced stop, false for another frame that switches the laser off immediately. `None`
+/// for all others.
 fn puts_out(request: &Frame<'_>) -> Option<bool> {
     if !request.ctrl().write() {
         return None;
     }
+    // A forced stop ends the path, and with it the laser's power.
     if request.id() == QueuedCmdForceStopExec::ROW.id {
         return Some(true);
     }

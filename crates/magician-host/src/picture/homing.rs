@@ -1,28 +1,36 @@
-//! Homing since power-up, as the traffic of one connection shows it.
+//! Homing since power-up, derived from the traffic of one connection.
+//!
+//! The protocol has no query for it, and an arm that was not homed moves to wrong positions. So a
+//! homing is accepted only on evidence: its command finished, no blocking alarm was raised, and the
+//! arm stands at its home point.
 
 use magician_protocol::commands::{HomeCmd, Pose, QueuedCmdClear, QueuedCmdForceStopExec};
 use magician_protocol::{Alarm, AlarmSet, Frame, Row, Set, Writable};
 
-/// The firmware's home point: J1 to J3, deg (model section 11). J4 is the tool's, which an arm may lack.
+/// Home point of the firmware: J1 to J3, deg (model section 11).
+// J4 belongs to the tool, which an arm may lack.
 const HOME_JOINTS: [f32; 3] = [0.0, 45.0, 45.0];
-/// Angle from it, deg, within which a homing has ended there: 1 deg is 5 mm at the tip.
+/// Largest deviation from the home point after a homing, deg.
+// A choice: 2.5 mm at the tip, above the error of homing and below any intended other pose.
 const AT_HOME: f32 = 0.5;
 
-/// State of homing of one arm, as a connection sees it. The protocol has no query for it: a homing counts when its command was
-/// seen to finish, no blocking alarm was raised meanwhile, and the arm stands at its home point then: a stop by another program
-/// makes the index count the command as finished, too. Where other motions were queued behind it, their queue shows such a stop.
+/// Homing state of one arm, as a connection sees it.
 ///
-/// Only queued homing can be followed: an immediate one has no index that tells its end.
+/// The home point must be checked because a stop by another program also makes the index count the
+/// command as finished. If other motions were queued behind the homing, the arm has moved on; a
+/// stop then shows in their queue instead.
+///
+/// Only queued homing can be followed: an immediate one has no index that shows its end.
 #[derive(Clone, Debug, Default)]
 pub struct HomingTracker {
     stage: Stage,
-    /// The alarms of the last reading.
+    /// Alarms of the last reading.
     alarms: Option<AlarmSet>,
-    /// The alarms that stood when homing was sent: homing may run and end under them.
+    /// Alarms active when homing was sent: homing may run and end under them.
     before: AlarmSet,
-    /// A homing was seen that nobody has written down.
+    /// True if a homing was seen and not recorded yet.
     is_new: bool,
-    /// Motions were queued behind the homing: where the arm stands then tells nothing of it.
+    /// True if motions were queued behind the homing, so that the arm's pose says nothing about it.
     followed: bool,
 }
 
@@ -31,27 +39,28 @@ enum Stage {
     /// No homing was seen, or the arm was reset since.
     #[default]
     Unknown,
-    /// A homing command went out; its index is not known.
+    /// A homing command was sent; its index is unknown.
     Sent,
     /// The homing command waits or runs under this index.
     Queued(u64),
-    /// The homing command has finished; whether an alarm broke it off is not known yet.
+    /// The homing command has finished; the alarms have yet to show whether it was aborted.
     Ended,
-    /// No alarm broke it off; whether the arm stands at its home point is not known yet.
+    /// No alarm aborted it; the pose has yet to show that the arm is at its home point.
     Unplaced,
     /// The arm is homed.
     Homed,
 }
 
 impl HomingTracker {
-    /// A request goes out.
+    /// Processes a sent request.
     pub(super) fn sent(&mut self, request: &Frame<'_>) {
         let (ctrl, id) = (request.ctrl(), request.id());
         if !ctrl.write() {
             return;
         }
         if id == HomeCmd::ROW.id {
-            // Until it has found its switch, an arm that homes does not know its base angle, even if it knew it before.
+            // Until it has found its switch, a homing arm does not know its base angle, even if it
+            // did before.
             self.before = self.alarms.unwrap_or_default();
             self.followed = false;
             self.set(Stage::Sent);
@@ -59,32 +68,33 @@ impl HomingTracker {
         }
         let drops = [QueuedCmdClear::ROW.id, QueuedCmdForceStopExec::ROW.id].contains(&id);
         let moves = Row::with_id(id).is_some_and(|row| row.effect.moves_arm());
-        // A stop, and a motion outside the queue, break a homing off; the index then counts it as finished all the same.
+        // A stop, or a motion outside the queue, aborts homing; the index counts it as finished
+        // nevertheless.
         if self.is_under_way() && (drops || moves && !ctrl.queued()) {
             self.set(Stage::Unknown);
         }
         self.followed |= moves && ctrl.queued();
     }
 
-    /// The arm took a queued command under this index.
+    /// Notes that the arm accepted a queued command with this index.
     pub(super) fn accepted(&mut self, index: u64, command: &Set) {
         if self.stage == Stage::Sent && matches!(command, Set::HomeCmd(_)) {
             self.stage = Stage::Queued(index);
         }
     }
 
-    /// The index of the command that finished last was read.
+    /// Processes the index of the command finished last.
     pub(super) fn read_current(&mut self, current: u64) {
         if matches!(self.stage, Stage::Queued(index) if index <= current) {
             self.stage = Stage::Ended;
         }
     }
 
-    /// The alarms were read.
+    /// Processes a reading of the alarms.
     pub(super) fn read_alarms(&mut self, alarms: AlarmSet) {
         let before = self.alarms.replace(alarms);
         let is_set = |alarms: &AlarmSet| alarms.contains(Alarm::ResetOccurred);
-        // One that stood all along says nothing new: homing does not clear it.
+        // An alarm that was active all along is not new: homing does not clear it.
         if is_set(&alarms) && before.is_some_and(|before| !is_set(&before)) {
             self.set(Stage::Unknown);
         }
@@ -96,14 +106,15 @@ impl HomingTracker {
             self.set(Stage::Unknown);
         } else {
             self.set(Stage::Unplaced);
+            // The arm has moved on, and a stop would have dropped those motions.
             if self.followed {
                 self.stood_at_home(true);
             }
         }
     }
 
-    /// The pose was read. An arm at the firmware's home point has come there; one elsewhere may have another home point, which
-    /// [`stood_at_home`](Self::stood_at_home) says.
+    /// Processes a pose. At the firmware's home point homing is confirmed. Elsewhere the arm may
+    /// have another home point, which [`stood_at_home`](Self::stood_at_home) decides.
     pub(super) fn read_pose(&mut self, pose: &Pose) {
         let turned = { pose.joint_angle.iter().zip(HOME_JOINTS) }.map(|(joint, home)| joint - home);
         if { turned }.all(|angle| angle.abs() <= AT_HOME) {
@@ -111,7 +122,7 @@ impl HomingTracker {
         }
     }
 
-    /// The arm was seen to stand at its home point behind the homing command, or elsewhere.
+    /// Notes whether the arm stands at its home point after the homing command.
     pub(super) fn stood_at_home(&mut self, at_home: bool) {
         match (self.stage, at_home) {
             (Stage::Unplaced, true) => {
@@ -119,18 +130,20 @@ impl HomingTracker {
                 self.is_new = true;
             }
             (Stage::Unplaced, false) => self.set(Stage::Unknown),
+            // In every other stage the position proves nothing about homing.
             _ => {}
         }
     }
 
-    /// A record from before this connection shows that the arm was homed since power-up.
+    /// Notes a record from before this connection that the arm was homed since power-up.
     pub(super) fn remembered(&mut self) {
+        // A homing under way counts more than the record.
         if self.stage == Stage::Unknown {
             self.set(Stage::Homed);
         }
     }
 
-    /// The arm was reset, or another arm may be at the line now.
+    /// Discards the state: the arm was reset, or may be another one.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
     }
@@ -141,19 +154,20 @@ impl HomingTracker {
         self.stage == Stage::Homed
     }
 
-    /// True if a homing has finished and a reading of the alarms decides whether it counts.
+    /// True if a homing has finished and the alarms decide whether it counts.
     #[must_use]
     pub fn needs_alarms(&self) -> bool {
         self.stage == Stage::Ended
     }
 
-    /// True if a homing has finished without an alarm, and the place of the arm decides whether it counts.
+    /// True if a homing has finished without an alarm and the arm's position decides whether it
+    /// counts.
     #[must_use]
     pub fn needs_place(&self) -> bool {
         self.stage == Stage::Unplaced
     }
 
-    /// True once for each homing that was seen.
+    /// Returns true once for each homing that was seen.
     pub(super) fn take_new(&mut self) -> bool {
         std::mem::take(&mut self.is_new) && self.is_homed()
     }
@@ -187,7 +201,7 @@ mod tests {
         homing.sent(&frame.frame());
     }
 
-    /// An arm whose homing is queued under index 3.
+    /// Tracker of an arm whose homing is queued under index 3.
     fn homing_under_way(standing: &[u8]) -> HomingTracker {
         let mut homing = HomingTracker::default();
         homing.read_alarms(alarms(standing));

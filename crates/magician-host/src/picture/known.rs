@@ -1,4 +1,4 @@
-//! What a picture tells.
+//! Queries of the picture.
 
 use magician_protocol::{Alarm, AlarmSet, Readable};
 
@@ -11,28 +11,32 @@ use crate::connection::Micros;
 use crate::gate::Motors;
 use crate::stream::ArmPace;
 
-/// What is known at one moment.
+/// State of an arm at one moment.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ArmSnapshot {
-    /// Last readings; `None` before each of them was read.
+    /// Last readings. `None` until each of them was read.
     pub readings: Option<StateReadings>,
-    /// True if the arm was seen to be homed since power-up, false while its alarms say that it was not.
+    /// True if the arm was seen homed since power-up, false while its alarms say that it was not.
+    /// `None` if unknown.
     pub homed: Option<bool>,
     /// True if motion of this connection may be under way.
     pub moving: bool,
     /// Tool, laser, suction cup, gripper and speed.
     pub outputs: ArmOutputs,
-    /// Number of times that an output became unknown, so that it has to be read again.
+    /// Number of times that an output became unknown, so that it must be read again.
     pub lapses: u64,
 }
 
 impl ArmPicture {
-    /// A value that counts at `now`, us. `None` as well if the arm may have been switched off and on without that being
-    /// seen, and a second after it was read on a line that others use.
+    /// Value of a setting that is valid at `now`, us.
+    ///
+    /// `None` if it is not known, if the arm may have been switched off and on unnoticed, and, on a
+    /// shared line, a second after it was read.
     #[must_use]
     pub fn setting<T: Readable>(&self, now: Micros, query: &T::Query) -> Option<T> {
         let since = match (self.standing.shows_resets(), self.shared_line) {
+            // An arm with index 0 may have been switched off and on without a trace.
             (false, _) => return None,
             (true, false) => 0,
             (true, true) => now.saturating_sub(VALIDITY),
@@ -40,7 +44,7 @@ impl ArmPicture {
         self.values.settings.get_with(query, since)
     }
 
-    /// All of it that is shown.
+    /// Everything that is displayed.
     #[must_use]
     pub fn snapshot(&self) -> ArmSnapshot {
         ArmSnapshot {
@@ -52,13 +56,13 @@ impl ArmPicture {
         }
     }
 
-    /// Motion that was set going and not seen finished.
+    /// Motion that was started and not seen finished.
     #[must_use]
     pub const fn motion(&self) -> &MotionInFlight {
         &self.motion
     }
 
-    /// Commands that this connection has put into the queue lately.
+    /// Commands that this connection has put into the queue recently.
     #[must_use]
     pub const fn own(&self) -> &OwnCommands {
         &self.own
@@ -76,59 +80,62 @@ impl ArmPicture {
         &self.homing
     }
 
-    /// Where the arm was when this connection put its laser out, if no command was queued since and the arm has told its
-    /// pose.
+    /// Pose at which this connection switched the laser off. `None` if a command was queued since,
+    /// or the arm has not reported a pose.
     #[must_use]
     pub fn lights_out(&self) -> Option<LightsOut> {
         self.darkness.and_then(|darkness| darkness.seen())
     }
 
-    /// How fast the arm is beside the check's times.
+    /// Pace of the arm relative to the times of checks.
     #[must_use]
     pub const fn pace(&self) -> ArmPace {
         self.pace
     }
 
-    /// Where the arm was left, and the last look at its queue.
+    /// Pose where the arm was left, and the last reading of its queue.
     #[must_use]
     pub const fn standing(&self) -> &Standing {
         &self.standing
     }
 
-    /// Alarms that were read within the last second, if none of them holds the queue and nothing was sent since that
-    /// changes them.
+    /// Alarms read within the last second. `None` if one of them holds the queue, or something was
+    /// sent since that may change them.
     #[must_use]
     pub fn harmless_alarms(&self, now: Micros) -> Option<AlarmSet> {
         let alarms = self.readings.alarms_since(now.saturating_sub(VALIDITY));
         alarms.filter(|alarms| !alarms.blocking())
     }
 
-    /// True if the queue runs for certain: this connection has started it, nothing has held it since, and no other program
-    /// can have stopped it.
+    /// True if the queue certainly runs: this connection has started it, nothing has held it since,
+    /// and no other program can have stopped it.
     #[must_use]
     pub fn runs_queue(&self) -> bool {
         let started = self.motion.started() == Some(true);
         started && self.standing.runs_queue() && !self.shared_line
     }
 
-    /// Current index that was read last.
+    /// Current index read last. `None` before the first reading.
     #[must_use]
     pub const fn current_index(&self) -> Option<u64> {
         self.readings.current
     }
 
-    /// Serial number of the arm, once it has told it.
+    /// Serial number of the arm. `None` if it has not reported one.
     #[must_use]
     pub fn serial(&self) -> Option<&str> {
         self.readings.serial.as_deref()
     }
 
-    /// True if the arm was seen to be homed since power-up, false while its alarms say that it was not.
+    /// True if the arm was seen homed since power-up, false while its alarms say that it was not.
+    /// `None` if unknown.
     #[must_use]
     pub fn homed(&self) -> Option<bool> {
         if self.homing.is_homed() {
             return Some(true);
         }
+        // After power-up the alarm stands until it is cleared, so its presence proves a reset, but
+        // its absence proves nothing.
         let reset =
             (self.readings.alarms).is_some_and(|alarms| alarms.contains(Alarm::ResetOccurred));
         reset.then_some(false)

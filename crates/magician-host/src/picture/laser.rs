@@ -1,4 +1,4 @@
-//! The laser, by the commands that were sent and by what the arm says of it.
+//! State of the laser, from the commands sent and the arm's replies.
 
 use std::ops::{BitOr, BitOrAssign, SubAssign};
 
@@ -9,20 +9,20 @@ use magician_protocol::{Frame, Layout, Readable, Set, Writable};
 
 use crate::burning::{LASER_POWER, LASER_SUPPLY, burns};
 
-/// What can light the laser, as a set.
+/// Set of the ways in which the laser can be lit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Channels(u8);
 
 impl Channels {
     /// `SetEndEffectorLaser`.
     pub(super) const BEAM: Self = Self(1);
-    /// The power of a path's segment.
+    /// Power of a path's segment.
     pub(super) const PATH: Self = Self(2);
-    /// The level of EIO 2.
+    /// Level of EIO 2.
     const SUPPLY: Self = Self(4);
-    /// The level of EIO 4.
+    /// Level of EIO 4.
     const POWER: Self = Self(8);
-    /// Pulses on EIO 4.
+    /// PWM on EIO 4.
     const PULSES: Self = Self(16);
     pub(super) const PINS: Self = Self(4 | 8 | 16);
     pub(super) const ALL: Self = Self(31);
@@ -52,7 +52,7 @@ impl SubAssign for Channels {
     }
 }
 
-/// What a command does to the laser.
+/// Effect of a command on the laser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Light {
     pub(super) channels: Channels,
@@ -60,7 +60,8 @@ pub(super) struct Light {
 }
 
 impl Light {
-    /// `None` for a command that leaves the laser as it is. One that cannot be read counts as one that burns.
+    /// Effect of a command. `None` if it leaves the laser unchanged. A command that cannot be
+    /// decoded counts as burning.
     pub(super) fn of(request: &Frame<'_>) -> Option<Self> {
         let id = request.id();
         let channels = if id == SetEndEffectorLaser::ROW.id {
@@ -72,7 +73,7 @@ impl Light {
         } else if id == <IoPwm as Writable>::ROW.id {
             Channels::PULSES
         } else if id == PtpPoCmd::ROW.id || id == PtpPoWithLCmd::ROW.id {
-            // Along its way, whichever of them.
+            // Either pin may be switched during the move.
             Channels::SUPPLY | Channels::POWER
         } else {
             return None;
@@ -89,7 +90,8 @@ impl Light {
                 _ => return None,
             },
             Set::IoPwm(output) if output.address != LASER_POWER => return None,
-            // One of its outputs may be raised after it was lowered.
+            // A list that raises no laser pin does not count as switching one off: errs towards
+            // burning.
             Set::PtpPoCmd(_) | Set::PtpPoWithLCmd(_) if !burns => return None,
             _ => channels,
         };
@@ -97,23 +99,23 @@ impl Light {
     }
 }
 
-/// The laser without the commands that wait in the queue.
+/// State of the laser apart from waiting commands.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LaserPicture {
-    /// Lit by commands of this connection.
+    /// Ways in which commands of this connection lit it.
     lit: Channels,
-    /// What the arm says of `SetEndEffectorLaser`, or was told since; `None` if not known.
+    /// State of `SetEndEffectorLaser`, as read or set last. `None` if unknown.
     register: Option<bool>,
-    /// Whether one of the laser's pins is high, as they were read last.
+    /// True if one of the laser's pins was high when they were last read. `None` if unknown.
     pins: Option<bool>,
-    /// Commands of other programs are in the queue, which cannot be read there.
+    /// True if commands of other programs are in the queue, which cannot be read there.
     foreign: bool,
-    /// It may have been lit over this connection before the arm seemed to be reset.
+    /// True if it may have been lit over this connection before the arm seemed to be reset.
     before_reset: bool,
 }
 
 impl LaserPicture {
-    /// This was sent to be done at once, or is done.
+    /// Notes a command that is executed immediately, or has finished.
     pub(super) fn set(&mut self, light: Light) {
         let Light { channels, burns } = light;
         if burns {
@@ -124,21 +126,21 @@ impl LaserPicture {
         if channels.meet(Channels::BEAM) {
             self.register = Some(burns);
             if !burns {
-                // Off ends the power of a path, too.
+                // Switching off also ends the power of a path.
                 self.lit -= Channels::PATH;
                 self.before_reset = false;
             }
         }
     }
 
-    /// This goes out to be done at once: from here on it may burn.
+    /// Notes an immediate command that is sent: from now on it may burn.
     pub(super) fn sent(&mut self, light: Light) {
         if light.burns {
             self.lit |= light.channels;
         }
     }
 
-    /// The arm has answered a get.
+    /// Processes the reply to a get.
     pub(super) fn read(&mut self, reply: &Frame<'_>) {
         if reply.id() != <EndEffectorLaser as Readable>::ROW.id {
             return;
@@ -164,26 +166,28 @@ impl LaserPicture {
         self.foreign = foreign;
     }
 
-    /// It was switched off, and its pins are low.
+    /// Notes that the laser was switched off and its pins are low.
     pub(super) fn darkened(&mut self) {
         self.lit = Channels::default();
         (self.register, self.pins) = (Some(false), Some(false));
         self.before_reset = false;
     }
 
-    /// What was seen dark may be lit by others.
+    /// Discards evidence of darkness, because others may light the laser.
     pub(super) fn forget(&mut self) {
         (self.register, self.pins) = (None, None);
     }
 
     pub(super) fn reset(&mut self) {
+        // "Seemed": a misread clock must not turn a burning laser into a dark one.
         *self = Self {
             before_reset: self.before_reset || self.lit.meet(Channels::ALL),
             ..Self::default()
         };
     }
 
-    /// Whether it may burn; `None` if not known. `waiting`: a command in the queue may light it.
+    /// True if the laser may burn, false if it is certainly off, `None` if unknown. `waiting` is
+    /// true if a command in the queue may light it.
     pub(super) fn told(&self, waiting: bool, laser_pins: bool) -> Option<bool> {
         let of_interest = if laser_pins {
             Channels::ALL
@@ -198,11 +202,12 @@ impl LaserPicture {
         {
             return Some(true);
         }
+        // Dark needs proof from both the register and the pins; for burning one sign suffices.
         let dark = self.register == Some(false) && pins == Some(false) && !self.foreign;
         dark.then_some(false)
     }
 
-    /// Whether commands of this connection may have lit it by one of these.
+    /// True if commands of this connection may have lit it in one of these ways.
     pub(super) fn may_be_lit(&self, channels: Channels) -> bool {
         self.lit.meet(channels) || self.before_reset && channels == Channels::ALL
     }

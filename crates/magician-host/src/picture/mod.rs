@@ -1,10 +1,17 @@
-//! The picture of an arm: all that is known of it without asking.
+//! State of an arm, tracked from the frames that pass, without asking it.
 //!
-//! One vocabulary feeds it: [`sent`](ArmPicture::sent) for each frame that goes out, [`answered`](ArmPicture::answered),
-//! [`accepted`](ArmPicture::accepted) or [`failed`](ArmPicture::failed) for the end of each request, and
-//! [`lost`](ArmPicture::lost), [`reset`](ArmPicture::reset), [`cleared`](ArmPicture::cleared) and
-//! [`forget`](ArmPicture::forget) for what befell the arm or its line. Each part takes of that what concerns it. What frames
-//! do not show is noted by its own name: a stop that was asked for, an arm that was seen to stand, a program that runs.
+//! Front ends want to show tool, laser, homing and motion at any time, and checks need the arm's
+//! settings; reading all of that before each use would occupy the line. So the picture follows
+//! every frame of a connection. Its inputs are [`sent`](ArmPicture::sent) for each frame that goes
+//! out, [`answered`](ArmPicture::answered), [`accepted`](ArmPicture::accepted) or
+//! [`failed`](ArmPicture::failed) for the end of each request, and [`lost`](ArmPicture::lost),
+//! [`reset`](ArmPicture::reset), [`cleared`](ArmPicture::cleared) and
+//! [`forget`](ArmPicture::forget) for events of the arm or its line. Each part of the picture uses
+//! the inputs that concern it. Events that frames do not show have their own methods: a requested
+//! stop, an arm seen at rest, a running program.
+//!
+//! Where the picture is unsure, it errs towards burning and towards motion: both lead to a stop
+//! that may be superfluous, never to a missing one.
 
 mod darkness;
 mod homing;
@@ -40,22 +47,25 @@ use crate::connection::{Failure, Micros};
 use crate::gate::Motors;
 use crate::stream::ArmPace;
 
-/// Shortest time of a motion that tells how fast an arm is.
+/// Shortest motion from which the arm's pace is judged.
+// Shorter ones are dominated by the delays of the line.
 const TELLING: Duration = Duration::from_millis(100);
 
-/// An arm as far as it is known from what was sent over one connection, and from what the arm has answered.
+/// State of an arm, from the frames sent over one connection and the arm's replies.
 ///
-/// * Settings ([`get`](Self::get)): a check that needs them need not read them again. A value is forgotten before anything
-///   is sent that may change it, and known again when the arm has answered. A queued command counts when the arm has
-///   finished it; until then nothing that was read in between is kept. At most 48 values are kept.
-/// * Outputs ([`outputs`](Self::outputs)): tool, laser, suction cup, gripper and speed, to be shown. They stay as they were
-///   until the arm has answered a command, or has finished a queued one by its current index. The laser errs towards
-///   burning: it counts as lit as soon as a command that may burn goes out, and until a command that puts it out was
-///   answered, or has finished in the queue. When `SetEndEffectorLaser` off was answered while the queue is held, what waits
-///   in it does not count before the queue is started again.
-/// * Motion that was set going ([`motion`](Self::motion)), the commands that wait ([`own`](Self::own)), the motors that run
-///   ([`motors`](Self::motors)), homing ([`homing`](Self::homing)), where the arm was left ([`standing`](Self::standing)), and
-///   what was read last ([`snapshot`](Self::snapshot)).
+/// * Settings ([`get`](Self::get)), so that a check need not read them again. A value is discarded
+///   before anything is sent that may change it, and known again when the arm has replied. A queued
+///   command counts when the arm has finished it; readings in between are not kept. At most 48
+///   values are kept.
+/// * Outputs ([`outputs`](Self::outputs)) for display: tool, laser, suction cup, gripper and speed.
+///   They change when the arm has replied to a command, or has finished a queued one according to
+///   its current index. The laser errs towards burning: it counts as lit from the moment a command
+///   that may burn is sent, until a command that switches it off was answered or has finished in
+///   the queue. If `SetEndEffectorLaser` off was answered while the queue is held, waiting commands
+///   do not count until the queue is started again.
+/// * Motion in flight ([`motion`](Self::motion)), waiting commands ([`own`](Self::own)), running
+///   motors ([`motors`](Self::motors)), homing ([`homing`](Self::homing)), the pose where the arm
+///   was left ([`standing`](Self::standing)), and the last readings ([`snapshot`](Self::snapshot)).
 ///
 /// ```
 /// use magician_host::picture::{ArmPicture, Origin};
@@ -75,7 +85,7 @@ const TELLING: Duration = Duration::from_millis(100);
 /// ```
 #[derive(Clone, Debug)]
 pub struct ArmPicture {
-    /// True if other programs may use the line, and set what they like.
+    /// True if other programs may use the line and change settings.
     shared_line: bool,
     /// True if a laser may be wired to EIO 2 and 4.
     laser_pins: bool,
@@ -86,9 +96,9 @@ pub struct ArmPicture {
     homing: HomingTracker,
     standing: Standing,
     readings: LastReadings,
-    /// Since this connection put the laser out, until a command is queued.
+    /// State since this connection switched the laser off, until a command is queued.
     darkness: Option<Darkness>,
-    /// How fast the arm is beside the check's times.
+    /// Pace of the arm relative to the times of checks.
     pace: ArmPace,
 }
 
@@ -110,10 +120,11 @@ impl Default for ArmPicture {
     }
 }
 
-/// Frames, and how requests end.
+/// Frames, and the ends of requests.
 impl ArmPicture {
-    /// Takes a frame that goes out at `now`, us. Retransmitted frames count again.
+    /// Processes a frame sent at `now`, us. Retransmissions count again.
     pub fn sent(&mut self, now: Micros, request: &Frame<'_>) {
+        // Every part sees every frame; each decides what concerns it.
         self.darkness = Darkness::after(self.darkness, now, request);
         self.values.sent(request);
         self.homing.sent(request);
@@ -124,7 +135,8 @@ impl ArmPicture {
         }
     }
 
-    /// Takes the answer to a request at `now`, us. What it shows comes out of [`poll_event`](Self::poll_event).
+    /// Processes the reply to a request at `now`, us. Its consequences are returned by
+    /// [`poll_event`](Self::poll_event).
     pub fn answered(
         &mut self,
         now: Micros,
@@ -151,13 +163,15 @@ impl ArmPicture {
         }
     }
 
-    /// Returns the next event that answers have shown, oldest first.
+    /// Returns the next event, oldest first. `None` if all were returned.
     pub fn poll_event(&mut self) -> Option<PictureEvent> {
         self.readings.events.pop_front()
     }
 
-    /// The arm has taken a command of a program into its queue under this index. It stands for [`answered`](Self::answered)
-    /// where the frame of the request is not at hand; `command` is `None` if it is not known which one that was.
+    /// Notes that the arm accepted a command of a program with this index.
+    ///
+    /// Replaces [`answered`](Self::answered) where the frame of the request is not available.
+    /// `command` is `None` if it is not known which command that was.
     pub fn accepted(&mut self, index: u64, command: Option<&Set>) {
         if let Some(command) = command {
             self.values.accepted(index, command);
@@ -203,8 +217,10 @@ impl ArmPicture {
         }
     }
 
-    /// A request was not answered. `request` is `None` for one of a program, which finds out itself what became of it.
+    /// Notes that a request failed. `request` is `None` for one of a program, which accounts for it
+    /// itself.
     pub fn failed(&mut self, request: Option<&Frame<'_>>, failure: &Failure) {
+        // Programs consist of queued commands.
         let is_queued = request.is_none_or(|request| request.ctrl().queued());
         self.motion.failed(is_queued, failure);
         if let Some(request) = request {
@@ -213,26 +229,27 @@ impl ArmPicture {
     }
 }
 
-/// What befell the arm, or its line.
+/// Events of the arm or its line.
 impl ArmPicture {
-    /// Forgets what another program may have changed. Commands in the queue may still be done, and a laser that was lit
-    /// over this connection counts as lit.
+    /// Discards what another program may have changed. Commands in the queue may still run, and a
+    /// laser lit over this connection counts as lit.
     pub fn forget(&mut self) {
         self.values.forget();
         self.standing.forget();
         self.readings.doubt_alarms();
     }
 
-    /// The line was lost: an arm that comes back may be another one, or have been switched off.
+    /// Notes that the line was lost: the arm that comes back may be another one, or have been
+    /// switched off.
     pub fn lost(&mut self) {
-        // It is not known whether the frame that puts the laser out has reached the arm.
+        // The frame that switches the laser off may not have reached the arm.
         self.darkness = self.darkness.filter(|darkness| darkness.seen().is_some());
         self.forget();
         self.homing.forget();
     }
 
-    /// The arm was reset: nothing is known, and nothing waits. Returns the indices, first and last, of what this connection
-    /// had queued and had not finished.
+    /// Notes that the arm was reset: nothing is known, and its queue is empty. Returns the indices,
+    /// first and last, of this connection's unfinished commands. `None` if there were none.
     pub fn reset(&mut self) -> Option<(u64, u64)> {
         self.values.reset();
         self.own.clear();
@@ -244,81 +261,86 @@ impl ArmPicture {
         self.motion.reset()
     }
 
-    /// Laser off, StopExec and Clear were answered on a line that was found again.
+    /// Notes that laser off, StopExec and Clear were answered on a restored line.
     pub fn cleared(&mut self) {
         self.motion.cleared();
         self.values.cleared();
     }
 
-    /// The laser was put out on a line that was found again, before it was handed to this connection.
+    /// Notes that the laser was switched off on a restored line before this connection got it.
     pub fn found_dark(&mut self, darkness: Option<Darkness>) {
+        // An earlier pose is closer to the end of the burn.
         self.darkness = self.darkness.or(darkness);
     }
 }
 
-/// What frames do not show.
+/// Events that frames do not show.
 impl ArmPicture {
-    /// Other programs may use the line, and set what they like.
+    /// Declares that other programs may use the line and change settings.
     #[must_use]
     pub fn on_shared_line(mut self, shared: bool) -> Self {
         self.shared_line = shared;
         self
     }
 
-    /// A laser may be wired to EIO 2 and 4 (the default), or not.
+    /// Declares whether a laser may be wired to EIO 2 and 4. The default is true.
     #[must_use]
     pub fn laser_pins(mut self, laser_pins: bool) -> Self {
         self.laser_pins = laser_pins;
         self
     }
 
-    /// A request waits in the connection from here on, until it has [`returned`](Self::returned).
+    /// Notes that a request waits in the connection, until it has [`returned`](Self::returned).
     pub fn handed_over(&mut self, request: &Frame<'_>) {
         self.motion.handed_over(request);
     }
 
-    /// A request that was handed over has ended.
+    /// Notes that a request that was handed over has ended.
     pub fn returned(&mut self, request: &Frame<'_>) {
         self.motion.returned(request);
     }
 
-    /// A program begins or ends.
+    /// Notes that a program begins or ends.
     pub fn program_runs(&mut self, runs: bool) {
         self.motion.program_runs(runs);
     }
 
-    /// A forced stop was asked for: from here on the arm may brake.
+    /// Notes that a forced stop was requested: from now on the arm may brake.
     pub fn stop_asked(&mut self) {
         self.motion.stop_asked();
     }
 
-    /// The arm was seen to stand, by looks that all followed this many [forced stops](MotionInFlight::stops).
+    /// Notes that the arm was seen at rest, by readings that all followed this many [forced
+    /// stops](MotionInFlight::stops).
     pub fn stood_after(&mut self, stops: u64) {
         self.motion.stood_after(stops);
     }
 
-    /// The queue is empty: what is put into it next runs next.
+    /// Notes that the queue is empty, so the next command put into it runs next.
     pub fn queue_is_empty(&mut self) {
         self.own.queue_is_empty();
     }
 
-    /// Takes a look at the queue that began when [`Standing::orders`] were `before`.
+    /// Processes a reading of the queue that began when [`Standing::orders`] were `before`.
     pub fn note_look(&mut self, look: QueueLook, before: u64) {
         if self.standing.account(look.current) {
-            // Another program has used the arm.
+            // Another program has used the arm, and may have changed any setting.
             self.forget();
         }
         self.standing.note_look(look, before);
     }
 
-    /// The arm has finished all that it had, the last of it under this index, and stands at this pose.
+    /// Notes that the arm has finished everything, last the command with this index, and stands at
+    /// this pose.
     pub fn note_left_at(&mut self, now: Micros, index: u64, pose: Pose) {
         self.standing.note_left_at(now, index, pose);
     }
 
-    /// A command that should take this time took that time: a short one says nothing.
+    /// Notes the calculated and the real time of a command. Short commands are ignored.
     pub fn note_pace(&mut self, should: Duration, took: Duration) {
         if should >= TELLING {
+            // 10 % tolerance for the line and the polling. Virtual arms at full speed are far
+            // below.
             self.pace = if took >= should.mul_f64(0.9) {
                 ArmPace::OnTime
             } else {
@@ -327,22 +349,22 @@ impl ArmPicture {
         }
     }
 
-    /// The laser was switched off, and its pins are low.
+    /// Notes that the laser was switched off and its pins are low.
     pub fn darkened(&mut self) {
         self.values.darkened();
     }
 
-    /// The arm was seen to stand at its home point behind the homing command, or elsewhere.
+    /// Notes whether the arm stands at its home point after the homing command.
     pub fn stood_at_home(&mut self, at_home: bool) {
         self.homing.stood_at_home(at_home);
     }
 
-    /// A record from before this connection shows that the arm was homed since power-up.
+    /// Notes a record from before this connection that the arm was homed since power-up.
     pub fn remember_homing(&mut self) {
         self.homing.remembered();
     }
 
-    /// True once for each homing that was seen.
+    /// Returns true once for each homing that was seen.
     pub fn take_new_homing(&mut self) -> bool {
         self.homing.take_new()
     }

@@ -1,4 +1,5 @@
-//! Motion that this connection has set going and not seen finished: what a stop has to end when its holder goes.
+//! Motion that this connection has started and not seen finished: what must be stopped when its
+//! owner goes away.
 
 use magician_protocol::commands::{
     JogCmd, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartExec, QueuedCmdStopExec,
@@ -7,7 +8,7 @@ use magician_protocol::{Frame, JogCommand, Row, Set, Writable};
 
 use crate::connection::Failure;
 
-/// True for a command that moves the arm when it is done at once, or that lets a stopped queue do so.
+/// True for a command that moves the arm when executed immediately, or lets a stopped queue do so.
 #[must_use]
 pub fn sets_in_motion(command: &Set) -> bool {
     match command {
@@ -17,28 +18,29 @@ pub fn sets_in_motion(command: &Set) -> bool {
     }
 }
 
-/// Motion of one connection. It errs towards more: a stop of an arm that stands does no harm.
+/// Motion of one connection. Errs towards motion, because stopping an arm at rest does no harm.
 #[derive(Clone, Debug, Default)]
 pub struct MotionInFlight {
-    /// True if this connection started the queue, false if it stopped it; `None` if it found the queue as it is.
+    /// True if this connection started the queue, false if it stopped it. `None` if it left the
+    /// queue as found.
     started: Option<bool>,
     /// Index of its last queued command.
     last: Option<u64>,
-    /// Last index that was read.
+    /// Last current index read.
     current: u64,
-    /// A motion outside of the queue, or one without an end.
+    /// True for a motion outside the queue, or one without an end.
     free: bool,
-    /// Queued commands that were handed to the connection and have not ended.
+    /// Number of queued commands handed to the connection that have not ended.
     unanswered: u32,
-    /// A program runs.
+    /// True while a program runs.
     program: bool,
-    /// Forced stops that were asked for or sent.
+    /// Number of forced stops requested or sent.
     stops: u64,
-    /// How many of them there were when the arm was last seen to stand.
+    /// Number of them when the arm was last seen at rest.
     stood: u64,
 }
 
-/// What becomes known.
+/// Inputs.
 impl MotionInFlight {
     pub(super) fn handed_over(&mut self, request: &Frame<'_>) {
         self.unanswered += u32::from(request.ctrl().queued());
@@ -53,7 +55,8 @@ impl MotionInFlight {
         self.program = program;
     }
 
-    /// Until the arm is seen to stand it brakes, and the command that it was at still takes its place in the queue.
+    /// Notes a forced stop. Until the arm is seen at rest it brakes, and its current command still
+    /// occupies its place in the queue.
     pub(super) fn stop_asked(&mut self) {
         self.stops += 1;
     }
@@ -69,7 +72,7 @@ impl MotionInFlight {
             return;
         }
         if id == QueuedCmdStartExec::ROW.id {
-            // The queue may run from here on, whether that is answered or not.
+            // The queue may run from now on, with or without a reply.
             self.started = self.started.filter(|started| *started);
         }
         if id == QueuedCmdForceStopExec::ROW.id {
@@ -103,14 +106,17 @@ impl MotionInFlight {
         self.last = Some(index);
     }
 
-    /// `is_queued`: the request was for the queue, which may have taken it.
+    /// Notes a failure. `is_queued` is true if the request was for the queue, which may have taken
+    /// it.
     pub(super) fn failed(&mut self, is_queued: bool, failure: &Failure) {
         if is_queued && matches!(failure, Failure::Uncertain { .. }) {
+            // No index is known, so no reading can show its end: only a Clear or a reset ends it.
             self.last = Some(u64::MAX);
         }
     }
 
-    /// The arm was reset, and its queue is gone. Returns the indices, first and last, that had not finished.
+    /// Notes a reset: the queue is gone. Returns the first and last unfinished index. `None` if
+    /// there was none.
     pub(super) fn reset(&mut self) -> Option<(u64, u64)> {
         let last = self.last.take().filter(|last| *last > self.current);
         let gone = last.map(|last| (self.current.saturating_add(1), last));
@@ -119,28 +125,30 @@ impl MotionInFlight {
         gone
     }
 
-    /// The queue was held and emptied on a line that was found again.
+    /// Notes that the queue was stopped and cleared on a restored line.
     pub(super) fn cleared(&mut self) {
         self.started = Some(false);
         self.drop_waiting();
     }
 
-    /// The command under way goes on, and with its end the current index.
+    /// Drops waiting commands. The current one continues, and its end still advances the current
+    /// index.
     fn drop_waiting(&mut self) {
         let under_way = self.last.filter(|last| *last > self.current);
         self.last = under_way.map(|_| self.current.saturating_add(1));
     }
 }
 
-/// What is known.
+/// Queries.
 impl MotionInFlight {
-    /// True if this connection started the queue, false if it stopped it; `None` if it found the queue as it is.
+    /// True if this connection started the queue, false if it stopped it. `None` if it left the
+    /// queue as found.
     #[must_use]
     pub const fn started(&self) -> Option<bool> {
         self.started
     }
 
-    /// True if this connection stopped the queue, and no program of it is about to start it.
+    /// True if this connection stopped the queue and none of its programs is about to start it.
     #[must_use]
     pub fn stopped(&self) -> bool {
         self.started == Some(false) && !self.program
@@ -157,23 +165,24 @@ impl MotionInFlight {
     pub fn runs_queue(&self) -> bool {
         let unfinished = self.last.is_some_and(|last| last > self.current);
         let queued = self.unanswered > 0 || unfinished;
-        // A program fills a stopped queue before it starts it: left there, others would run it.
+        // A program fills a stopped queue before it starts it; left there, the commands would be
+        // run by others.
         self.program || queued && self.started != Some(false)
     }
 
-    /// Number of forced stops that were asked for or sent.
+    /// Number of forced stops requested or sent.
     #[must_use]
     pub const fn stops(&self) -> u64 {
         self.stops
     }
 
-    /// True if the arm was not seen to stand since the last forced stop.
+    /// True if the arm was not seen at rest since the last forced stop.
     #[must_use]
     pub const fn is_braking(&self) -> bool {
         self.stops > self.stood
     }
 
-    /// True if the arm was seen to stand after this many forced stops.
+    /// True if the arm was seen at rest after this many forced stops.
     #[must_use]
     pub const fn has_stood_after(&self, stops: u64) -> bool {
         self.stood >= stops

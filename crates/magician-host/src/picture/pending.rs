@@ -1,4 +1,4 @@
-//! Commands that wait in the arm's queue and change something when they are done.
+//! Commands in the arm's queue that will change a setting or an output when they run.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -8,7 +8,8 @@ use magician_protocol::{Frame, FrameBuf, Row};
 use super::laser::{Channels, Light};
 use super::settings::reaches;
 
-/// Commands that are followed: more than the queue of any arm holds, with those on their way to it.
+/// Largest number of commands tracked: more than any arm's queue holds, with those on their way to
+/// it.
 const MOST: usize = 128;
 
 /// A queued command.
@@ -16,20 +17,21 @@ const MOST: usize = 128;
 pub(super) struct Pending {
     pub(super) row: &'static Row,
     pub(super) request: FrameBuf,
-    /// `None` before the arm has told it.
+    /// Index. `None` before the arm has accepted it.
     index: Option<u64>,
-    /// What it sets holds once it has finished.
+    /// True if its effect holds once it has finished.
     pub(super) certain: bool,
-    /// One of its kind was done at once while it waited, and it is not known yet which of them came first.
+    /// True if an immediate command of its kind was executed while it waited, so that their order
+    /// is unknown.
     overtaken: bool,
     light: Option<Light>,
-    /// As long as the queue does not run it cannot burn.
+    /// True while it cannot burn, because the queue does not run.
     inert: bool,
-    /// The queue was cleared while it waited: it may have been done before.
+    /// True if the queue was cleared while it waited; it may have run before.
     pub(super) cleared: bool,
 }
 
-/// Without its row, whose description is long.
+/// Omits the row, whose description is long.
 impl fmt::Debug for Pending {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Pending")
@@ -43,7 +45,7 @@ impl fmt::Debug for Pending {
 }
 
 impl Pending {
-    /// What it has done to the laser when it has finished.
+    /// Effect on the laser after the end of the command. `None` if it leaves the laser unchanged.
     pub(super) fn light_at_its_end(&self) -> Option<Light> {
         self.light.filter(|light| !light.burns || !self.inert)
     }
@@ -58,14 +60,15 @@ impl Pending {
     }
 }
 
-/// Queued commands in the order in which they were sent.
+/// Queued commands in the order of sending.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PendingQueue(VecDeque<Pending>);
 
 impl PendingQueue {
-    /// A command goes out to the queue. Returns one that is followed no longer.
+    /// Notes that a command is sent to the queue. Returns the oldest one if it can no longer be
+    /// tracked.
     pub(super) fn sent(&mut self, row: &'static Row, request: &Frame<'_>) -> Option<Pending> {
-        // One that is sent again is the same command.
+        // A retransmission is the same command.
         let again = |one: &Pending| one.index.is_none() && !one.cleared && one.is(request);
         if self.0.iter().any(again) {
             return None;
@@ -73,7 +76,7 @@ impl PendingQueue {
         self.push(row, request, None)
     }
 
-    /// The arm has taken a command under this index.
+    /// Notes that the arm accepted a command with this index.
     pub(super) fn accepted(&mut self, index: u64, row: &'static Row, request: &Frame<'_>) {
         let waits = |one: &Pending| one.index.is_none() && one.is(request);
         let Some(at) = self.0.iter().position(waits) else {
@@ -83,13 +86,13 @@ impl PendingQueue {
         if let Some(one) = self.0.get_mut(at) {
             one.index = Some(index);
         }
-        // Those that were sent before it and are not answered are over when this one is, if they were taken.
+        // Unanswered commands sent before it are over when this one is, if they were taken at all.
         for one in self.0.iter_mut().take(at).filter(|one| one.index.is_none()) {
             (one.index, one.certain) = (Some(index), false);
         }
     }
 
-    /// A command that the arm has not taken.
+    /// Removes a command that the arm has not taken.
     pub(super) fn withdraw(&mut self, request: &Frame<'_>) {
         let waits = |one: &Pending| one.index.is_none() && one.is(request);
         if let Some(at) = self.0.iter().position(waits) {
@@ -97,11 +100,11 @@ impl PendingQueue {
         }
     }
 
-    /// The next one, in order, that the arm has finished by its current index.
+    /// Removes the next command that has finished at this current index, in order.
     pub(super) fn pop_finished(&mut self, current: u64) -> Option<Pending> {
         let over = |one: &Pending| one.index.is_some_and(|index| index <= current);
         let Some(at) = self.0.iter().position(over) else {
-            // The rest comes after what was answered by now.
+            // The remaining commands run after everything answered so far.
             self.0.iter_mut().for_each(|one| one.overtaken = false);
             return None;
         };
@@ -110,8 +113,9 @@ impl PendingQueue {
         Some(Pending { certain, ..one })
     }
 
-    /// The next one that was in the queue when it was cleared: whether it was done is not known. A path may be under way, and
-    /// stays until it has finished, or the arm stands.
+    /// Removes the next command that was in the queue when it was cleared, as uncertain.
+    ///
+    /// A path may be running and stays until it has finished or the arm is at rest.
     pub(super) fn pop_cleared(&mut self) -> Option<Pending> {
         let is_over = |one: &Pending| one.cleared && !one.may_light(Channels::PATH);
         let at = self.0.iter().position(is_over)?;
@@ -120,15 +124,15 @@ impl PendingQueue {
         Some(Pending { certain, ..one })
     }
 
-    /// The queue was cleared. What of it was done before shows in the next current index.
+    /// Notes a Clear. The next current index shows which commands ran before.
     pub(super) fn cleared(&mut self) {
         for one in &mut self.0 {
             one.cleared = true;
         }
     }
 
-    /// The current index was read after a Clear: what it has not reached was dropped, but the command under way. Returns
-    /// the rows of commands whose index is not known.
+    /// Evaluates the current index read after a Clear: all commands beyond it were dropped, except
+    /// the running one. Returns the rows of commands without a known index.
     pub(super) fn settle_clear(&mut self) -> Vec<&'static Row> {
         let mut under_way = true;
         let mut unknown = Vec::new();
@@ -139,39 +143,40 @@ impl PendingQueue {
             if one.index.is_none() {
                 unknown.push(one.row);
             }
-            // It burns until the laser is switched off, or until it has finished.
+            // A running path burns until the laser is switched off or the path has finished.
             std::mem::take(&mut under_way) && one.may_light(Channels::PATH)
         });
         unknown
     }
 
-    /// The laser was switched off, and the queue does not run: nothing lights it any more.
+    /// Marks all commands as unable to burn, because the laser is off and the queue does not run.
     pub(super) fn rest(&mut self) {
         self.0.iter_mut().for_each(|one| one.inert = true);
     }
 
-    /// The arm stands: of what was in the queue when it was cleared nothing is under way.
+    /// Notes that the arm is at rest: no command that was cleared is still running.
     pub(super) fn stands(&mut self) {
         for one in self.0.iter_mut().filter(|one| one.cleared) {
             one.inert = true;
         }
     }
 
-    /// The queue runs, or may.
+    /// Notes that the queue runs or may run.
     pub(super) fn release(&mut self) {
         for one in self.0.iter_mut().filter(|one| !one.cleared) {
             one.inert = false;
         }
     }
 
-    /// A command was done at once, before or after those of its kind.
+    /// Notes that an immediate command was executed, before or after queued ones of its kind.
     pub(super) fn overtaken(&mut self, by: &Row) {
         for one in self.0.iter_mut().filter(|one| reaches(by, one.row)) {
             one.overtaken = true;
         }
     }
 
-    /// What they set is not known even when they have finished: another program may have set it since.
+    /// Marks the effects as uncertain even after the end, because another program may have changed
+    /// them since.
     pub(super) fn doubt(&mut self) {
         self.0.iter_mut().for_each(|one| one.certain = false);
     }
@@ -190,6 +195,7 @@ impl PendingQueue {
         request: &Frame<'_>,
         index: Option<u64>,
     ) -> Option<Pending> {
+        // Bounded memory: the oldest leaves as uncertain.
         let full = self.0.len() >= MOST;
         let oldest = if full { self.0.pop_front() } else { None };
         self.0.push_back(Pending {
@@ -198,6 +204,7 @@ impl PendingQueue {
             index,
             certain: true,
             overtaken: false,
+            // Computed once: the list is searched for every display.
             light: Light::of(request),
             inert: false,
             cleared: false,

@@ -1,29 +1,30 @@
-//! Commands that this connection has put into the queue lately.
+//! Commands that this connection has put into the queue recently, for estimates of how long the
+//! queue will run.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use magician_protocol::{QueuedCmdIndex, Set};
 
-/// Commands that are remembered: more than any queue holds.
+/// Largest number of commands remembered: more than any queue holds.
 const MOST: usize = 512;
 
-/// What a queued command does to the time that it takes.
+/// Kind of a queued command, as far as it matters to the time it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum QueuedPace {
     /// Moves the arm.
     Motion,
     /// Moves the arm and the rail, or the rail alone.
     Rail,
-    /// Homes it; runs even when an alarm holds the queue.
+    /// Homes the arm; runs even while an alarm holds the queue.
     Home,
-    /// Waits for this time.
+    /// Waits for this long.
     Pause(Duration),
-    /// Runs a motor beside the arm for this time.
+    /// Runs a motor beside the arm for this long.
     Motor(Duration),
-    /// Waits for an input, without a limit.
+    /// Waits for an input, without a time limit.
     Trigger,
-    /// Takes effect at once.
+    /// Takes no time.
     Moment,
 }
 
@@ -33,6 +34,7 @@ impl QueuedPace {
             Set::WaitCmd(wait) => Self::Pause(Duration::from_millis(wait.timeout.into())),
             Set::EMotorS(motor) => {
                 let seconds = f64::from(motor.distance) / f64::from(motor.speed).abs();
+                // A speed of 0 gives infinity, which counts as no time: such a motor does not turn.
                 Self::Motor(Duration::try_from_secs_f64(seconds).unwrap_or_default())
             }
             Set::HomeCmd(_) => Self::Home,
@@ -47,19 +49,20 @@ impl QueuedPace {
 /// Origin of a queued command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A caller, one by one, to run it with what follows.
+    /// A single call, whose commands run together with later ones.
     Caller,
-    /// A run, or a caller that has gone. What these have left in a queue that does not run is not the next one's to start.
+    /// A run, or a caller that has gone. Commands left by these in a stopped queue are not for the
+    /// next caller to start.
     Run,
 }
 
-/// Commands that this connection has put into the queue lately.
+/// Commands that this connection has put into the queue recently.
 #[derive(Clone, Debug, Default)]
 pub struct OwnCommands {
     commands: VecDeque<(u64, QueuedPace, Origin)>,
-    /// The queue is empty: nothing will run before the next one accepted.
+    /// True if the queue is empty, so that nothing runs before the next accepted command.
     empty: bool,
-    /// Index before which nothing waits any more.
+    /// Index up to which nothing waits any more.
     base: u64,
 }
 
@@ -79,12 +82,13 @@ impl OwnCommands {
         self.empty = true;
     }
 
-    /// They were dropped.
+    /// Drops all commands.
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Number of commands that have not finished and may be run with what follows. `running`: the queue runs them anyway.
+    /// Number of unfinished commands that may run together with later ones. `running` is true if
+    /// the queue runs them anyway.
     #[must_use]
     pub fn waiting(&self, current: u64, running: bool) -> u64 {
         let waiting = self.commands.iter();
@@ -101,13 +105,14 @@ impl OwnCommands {
         latest.any(|(index, pace, _)| *index == command.0 && *pace == QueuedPace::Home)
     }
 
-    /// The command that runs after this current index; `None` if it may be another program's.
+    /// Command that runs after this current index. `None` if it may belong to another program.
     #[must_use]
     pub fn running(&self, current: u64) -> Option<QueuedPace> {
         let mut commands = self.commands.iter();
         let (index, pace, _) = commands.find(|(index, ..)| *index > current)?;
-        // After a Clear the current index stands over numbers that will not come.
+        // After a Clear the current index stays behind numbers that were dropped.
         let before = current.max(self.base);
+        // Indices in between belong to another program, whose command runs first.
         (before.checked_add(1) == Some(*index)).then_some(*pace)
     }
 }

@@ -1,4 +1,4 @@
-//! Last readings of an arm, and the events that follow from them.
+//! Last readings of an arm, and the events derived from them.
 
 use std::collections::VecDeque;
 
@@ -9,10 +9,11 @@ use magician_protocol::{AlarmSet, Frame, Layout, QueuedCmdIndex, Readable};
 
 use crate::connection::Micros;
 
-/// Events that are kept for a caller that does not poll: more than one answer makes.
+/// Largest number of events kept for a caller that does not poll.
+// A single reply can make more than a hundred, one for each alarm.
 const MOST_EVENTS: usize = 512;
 
-/// A pin: its EIO address, 1 to 20, and the function that it was given (`build::multiplex`).
+/// A pin: its EIO address, 1 to 20, and the function assigned to it (`build::multiplex`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Pin {
@@ -25,7 +26,7 @@ pub enum Pin {
 }
 
 impl Pin {
-    /// Its EIO address.
+    /// EIO address of the pin.
     #[must_use]
     pub const fn address(self) -> u8 {
         match self {
@@ -39,22 +40,22 @@ impl Pin {
 pub struct Level {
     /// The pin.
     pub pin: Pin,
-    /// 0 or 1; counts (4095 at 3.3 V) for an analog one.
+    /// Level 0 or 1; for an analog input counts, 4095 at 3.3 V.
     pub value: u16,
 }
 
-/// Change that an answer shows.
+/// A change shown by a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureEvent {
-    /// An alarm stands that did not at the last reading.
+    /// An alarm is active that was not at the last reading.
     AlarmRaised(u8),
-    /// An alarm stands no more.
+    /// An alarm is no longer active.
     AlarmCleared(u8),
-    /// Queued commands have finished, of any program.
+    /// Queued commands of any program have finished.
     Finished {
-        /// Index of the first.
+        /// Index of the first of them.
         first: QueuedCmdIndex,
-        /// Index of the last.
+        /// Index of the last of them.
         last: QueuedCmdIndex,
     },
 }
@@ -63,21 +64,21 @@ pub enum PictureEvent {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct StateReadings {
-    /// Pose, and joints.
+    /// Pose and joint angles.
     pub pose: Pose,
-    /// When the pose was answered, us.
+    /// Instant of the reply with the pose, us.
     pub at: Micros,
-    /// Queued command that finished last.
+    /// Index of the command finished last.
     pub current: QueuedCmdIndex,
     /// Free places in the queue.
     pub left_space: u32,
-    /// Alarms that stand.
+    /// Active alarms.
     pub alarms: AlarmSet,
-    /// Levels of all pins that were read so far.
+    /// Levels of all pins read so far.
     pub pins: Vec<Level>,
 }
 
-/// An answer to a get, for the parts that follow it.
+/// Reply to a get, classified for the parts that use it.
 pub(super) enum Reading {
     Pose(Pose),
     Current(u64),
@@ -85,7 +86,7 @@ pub(super) enum Reading {
     Alarms(AlarmSet),
     Level(Level),
     Serial(Option<String>),
-    /// A setting, or an answer that cannot be read.
+    /// A setting, or a reply that cannot be decoded.
     Other,
 }
 
@@ -119,16 +120,17 @@ impl Reading {
     }
 }
 
-/// What was read last.
+/// Last value of each reading.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LastReadings {
     pub(super) pose: Option<(Pose, Micros)>,
     pub(super) current: Option<u64>,
-    /// Index up to which the end of commands was told.
+    /// Index up to which finished commands were reported.
     finished: Option<u64>,
     pub(super) left_space: Option<u32>,
     pub(super) alarms: Option<AlarmSet>,
-    /// When the alarms were read; `None` as soon as they may have changed by a command of this connection.
+    /// Instant of the reading of the alarms. `None` once a command of this connection may have
+    /// changed them.
     alarms_at: Option<Micros>,
     pins: Vec<Level>,
     pub(super) serial: Option<String>,
@@ -137,6 +139,7 @@ pub(super) struct LastReadings {
 
 impl LastReadings {
     fn happens(&mut self, event: PictureEvent) {
+        // A caller that never polls loses the oldest.
         if self.events.len() >= MOST_EVENTS {
             self.events.pop_front();
         }
@@ -148,15 +151,17 @@ impl LastReadings {
         match self.finished {
             Some(before) if before < current => {
                 self.finished = Some(current);
-                // Arms begin with 2 (model section 14): there is no command 1 to have finished.
+                // Arms begin with index 2 (model section 14), so there was no command 1 to finish.
                 let first = before.saturating_add(1).max(current.min(2));
                 self.happens(PictureEvent::Finished {
                     first: QueuedCmdIndex(first),
                     last: QueuedCmdIndex(current),
                 });
             }
-            // One that goes back is of a reset, which is told by itself, or was held up on its way.
+            // A lower index belongs to a reset, which is reported separately, or was delayed on its
+            // way.
             Some(_) => {}
+            // The first reading: commands finished before it are not ours to report.
             None => self.finished = Some(current),
         }
     }
@@ -180,23 +185,25 @@ impl LastReadings {
         }
     }
 
-    /// The alarms may be others by now.
+    /// Notes that the alarms may have changed.
     pub(super) fn doubt_alarms(&mut self) {
         self.alarms_at = None;
     }
 
-    /// The indices begin anew.
+    /// Notes that the indices start again.
     pub(super) fn reset(&mut self) {
+        // After a reset the count starts at 0, so the next index reports what has finished since.
         self.finished = Some(0);
         self.alarms_at = None;
     }
 
-    /// The alarms, if they were read at `since` or later and nothing changed them after that.
+    /// Alarms read at `since` or later. `None` if they were read earlier, or something may have
+    /// changed them.
     pub(super) fn alarms_since(&self, since: Micros) -> Option<AlarmSet> {
         self.alarms_at.filter(|at| *at >= since).and(self.alarms)
     }
 
-    /// `None` before all of it was read.
+    /// All readings. `None` until each of them was read.
     pub(super) fn all(&self) -> Option<StateReadings> {
         let (pose, at) = self.pose?;
         Some(StateReadings {
@@ -210,7 +217,7 @@ impl LastReadings {
     }
 }
 
-/// Serial number that can tell one arm from another; `None` if it is empty.
+/// Serial number that distinguishes one arm from another. `None` if it is empty.
 #[must_use]
 pub fn serial_number(params: &[u8]) -> Option<String> {
     let serial = DeviceSn::decode(params).ok()?.device_sn.lossy().to_string();

@@ -1,4 +1,4 @@
-//! Settings, as they were read or set.
+//! Settings as read or set.
 
 use magician_protocol::commands::{
     PtpJump2Params, PtpJumpParams, SetEndEffectorGripper, SetEndEffectorSuctionCup,
@@ -8,20 +8,20 @@ use magician_protocol::{Ctrl, Effect, Frame, FrameBuf, Readable, Row, Set, Writa
 use crate::connection::Micros;
 use crate::preflight::check_numbers;
 
-/// Values that are remembered: more than a check depends on.
+/// Largest number of values kept: more than a check depends on.
 pub(super) const MOST: usize = 48;
 
-/// Replies that the arm would give now.
+/// Replies to gets of settings that the arm would give now.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SettingValues(Vec<Value>);
 
-/// What an arm answers to a get.
+/// Reply to a get of a setting.
 #[derive(Clone, Debug)]
 struct Value {
     id: u8,
     query: Vec<u8>,
     params: Vec<u8>,
-    /// When that was so.
+    /// Instant at which it was valid.
     at: Micros,
 }
 
@@ -40,6 +40,7 @@ impl SettingValues {
         let (id, query) = (row.id, query.to_vec());
         self.0
             .retain(|value| value.id != id || value.query != query);
+        // The oldest goes: it can be read again.
         if self.0.len() >= MOST {
             self.0.remove(0);
         }
@@ -68,13 +69,15 @@ impl SettingValues {
     }
 }
 
-/// Whether a command of this row changes what a get answers.
+/// True if a command of this row changes the reply to a get.
 pub(super) fn changes(row: &Row) -> bool {
     row.may_burn || matches!(row.effect, Effect::Setting | Effect::Laser)
 }
 
-/// Whether a command of `row` changes the value of `other`: its own, the laser of what may burn, the heights of jumps, which
-/// have two commands (model section 7), and the two tools that share the pump (model section 13).
+/// True if a command of `row` changes the value of `other`.
+///
+/// These are its own value, the laser state for commands that may burn, the jump heights, which two
+/// commands set (model section 7), and the two tools that share the pump (model section 13).
 pub(super) fn reaches(row: &Row, other: &Row) -> bool {
     const JUMPS: [u8; 2] = [
         <PtpJumpParams as Writable>::ROW.id,
@@ -90,17 +93,19 @@ pub(super) fn reaches(row: &Row, other: &Row) -> bool {
         || AIR.contains(&row.id) && AIR.contains(&other.id)
 }
 
-/// A set whose parameters are what a get answers then: of a row that has one layout for both, in its full form, with numbers
-/// that an arm takes.
+/// Converts a set into the reply that a get gives afterwards. `None` unless the row has one layout
+/// for both, and the frame has its full form and numbers that an arm accepts.
 pub(super) fn as_value(row: &Row, request: &Frame<'_>) -> Option<FrameBuf> {
     let one_layout = row.value.zip(row.set);
     let one_layout = one_layout.is_some_and(|(value, set)| value.name == set.name);
     let asks = row.query.is_some_and(|query| !query.fields.is_empty());
+    // Values selected by an address are read, not derived.
     if !one_layout || asks {
         return None;
     }
     let command = Set::decode(row.id, request.params()).ok()?;
     let frame = FrameBuf::set(&command, Ctrl::SET).ok()?;
     let exact = frame.frame().params() == request.params();
+    // A short form or a refused number may be stored differently by the arm.
     (exact && check_numbers(&command).is_ok()).then_some(frame)
 }

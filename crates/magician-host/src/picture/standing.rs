@@ -1,4 +1,7 @@
-//! Where an arm was left, and the last look at its queue: valid until something is sent that changes them.
+//! Pose where the arm was left and the last reading of its queue: valid until something is sent
+//! that changes them.
+//!
+//! They save reading the pose before each move of a sequence of calls.
 
 use magician_protocol::commands::{Pose, QueuedCmdStartExec};
 use magician_protocol::{AlarmSet, Effect, Frame, Row, Writable};
@@ -6,94 +9,100 @@ use magician_protocol::{AlarmSet, Effect, Frame, Row, Writable};
 use crate::connection::Micros;
 use crate::preflight::state_at;
 
-/// How long the pose of an arm at rest, and the absence of alarms, stay valid, us: a hand may have moved it since.
+/// Validity of the pose of an arm at rest, and of the absence of alarms, us: somebody may have
+/// moved the arm by hand since.
 pub(super) const VALIDITY: Micros = 1_000_000;
-/// How long the steps of one call share a look at the queue, us.
+/// Time for which the steps of one call share a reading of the queue, us.
 const LOOK_VALIDITY: Micros = 100_000;
-/// Distance within which an arm has not been moved, mm and degrees.
+/// Largest deviation of an arm that was not moved, mm and degrees.
+// Above the rounding of the reported pose and below any motion by hand.
 const NEAR: f64 = 0.05;
 
-/// The queue, as it was read.
+/// A reading of the queue.
 #[derive(Clone, Copy, Debug)]
 pub struct QueueLook {
     /// Free places.
     pub left: u32,
     /// Index of the command that finished last.
     pub current: u64,
-    /// Places in all.
+    /// All places.
     pub places: u32,
-    /// When it was read, us.
+    /// Instant of the reading, us.
     pub at: Micros,
 }
 
 impl QueueLook {
-    /// True if it was read a moment ago.
+    /// True if it was read just now.
     #[must_use]
     pub const fn is_fresh(&self, now: Micros) -> bool {
         now.saturating_sub(self.at) <= LOOK_VALIDITY
     }
 
-    /// Number of places that are taken.
+    /// Number of occupied places.
     #[must_use]
     pub const fn waiting(&self) -> u32 {
         self.places.saturating_sub(self.left)
     }
 }
 
-/// Where an arm was left that has finished all that it had.
+/// Pose of an arm that has finished everything.
 #[derive(Clone, Copy, Debug)]
 struct LeftAt {
     pose: Pose,
-    /// Index of the command that it had finished last.
+    /// Index of the command finished last.
     index: u64,
-    /// When that was certain; `None` if a look has to confirm it.
+    /// Instant at which that was certain. `None` if a reading must confirm it.
     at: Option<Micros>,
 }
 
-/// Where an arm was left, and the last look at its queue.
+/// Pose where the arm was left, and the last reading of its queue.
 #[derive(Clone, Debug, Default)]
 pub struct Standing {
     left: Option<LeftAt>,
     look: Option<QueueLook>,
-    /// Number of frames so far that were no reads.
+    /// Number of frames sent that were not reads.
     orders: u64,
-    /// Nothing was done to the queue since it was started, and no alarm was seen to hold it.
+    /// True if nothing was done to the queue since it was started, and no alarm was seen to hold
+    /// it.
     runs: bool,
-    /// Highest index of which this connection knows what became of it.
+    /// Highest index whose command this connection can account for.
     accounted: u64,
 }
 
 impl Standing {
-    /// A request goes out; true if the alarms may be others after it.
+    /// Processes a sent request. True if it may change the alarms.
     pub(super) fn sent(&mut self, request: &Frame<'_>) -> bool {
         let ctrl = request.ctrl();
         if ctrl.write() || ctrl.queued() {
             self.look = None;
+            // Readings that began before this frame may be outdated by it.
             self.orders += 1;
         }
         if !ctrl.write() {
             return false;
         }
         match Row::with_id(request.id()).map(|row| row.effect) {
-            // Clearing the alarms is among them; the others do not move an arm whose queue is empty.
+            // This includes clearing the alarms; the others do not move an arm whose queue is
+            // empty.
             Some(Effect::Queue) => {
                 self.runs = request.id() == QueuedCmdStartExec::ROW.id;
                 return true;
             }
-            // What is queued shows in the index.
+            // Queued commands are noticed by their index.
             _ if ctrl.queued() => {}
-            // The tip may be elsewhere with another tool: a look tells.
+            // With another tool the tip may be elsewhere: a reading must confirm the pose.
             Some(Effect::Setting | Effect::Laser) => {
                 if let Some(left) = &mut self.left {
                     left.at = None;
                 }
             }
+            // Motion, external motors, unknown ids: the arm may have moved.
             _ => self.left = None,
         }
         false
     }
 
-    /// The arm has taken a command of this connection under this index.
+    /// Notes that the arm accepted a command of this connection with this index.
     pub(super) fn accepted(&mut self, index: u64) {
         self.accounted = self.accounted.max(index);
     }
@@ -102,26 +111,29 @@ impl Standing {
         self.runs &= !alarms.blocking();
     }
 
-    /// The line was lost, or others have used the arm.
+    /// Discards pose and reading: the line was lost, or others have used the arm.
     pub(super) fn forget(&mut self) {
         (self.left, self.look) = (None, None);
     }
 
     pub(super) fn reset(&mut self) {
         *self = Self {
+            // Kept, so that a reading from before the reset is recognised as old.
             orders: self.orders,
             ..Self::default()
         };
     }
 
-    /// The current index was read; true if a command has finished that this connection did not put into the queue.
+    /// Processes a reading of the current index. True if a command has finished that this
+    /// connection did not queue.
     pub(super) fn account(&mut self, current: u64) -> bool {
         let foreign = current > self.accounted;
         self.accounted = self.accounted.max(current);
         foreign
     }
 
-    /// Notes a look, unless something else than a read was sent since [`orders`](Self::orders) were `before`.
+    /// Notes a reading, unless anything but reads was sent since [`orders`](Self::orders) were
+    /// `before`.
     pub(super) fn note_look(&mut self, look: QueueLook, before: u64) {
         self.look = (self.orders == before).then_some(look);
     }
@@ -131,7 +143,7 @@ impl Standing {
         self.left = Some(LeftAt { pose, index, at });
     }
 
-    /// Number of frames so far that were no reads.
+    /// Number of frames sent that were not reads.
     #[must_use]
     pub const fn orders(&self) -> u64 {
         self.orders
@@ -141,18 +153,20 @@ impl Standing {
         self.runs
     }
 
-    /// False for an arm that has done nothing yet: it does not show that it was switched off and on.
+    /// True if a reset would show: false for an arm that has done nothing yet, whose indices start
+    /// at 0 anyway.
     pub(super) const fn shows_resets(&self) -> bool {
         self.accounted > 0
     }
 
-    /// The last look at the queue, if it is fresh and nothing but reads was sent since.
+    /// Last reading of the queue. `None` unless it is fresh and nothing but reads was sent since.
     #[must_use]
     pub fn fresh_look(&self, now: Micros) -> Option<QueueLook> {
         self.look.filter(|look| look.is_fresh(now))
     }
 
-    /// Pose of the arm by its last motion, if this look at its queue fits and nothing has moved it since.
+    /// Pose of the arm after its last motion. `None` unless this reading of the queue fits and
+    /// nothing has moved the arm since.
     #[must_use]
     pub fn pose(&self, now: Micros, look: &QueueLook) -> Option<Pose> {
         let since = now.saturating_sub(VALIDITY);
@@ -161,7 +175,7 @@ impl Standing {
         fits.then_some(left.pose)
     }
 
-    /// True if an arm at this pose is where its last motion over this connection has left it.
+    /// True if an arm at this pose is where its last motion over this connection left it.
     #[must_use]
     pub fn was_left_at(&self, there: &Pose, look: &QueueLook) -> bool {
         self.left
@@ -170,13 +184,13 @@ impl Standing {
     }
 }
 
-/// x, y, z and r that an arm reports.
+/// x, y, z in mm and r in degrees as the arm reports them.
 #[must_use]
 pub fn place(pose: &Pose) -> [f64; 4] {
     state_at(pose).pose.to_array()
 }
 
-/// True if two places are the same but for rounding: 0.05 mm and degrees.
+/// True if two poses are equal except for rounding: within 0.05 mm and degrees.
 #[must_use]
 pub fn is_near(one: [f64; 4], other: [f64; 4]) -> bool {
     let mut pairs = one.into_iter().zip(other);

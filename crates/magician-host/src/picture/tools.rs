@@ -1,4 +1,4 @@
-//! Tool, suction cup, gripper and speed, by the commands that the arm has done.
+//! Tool, suction cup, gripper and speed, from the commands that the arm has executed.
 
 use std::fmt;
 
@@ -9,37 +9,38 @@ use magician_protocol::{Flag, Frame, Readable, Row, Set, Writable};
 
 use crate::preflight::check_numbers;
 
-/// What the arm was told last of its tools and its speed, each `None` if not known.
+/// Outputs as set last. A field is `None` if it is not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ArmOutputs {
-    /// The tool's tip from the flange, mm.
+    /// Tool tip relative to the flange, mm.
     pub tool: Option<[f32; 3]>,
-    /// True as long as the last known command may burn.
+    /// True while the last known command may burn.
     pub laser: Option<bool>,
     /// True if the suction cup is on.
     pub suction: Option<bool>,
     /// State of the gripper.
     pub gripper: Option<GripperState>,
-    /// True if suction cup and gripper are both switched on, and the arm does not say which of them has the pump.
+    /// True if suction cup and gripper are both switched on and it is unknown which of them has the
+    /// pump.
     pub pump_is_contested: bool,
-    /// Share of the set speed of point-to-point moves, percent.
+    /// Ratio of the set speed of point-to-point moves, percent.
     pub speed: Option<f32>,
 }
 
 /// State of the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GripperState {
-    /// It lets go, and the pump runs.
+    /// Open, with the pump running.
     Open,
-    /// It holds.
+    /// Closed.
     Closed,
-    /// Its pump is off.
+    /// Pump off.
     Off,
 }
 
 impl GripperState {
-    /// The name, as in JSON.
+    /// Name in JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -56,7 +57,7 @@ impl fmt::Display for GripperState {
     }
 }
 
-/// The two flags of a tool that works with air.
+/// The two flags of a pneumatic tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct AirSwitch {
     enabled: bool,
@@ -86,21 +87,23 @@ enum AirTool {
     Gripper,
 }
 
-/// See [`ArmOutputs`].
+/// Tracks the fields of [`ArmOutputs`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct ToolPicture {
     bias: Option<[f32; 3]>,
     speed: Option<f32>,
     suction: Option<AirSwitch>,
     gripper: Option<AirSwitch>,
-    /// The tool whose command came last has the pump (model section 13). The arm does not say which one that is.
+    /// Tool that has the pump: the one whose command came last (model section 13). The arm does not
+    /// report it.
     air: Option<AirTool>,
 }
 
 impl ToolPicture {
-    /// The arm has done this command.
+    /// Notes that the arm has executed this command.
     pub(super) fn set(&mut self, row: &Row, request: &Frame<'_>) {
         let command = Set::decode(row.id, request.params());
+        // The arm may clamp or refuse other numbers.
         match command.ok().filter(|set| check_numbers(set).is_ok()) {
             Some(Set::EndEffectorParams(bias)) => self.bias = Some(tip(&bias)),
             Some(Set::PtpCommonParams(speed)) => self.speed = Some(speed.velocity_ratio),
@@ -113,14 +116,14 @@ impl ToolPicture {
                 self.air = Some(AirTool::Gripper);
             }
             Some(_) => {}
-            // What an arm makes of it is not known.
+            // Malformed, or numbers that an arm may refuse: its effect is unknown.
             None => {
                 self.doubt(row);
             }
         }
     }
 
-    /// The arm has answered a get.
+    /// Processes the reply to a get.
     pub(super) fn read(&mut self, reply: &Frame<'_>) {
         match reply.id() {
             id if id == <EndEffectorParams as Readable>::ROW.id => {
@@ -134,7 +137,7 @@ impl ToolPicture {
                 let cup = reply.read::<EndEffectorSuctionCup>().ok();
                 let cup = cup.map(|cup| AirSwitch::new(cup.is_ctrl_enabled, cup.is_sucked));
                 if self.suction.is_some() && self.suction != cup {
-                    // Another program has switched it since.
+                    // Switched by another program since, so that tool has the pump now.
                     self.air = Some(AirTool::Suction);
                 }
                 self.suction = cup;
@@ -152,7 +155,8 @@ impl ToolPicture {
         }
     }
 
-    /// It is not known whether the arm has done a command of this row; true if something was known.
+    /// Notes that a command of this row may or may not have been executed. True if something was
+    /// known.
     pub(super) fn doubt(&mut self, row: &Row) -> bool {
         match row.id {
             id if id == <EndEffectorParams as Writable>::ROW.id => self.bias.take().is_some(),
@@ -160,6 +164,7 @@ impl ToolPicture {
             id if id == <EndEffectorSuctionCup as Readable>::ROW.id
                 || id == <EndEffectorGripper as Readable>::ROW.id =>
             {
+                // One pump serves both, so a doubt about one is a doubt about both.
                 let known = self.suction.is_some() || self.gripper.is_some();
                 (self.suction, self.gripper, self.air) = (None, None, None);
                 known
@@ -184,6 +189,8 @@ impl ToolPicture {
     }
 
     fn is_sucking(&self) -> Option<bool> {
+        // The pump serves one tool at a time, so with the gripper's command last the cup does not
+        // suck.
         if self.air == Some(AirTool::Gripper) {
             return Some(false);
         }
@@ -200,7 +207,7 @@ impl ToolPicture {
         (!self.is_contested()).then(|| gripper.grips())
     }
 
-    /// Both are switched on, and only one of them has the pump.
+    /// True if both are switched on and it is unknown which has the pump.
     fn is_contested(&self) -> bool {
         let is_enabled = |tool: Option<AirSwitch>| tool.is_some_and(|tool| tool.enabled);
         self.air.is_none() && is_enabled(self.suction) && is_enabled(self.gripper)

@@ -1,4 +1,4 @@
-//! Settings and outputs, as they follow from the commands that were sent and from what the arm has answered.
+//! Settings and outputs, derived from the commands sent and the arm's replies.
 
 use magician_protocol::commands::{
     Pose, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartDownload, QueuedCmdStopExec,
@@ -16,13 +16,13 @@ use crate::RestDetector;
 use crate::burning::frame_releases_queue;
 use crate::connection::{Failure, Micros};
 
-/// Settings and outputs: see [`ArmPicture`](super::ArmPicture).
+/// Settings and outputs; see [`ArmPicture`](super::ArmPicture).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Values {
     pub(super) settings: SettingValues,
     tools: ToolPicture,
     laser: LaserPicture,
-    /// Queued commands that change one of these and have not finished.
+    /// Unfinished queued commands that change a setting or an output.
     pending: PendingQueue,
     queue: QueueHold,
     /// Poses since anything but a read was sent.
@@ -31,20 +31,20 @@ pub(super) struct Values {
     pub(super) lapses: u64,
 }
 
-/// State of the queue, as far as stops over this connection tell.
+/// State of the queue, as far as stops over this connection show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum QueueHold {
     /// The queue runs, or may run.
     #[default]
     Open,
-    /// StopExec was answered; the command under way goes on to its end.
+    /// StopExec was answered; the running command continues to its end.
     Stopping,
-    /// Stopped, and no command is under way.
+    /// Stopped, and no command is running.
     Held,
 }
 
 impl Values {
-    /// A request goes out: the settings that it may change are not known any more.
+    /// Processes a sent request: settings that it may change become unknown.
     pub(super) fn sent(&mut self, request: &Frame<'_>) {
         let ctrl = request.ctrl();
         if !ctrl.write() && !ctrl.queued() {
@@ -54,18 +54,20 @@ impl Values {
             self.queue = QueueHold::Open;
             self.pending.release();
         }
+        // Anything but a read may move the arm, so earlier poses prove no rest.
         self.rest.forget();
         if ctrl.queued() {
-            // From here on the index does not tell what was done before a Clear.
+            // With new commands the index no longer shows what ran before a Clear.
             while let Some(one) = self.pending.pop_cleared() {
                 self.finish(0, &one);
             }
         }
+        // An unknown id may change anything.
         let Some(row) = Row::with_id(request.id()) else {
             return self.forget();
         };
         match row.effect {
-            // A program that the arm keeps sets what it likes.
+            // A program stored in the arm changes what it likes.
             Effect::Queue if row.id == QueuedCmdStartDownload::ROW.id => self.forget(),
             Effect::Store => self.forget(),
             _ if changes(row) => {
@@ -82,7 +84,7 @@ impl Values {
         }
     }
 
-    /// A request was answered at `now`, us.
+    /// Processes the reply to a request at `now`, us.
     pub(super) fn answered(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
         let Some(row) = Row::with_id(request.id()) else {
             return;
@@ -108,6 +110,7 @@ impl Values {
             if let Some(light) = Light::of(request) {
                 self.laser.set(light);
                 let put_out = light.channels.meet(Channels::BEAM) && !light.burns;
+                // Without the queue only a new command can light the laser again.
                 if put_out && self.queue == QueueHold::Held {
                     self.pending.rest();
                 }
@@ -116,7 +119,7 @@ impl Values {
         }
     }
 
-    /// The arm has taken a command into its queue under this index.
+    /// Notes that the arm accepted a command with this index.
     pub(super) fn accepted(&mut self, index: u64, command: &Set) {
         let row = command.row();
         if changes(row)
@@ -126,7 +129,7 @@ impl Values {
         }
     }
 
-    /// A request was not answered.
+    /// Notes that a request failed.
     pub(super) fn failed(&mut self, request: &Frame<'_>, failure: &Failure) {
         let ctrl = request.ctrl();
         let row = Row::with_id(request.id()).filter(|row| changes(row));
@@ -134,7 +137,7 @@ impl Values {
             return;
         };
         if ctrl.queued() {
-            // Uncertain: it may be in the queue.
+            // Uncertain: the command may be in the queue.
             if !matches!(failure, Failure::Uncertain { .. } | Failure::NoIndex) {
                 self.pending.withdraw(request);
             }
@@ -150,7 +153,7 @@ impl Values {
             | Failure::Busy => false,
         };
         if done {
-            // A laser that was switched off meanwhile may have been lit by this after it.
+            // The laser may have been lit by this command after it was switched off.
             if let Some(light) = Light::of(request) {
                 self.laser.sent(light);
             }
@@ -158,17 +161,18 @@ impl Values {
         }
     }
 
-    /// Forgets all values: the line was lost, or another program has used the arm. Commands in the queue may still be done,
-    /// and a laser that was lit over this connection counts as lit.
+    /// Discards all values, because the line was lost or another program has used the arm. Commands
+    /// in the queue may still run, and a laser lit over this connection counts as lit.
     pub(super) fn forget(&mut self) {
         self.settings.clear();
         self.tools.forget();
         self.laser.forget();
         self.pending.doubt();
+        // Displays read the outputs again when this count changes.
         self.lapses += 1;
     }
 
-    /// The arm was reset: nothing is known, and nothing waits.
+    /// Notes that the arm was reset: nothing is known, and its queue is empty.
     pub(super) fn reset(&mut self) {
         let mut laser = std::mem::take(&mut self.laser);
         laser.reset();
@@ -179,7 +183,7 @@ impl Values {
         };
     }
 
-    /// The laser was switched off, and its pins are low.
+    /// Notes that the laser was switched off and its pins are low.
     pub(super) fn darkened(&mut self) {
         if self.queue == QueueHold::Held {
             self.pending.rest();
@@ -187,14 +191,14 @@ impl Values {
         self.laser.darkened();
     }
 
-    /// Laser off, StopExec and Clear were answered on a line that was found again.
+    /// Notes that laser off, StopExec and Clear were answered on a restored line.
     pub(super) fn cleared(&mut self) {
         self.pending.cleared();
         self.pending.rest();
         self.darkened();
     }
 
-    /// The answer to a get.
+    /// Processes the reply to a get.
     pub(super) fn read(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
         let row = Row::with_id(request.id());
         let Some(row) = row.filter(|row| matches!(row.effect, Effect::Setting | Effect::Laser))
@@ -207,6 +211,7 @@ impl Values {
     }
 
     pub(super) fn read_pose(&mut self, now: Micros, pose: Pose) {
+        // At rest the command that StopExec let run has ended.
         if self.rest.see(now, pose) {
             if self.queue == QueueHold::Stopping {
                 self.queue = QueueHold::Held;
@@ -215,7 +220,7 @@ impl Values {
         }
     }
 
-    /// The arm has finished the commands of its queue up to this index.
+    /// Notes that the arm has finished the commands of its queue up to this index.
     pub(super) fn finished(&mut self, now: Micros, current: u64) {
         while let Some(one) = self.pending.pop_finished(current) {
             self.finish(now, &one);
@@ -228,7 +233,7 @@ impl Values {
     fn finish(&mut self, now: Micros, one: &Pending) {
         let request = one.request.frame();
         self.settings.drop_changed(one.row);
-        // What may not have been done puts no laser out.
+        // A command that may not have run does not switch the laser off.
         let light = one.light_at_its_end();
         if let Some(light) = light.filter(|light| light.burns || one.certain) {
             self.laser.set(light);
@@ -253,6 +258,7 @@ impl Values {
     }
 
     fn keep(&mut self, at: Micros, row: &'static Row, query: &[u8], params: &[u8]) {
+        // A waiting command will change the value at an unknown moment, so do not keep it.
         if !(self.pending).any(|one| !one.cleared && reaches(one.row, row)) {
             self.settings.keep(at, row, query, params);
         }
@@ -261,7 +267,7 @@ impl Values {
 
 /// Settings and outputs.
 impl ArmPicture {
-    /// A value, if it is known and was so at `since` (us) or later.
+    /// Value that is known and was valid at `since` (us) or later. `None` otherwise.
     #[must_use]
     pub fn get<T: Readable<Query = NoArgs>>(&self, since: Micros) -> Option<T> {
         self.values.settings.get_with(&NoArgs, since)
@@ -299,12 +305,13 @@ impl ArmPicture {
         self.values.laser.knows_pins()
     }
 
-    /// The laser's pins were read; `None` where the arm does not say.
+    /// Notes a reading of the laser's pins. `None` if the arm does not report them.
     pub fn note_laser_pins(&mut self, high: Option<bool>) {
         self.values.laser.note_pins(high);
     }
 
-    /// Notes whether commands of other programs wait in the queue, which may light the laser and cannot be read.
+    /// Notes whether commands of other programs wait in the queue. They may light the laser and
+    /// cannot be read.
     pub fn note_foreign_commands(&mut self, foreign: bool) {
         self.values.laser.note_foreign(foreign);
     }

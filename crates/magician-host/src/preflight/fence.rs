@@ -1,4 +1,4 @@
-//! The fence of an arm: what each command does to it.
+//! Checks of commands against the fence of an arm.
 
 use magician_motion::{
     ArmState, Fence, JointAngles, Limits, Move, MoveKind, Planner, Target, Trajectory,
@@ -11,12 +11,15 @@ use crate::message;
 use crate::{Action, Error, Result};
 
 impl Preflight {
-    /// Holds a fence: every motion is checked along its whole way, whatever the [`Guards`](super::Guards) let pass, and so is
-    /// how strong the laser burns. What cannot be checked is refused: a motion from an unknown position, a queued
-    /// jog, and [`ResetPose`](magician_protocol::commands::ResetPose), which would move the fence with the arm.
+    /// Sets a fence: every motion is checked along its whole path, whatever the
+    /// [`Guards`](super::Guards) permit, and so is the power of the laser.
     ///
-    /// Homing is checked by its way from where the arm believes to be, J1 to its switch and then to the home point; its speeds
-    /// are the arm's own.
+    /// Commands that cannot be checked are refused: a motion from an unknown position, a queued
+    /// jog, and [`ResetPose`](magician_protocol::commands::ResetPose), which would move the fence
+    /// with the arm.
+    ///
+    /// Homing is checked along its path from where the arm believes itself to be: J1 to its switch,
+    /// then to the home point. Its speed is not checked, because the arm chooses it.
     ///
     /// ```
     /// use magician_host::build;
@@ -34,30 +37,31 @@ impl Preflight {
     /// ```
     #[must_use]
     pub fn fence(mut self, fence: Fence) -> Self {
+        // An empty fence bounds nothing, and must not refuse motions from unknown positions.
         self.fence = Some(fence).filter(|fence| !fence.is_empty());
         self
     }
 
-    /// The fence that it holds.
+    /// The fence. `None` without one.
     #[must_use]
     pub fn held_fence(&self) -> Option<&Fence> {
         self.fence.as_ref()
     }
 
-    /// What plans a jog from here; its speeds are its own.
+    /// Planner for jogs from here. Its speeds are not those of the jog.
     #[must_use]
     pub fn jog_planner(&self) -> Planner {
         self.planner(self.model.power_up.speeds())
     }
 
-    /// Whether the laser's pins may drive something else.
+    /// Declares whether a laser may be wired to the pins. The default is true.
     #[must_use]
     pub fn laser_pins(mut self, laser: bool) -> Self {
         self.laser_pins = laser;
         self
     }
 
-    /// What can be told before it is known where a command leads.
+    /// Checks what can be decided before the target of a command is known.
     pub(super) fn check_fence(&self, command: &Set) -> Result<()> {
         let Some(fence) = &self.fence else {
             return Ok(());
@@ -70,6 +74,7 @@ impl Preflight {
                 let why = message!("a plain jog does not stop at the fence");
                 Err(unchecked(why).remedy(Action::Jog, "stops before it"))
             }
+            // Afterwards the arm's coordinates, and so its fence, are elsewhere.
             Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(message!(
                 "ResetPose changes the arm's own position, and with it that of its fence"
             ))
@@ -78,7 +83,7 @@ impl Preflight {
         }
     }
 
-    /// Whether the laser may burn as strongly as it would.
+    /// Checks the power of the laser.
     ///
     /// # Errors
     /// [`Unreachable`](crate::ErrorKind::Unreachable) with both powers.
@@ -89,11 +94,13 @@ impl Preflight {
         }
     }
 
-    /// How strong the laser would burn, percent.
+    /// Power at which the laser would burn, percent. `None` if the command does not light it.
     fn power_of(&self, command: &Set) -> Option<f64> {
         match command {
             Set::CpLeCmd(segment) => Some(f64::from(segment.velocity_or_power)),
+            // A switched laser burns at full power; only paths and PWM have a power of their own.
             Set::SetEndEffectorLaser(laser) => {
+                // The switched laser has no power setting.
                 (laser.enable_ctrl.is_on() && laser.on.is_on()).then_some(100.0)
             }
             Set::IoPwm(output) if self.laser_pins && output.address == LASER_POWER => {
@@ -103,13 +110,13 @@ impl Preflight {
         }
     }
 
-    /// The whole way of a motion.
+    /// Checks the whole path of a motion.
     pub(super) fn within_fence(&self, motion: &Trajectory) -> Result<()> {
         let checked = self.fence.map_or(Ok(()), |fence| fence.check_way(motion));
         checked.map_err(Error::fenced)
     }
 
-    /// The speeds of a motion.
+    /// Checks the speed of a motion.
     pub(super) fn slow_enough(&self, motion: &Trajectory) -> Result<()> {
         let checked = self
             .fence
@@ -117,20 +124,20 @@ impl Preflight {
         checked.map_err(Error::fenced)
     }
 
-    /// The speed of a continuous path, mm/s.
+    /// Checks the speed of a continuous path, mm/s.
     pub(super) fn path_slow_enough(&self, speed: f64) -> Result<()> {
         let checked = self.fence.map_or(Ok(()), |fence| fence.check_speed(speed));
         checked.map_err(Error::fenced)
     }
 
-    /// A tool that is said to be another one has its tip elsewhere.
+    /// Checks a change of the tool, which moves the tip without moving the arm.
     pub(super) fn tool_within_fence(&self, before: &ArmState, after: &ArmState) -> Result<()> {
         let checked =
             (self.fence).map_or(Ok(()), |fence| fence.check_leap(&before.pose, &after.pose));
         checked.map_err(Error::fenced)
     }
 
-    /// Refuses a motion that begins at an unknown position.
+    /// Refuses a motion that starts at an unknown position.
     pub(super) fn known_start(&self) -> Result<()> {
         if self.fence.as_ref().is_some_and(Fence::bounds_motion) {
             Err(unchecked(message!(
@@ -142,9 +149,10 @@ impl Preflight {
         }
     }
 
-    /// A motion that goes by rules of its own.
+    /// Refuses a motion whose rules are not known here.
     pub(super) fn known_way(&self, command: &Set) -> Result<()> {
         match self.known_start() {
+            // Restated, because waiting would not help this command.
             Err(_) => Err(unchecked(message!(
                 "the end position of {command} is unknown; use a move instead",
                 command = command.row().set_name
@@ -153,11 +161,12 @@ impl Preflight {
         }
     }
 
-    /// The way on which homing seeks the switch of J1: there, and a little back.
+    /// Checks the path on which homing seeks the switch of J1: to the switch, and a little back.
     pub(super) fn search_within_fence(&self, from: &ArmState) -> Result<()> {
         if self.fence.is_none() {
             return Ok(());
         }
+        // Joint limits do not apply: during the search the arm does not know its base angle.
         let planner = Planner {
             limits: Limits::NONE,
             ..self.planner(self.model.homing.speeds())
@@ -181,7 +190,7 @@ impl Preflight {
     }
 }
 
-/// What a fence cannot be held against.
+/// Error of a command that cannot be checked against a fence.
 fn unchecked(why: crate::Message) -> Error {
     Error::guarded(
         "fence",
@@ -239,7 +248,7 @@ mod tests {
             assert_eq!(error.limit(), Some(-60.0));
             let breach = error.breach().expect("data");
             assert_eq!(breach.part, FencePart::Floor, "{command:?}");
-            // The same without the fence.
+            // The same command passes without the fence.
             let mut free = at(220.0, -60.0, -50.0, Fence::default());
             assert!(free.check(&command).is_ok(), "{command:?}");
         }
@@ -317,7 +326,7 @@ mod tests {
         assert!(arm.check(&build::move_to(220.0, 60.0, 0.0, 0.0)).is_err());
         arm.check(&build::speed(25.0, 50.0)).unwrap();
         assert!(arm.check(&line).is_ok());
-        // A pen goes up all the same, at a speed that is allowed.
+        // The pen can be lifted nevertheless, at a permitted speed.
         let lift = at(220.0, 0.0, 0.0, slow).lift(50.0).unwrap();
         assert_eq!(lift.by, 50.0);
         let time = at(220.0, 0.0, 0.0, slow).estimate(&lift.commands).unwrap();

@@ -1,10 +1,11 @@
+//! Guards: the checks of a program that a caller can switch off.
+
 use crate::{Error, Result};
 
-/// What a [`Preflight`](super::Preflight) refuses, each by a name of its own. All are on but
+/// Checks of a [`Preflight`](super::Preflight) that can be switched off. All are on except
 /// [`require_homed`](Self::require_homed).
 ///
-/// Numbers that are none, speeds that are none and values that the protocol does not have are
-/// refused whatever is switched off here.
+/// Values that are NaN, infinite or out of range are always refused.
 ///
 /// ```
 /// use magician_host::preflight::Guards;
@@ -16,33 +17,34 @@ use crate::{Error, Result};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Guards {
-    /// Targets and ways out of reach or beyond a limit.
+    /// Refuses targets and paths that are out of reach or beyond a limit.
     pub reach: bool,
-    /// Paths that cannot be checked, because their start is unknown: after homing to a point
-    /// that is not known, or when the arm was moving as the check began. A move of all joints to an
-    /// absolute target passes nevertheless: from there on the arm's place is known. Anything else
-    /// (a line, a jump, an arc, a path, an increment) does not.
+    /// Refuses paths that cannot be checked because their start is unknown: after homing to an
+    /// unknown point, or if the arm was moving when the check began.
+    ///
+    /// A move of all joints to an absolute target passes nevertheless, and makes the position
+    /// known. Lines, jumps, arcs, paths and increments do not pass.
     pub unknown_start: bool,
-    /// Jogs in a program: they go on until a limit ends them with an alarm, and a stop that is
-    /// queued comes too late. Jog with `Arm::set` and
-    /// `Arm::stop_jog`.
+    /// Refuses jogs in a program: they continue until a limit ends them with an alarm, and a queued
+    /// stop comes too late. Jog with `Arm::set` and `Arm::stop_jog`.
     pub jog: bool,
-    /// A laser that burns while the arm waits, homes, or travels with its joints, and one that is
-    /// left burning at the end. It may burn along lines, arcs and continuous paths.
+    /// Refuses a laser that burns while the arm waits, homes or moves by joints, and a laser that
+    /// is left on at the end. It may burn along lines, arcs and continuous paths.
     ///
     /// The power of a path counts until a segment without power or
-    /// [`laser(false)`](crate::build::laser): that the arm darkens the laser by itself where it comes
-    /// to rest is likely (model section 8) and not certain.
+    /// [`laser(false)`](crate::build::laser). The firmware probably switches the laser off when the
+    /// arm comes to rest (model section 8), but this is unconfirmed.
     pub laser: bool,
-    /// An alarm that holds the queue when the program begins. Homing runs all the same.
+    /// Refuses to begin a program under an alarm that holds the queue. Homing runs nevertheless.
     pub alarms: bool,
-    /// An arm that has not been homed since it was switched on, as far as the alarm 0x00 tells. Off
-    /// at first: then there is a warning.
+    /// Refuses to move an arm that was not homed since power-up, according to alarm 0x00. Off by
+    /// default, which gives a warning.
     pub require_homed: bool,
 }
 
 impl Default for Guards {
     fn default() -> Self {
+        // Off, because alarm 0x00 also stands on a homed arm whose alarms were not cleared.
         Self::ALL.require_homed(false)
     }
 }
@@ -70,7 +72,7 @@ macro_rules! setters {
 
 setters! { reach unknown_start jog laser alarms require_homed }
 
-/// Refuses in the name of a guard, if it is on.
+/// Returns an error that names the guard, if the guard is on.
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) with [`Error::guard`].

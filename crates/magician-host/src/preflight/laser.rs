@@ -1,4 +1,4 @@
-//! Where the laser burns, as far as the program tells.
+//! State of the laser during a program, and the check that it does not burn in one place.
 
 use magician_model::PtpMove;
 use magician_protocol::Set;
@@ -10,21 +10,21 @@ use crate::message;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Laser {
-    /// It was switched on.
+    /// The switched laser is on.
     on: bool,
     /// The last segment of a path had power.
     along: bool,
 }
 
-/// What the arm does during a command, for a laser that burns meanwhile.
+/// Motion of the arm during a command, for a laser that is burning.
 enum Doing {
-    /// It stands for a while.
+    /// Stands still for a while.
     Standing(crate::Message),
-    /// It goes somewhere with its joints.
+    /// Moves by joints, along an unknown curve.
     Travelling,
-    /// It draws a line.
+    /// Moves along a line or arc.
     Drawing,
-    /// Nothing that takes time, or a segment that says itself what the laser does.
+    /// Takes no time, or is a segment with its own power.
     Other,
 }
 
@@ -60,16 +60,18 @@ impl Laser {
         }
     }
 
-    /// Whether it may burn.
+    /// True if the laser may burn.
     pub(super) fn burns(self) -> bool {
         self.on || self.along
     }
 
-    /// Whether it may burn during this command.
+    /// Refuses a command during which the laser would burn where it should not.
     pub(super) fn check(self, command: &Set, guard: bool) -> Result<()> {
         let doing = match Doing::of(command) {
             Doing::Standing(doing) if self.burns() => doing,
             Doing::Travelling if self.burns() => message!("travels"),
+            // The power of a path applies to its segments; on other lines the firmware's behaviour
+            // is open.
             Doing::Drawing if self.along => message!("leaves the path that it burns"),
             _ => return Ok(()),
         };
@@ -80,11 +82,12 @@ impl Laser {
         refuse(guard, "laser", why)
     }
 
-    /// The laser after a command.
+    /// State of the laser after a command.
     pub(super) fn after(self, command: &Set) -> Self {
         match command {
             Set::SetEndEffectorLaser(laser) => {
                 let on = laser.enable_ctrl.is_on() && laser.on.is_on();
+                // Switching off ends the power of a path, too; switching on leaves it.
                 let along = on && self.along;
                 Self { on, along }
             }

@@ -1,4 +1,4 @@
-//! Where and when an arm meets something that moves evenly: an object on a belt.
+//! Rendezvous of the arm with an object that moves at constant velocity, such as one on a conveyor.
 
 use std::time::Duration;
 
@@ -8,24 +8,27 @@ use super::Preflight;
 use crate::message;
 use crate::{Error, ErrorCode, ErrorKind, Result};
 
-/// How far apart two instants are that are looked at, s.
+/// Time step of the search, s. At 100 mm/s an object moves 2 mm within it.
 const GRID: f64 = 0.02;
-/// No meeting is looked for after this, s.
+/// Latest rendezvous considered, s.
+// Ten minutes: longer than any object is waited for, short enough to end the search of an
+// unreachable one.
 const LATEST: f64 = 600.0;
-/// No tool reaches farther from the base axis than this, mm: what is beyond need not be checked.
+/// Distance from the base axis beyond which no position needs a check, mm: no tool reaches that
+/// far.
 const FARTHEST: f64 = 1000.0;
 
-/// Something that moves evenly.
+/// An object moving at constant velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovingTarget {
-    /// Where it is now: x, y, z, mm.
+    /// Present position x, y, z, mm.
     pub position: [f64; 3],
-    /// Where it goes, mm/s.
+    /// Velocity, mm/s.
     pub velocity: [f64; 3],
 }
 
 impl MovingTarget {
-    /// Where it will be after so many seconds.
+    /// Position after `seconds`.
     #[must_use]
     pub fn after(&self, seconds: f64) -> [f64; 3] {
         let mut place = self.position;
@@ -36,20 +39,22 @@ impl MovingTarget {
     }
 }
 
-/// Where and when a target is met.
+/// Place and time of a rendezvous.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meeting {
-    /// From now.
+    /// Time from now.
     pub after: Duration,
-    /// Where the target is then: x, y, z, mm.
+    /// Position of the target at that time: x, y, z, mm.
     pub position: [f64; 3],
-    /// How long the commands take that lead there.
+    /// Duration of the commands that lead there.
     pub takes: Duration,
 }
 
 impl Preflight {
-    /// The earliest meeting with something that moves evenly. `way` makes the commands that lead to a place and end there;
-    /// they begin `ready` from now at the earliest, and take the time that this check tells.
+    /// Finds the earliest rendezvous with a moving target.
+    ///
+    /// `way` makes the commands that lead to a position and end there. They begin `ready` from now
+    /// at the earliest, and take the time that this check calculates.
     ///
     /// ```
     /// use std::time::Duration;
@@ -71,8 +76,8 @@ impl Preflight {
     /// ```
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`] when no place of its way is within reach, or the arm is there too late; else as
-    /// [`estimate`](Self::estimate).
+    /// [`ErrorKind::Unreachable`] if no position on its way is in reach, or the arm would be too
+    /// late everywhere; otherwise as [`estimate`](Self::estimate).
     pub fn meet(
         &self,
         target: &MovingTarget,
@@ -80,6 +85,7 @@ impl Preflight {
         way: impl Fn([f64; 3]) -> Vec<Set>,
     ) -> Result<Meeting> {
         let numbers = target.position.iter().chain(&target.velocity);
+        // Comparisons with NaN would let the search run to its end.
         if !numbers.into_iter().all(|number| number.is_finite()) {
             return Err(Error::invalid(message!(
                 "the target's place and velocity are finite numbers"
@@ -102,7 +108,8 @@ impl Preflight {
                             });
                         }
                         reached = Some((at, takes));
-                        // Half of what it is late: the way there gets no shorter at once.
+                        // Half of the delay: the path shortens gradually as the target moves, so no
+                        // rendezvous is skipped.
                         step = GRID.max(late / 2.0);
                     }
                     Err(error) if error.kind() == ErrorKind::Unreachable => {
@@ -111,6 +118,7 @@ impl Preflight {
                     Err(error) => return Err(error),
                 }
             }
+            // A target at rest does not come into reach later.
             if target.velocity == [0.0; 3] && reached.is_none() {
                 break;
             }

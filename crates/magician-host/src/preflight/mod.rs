@@ -1,4 +1,9 @@
-//! Checks before a byte is sent, and how long things will take.
+//! Checks of commands before a byte is sent, and their duration.
+//!
+//! [`Preflight`] follows a program as the arm would: from the end of one command to the next, with
+//! the settings in force by then, on the same planner as the virtual arm. So a program that would
+//! stop with an alarm in the middle is refused at the beginning, and durations agree with the
+//! virtual arm to the microsecond.
 
 mod fence;
 mod guards;
@@ -38,21 +43,22 @@ pub use way::Stopping;
 use crate::Result;
 use crate::message;
 
-/// The time of what has no end that is known, in microseconds.
+/// Duration of a command without a known end, us.
 const FOREVER: u64 = u64::MAX;
 
-/// Commands that this process has checked and planned.
+/// Number of commands that this process has checked and planned.
 #[cfg(feature = "counters")]
 #[doc(hidden)]
 pub static PLANNED: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
 
-/// Checks commands before a byte of them is sent: numbers that are none, speeds that are none,
-/// targets out of reach, whole ways that leave it (the corners of a jump, an arc, each segment of a
-/// path), and a laser left burning. [`Guards`] names what is refused. It also tells how long each
-/// command will take.
+/// Checks commands before a byte of them is sent, and calculates how long each takes.
 ///
-/// It follows the arm: each command is checked from where the one before ends, at the speeds and with
-/// the tool in force by then.
+/// It refuses values out of range or not finite, speeds of zero, targets and whole paths
+/// out of reach (the corners of a jump, an arc, each segment of a path), and a laser left burning.
+/// [`Guards`] lists the checks that can be switched off.
+///
+/// Each command is checked from the end of the previous one, with the speeds and the tool in force
+/// by then.
 ///
 /// ```
 /// use magician_host::build;
@@ -72,54 +78,59 @@ pub static PLANNED: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUs
 pub struct Preflight {
     model: ArmModel,
     guards: Guards,
-    /// Where the tip may be.
+    /// Region in which the tip may be. `None` without a fence.
     fence: Option<Fence>,
-    /// Whether a laser may be wired to the pins.
+    /// True if a laser may be wired to the pins.
     laser_pins: bool,
-    /// The settings in force by then.
+    /// Settings in force at this point.
     now: Readings,
-    /// Where the arm is by then, when that is known.
+    /// State of the arm at this point. `None` if unknown.
     at: Option<ArmState>,
-    /// Where the carriage on the rail is by then, when that is known, mm.
+    /// Position of the carriage on the rail at this point, mm. `None` if unknown.
     rail: Option<f64>,
-    /// Where homing leads, when that is known.
+    /// Home point. `None` if unknown.
     home: Option<magician_motion::Pose>,
-    /// The program has set it, so it does not depend on the tool.
+    /// True if the program has set it, so that it does not depend on the tool.
     home_is_set: bool,
     laser: Laser,
     path: Path,
-    /// How much of a period has passed by then, us: a motion begins with the period that its command comes in.
+    /// Part of a period that has passed at this point, us: a motion begins with the period in which
+    /// its command arrives.
     into_period: u64,
-    /// Where the command under check leaves what every arm keeps to for certain.
+    /// Limit common to all arms that the command under check exceeds, although this arm's own
+    /// limits permit it.
     doubt: Option<MotionError>,
 }
 
-/// What a command that passed the check will do.
+/// Effect of a command that passed the check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Step {
-    /// How long the arm will be busy with it; [`Duration::MAX`] if it has no end that is known: a
-    /// trigger, homing, a way from an unknown start.
+    /// Time that the arm is busy with the command. [`Duration::MAX`] without a known end: a
+    /// trigger, homing, a motion from an unknown start.
     ///
-    /// Exact but for segments of a continuous path. There the time is by how much it makes the path
-    /// longer that would end with it: the sum is never less than the arm takes so far, and exact at
+    /// Exact, except for segments of a continuous path. For these it is the time by which the path
+    /// gets longer if it ends here: the sum is never less than the arm takes so far, and exact at
     /// the end of the path.
     pub time: Duration,
-    /// How much of it belongs to the continuous path that this command ends, and had not been told before.
+    /// Part of that time that belongs to the continuous path ended by this command and was not
+    /// reported before.
     pub path: Duration,
-    /// Where the arm stands then, when that is known.
+    /// State of the arm afterwards. `None` if unknown.
     pub end: Option<ArmState>,
-    /// The laser may burn when it has ended.
+    /// True if the laser may burn afterwards.
     pub laser: bool,
-    /// Bound of [`ArmModel::certain`] that the motion leaves: this arm may go there, and another one may stop with an
-    /// alarm. `None` for a motion within those limits, or from an unknown start.
+    /// Bound of [`ArmModel::certain`] that the motion exceeds: this arm may move there, and another
+    /// one may stop with an alarm. `None` for a motion within those limits or from an unknown
+    /// start.
     pub doubt: Option<MotionError>,
 }
 
 impl Preflight {
-    /// Starts from what the arm reports.
+    /// Creates a check that starts from the readings of an arm.
     #[must_use]
     pub fn new(readings: &Readings) -> Self {
+        // A moving arm has no pose that a plan could start from.
         let at = readings.pose.as_ref().map(state_at);
         let home = readings.home;
         Self {
@@ -139,13 +150,14 @@ impl Preflight {
         }
     }
 
-    /// Starts from joint angles, with power-up settings.
+    /// Creates a check that starts from joint angles, with the settings at power-up.
     #[must_use]
     pub fn at(joints: JointAngles, tool: ToolBias) -> Self {
         Self::of_model(&ArmModel::MAGICIAN, joints, tool)
     }
 
-    /// Starts from joint angles, for an arm of this model with its settings at power-up.
+    /// Creates a check that starts from joint angles, for an arm of this model with its settings at
+    /// power-up.
     #[must_use]
     pub fn of_model(model: &ArmModel, joints: JointAngles, tool: ToolBias) -> Self {
         let mut readings = Readings::at_power_up(model);
@@ -155,28 +167,29 @@ impl Preflight {
         check
     }
 
-    /// Checks for another firmware than the known one.
+    /// Sets the model, for other firmware.
     #[must_use]
     pub fn model(mut self, model: ArmModel) -> Self {
         self.model = model;
         self
     }
 
-    /// The model of the arm that is checked for.
+    /// Model of the arm.
     #[must_use]
     pub fn arm_model(&self) -> &ArmModel {
         &self.model
     }
 
-    /// Checks against other limits than the controller's, [`ArmModel::guaranteed`] for one.
+    /// Sets other limits than the controller's, for example [`ArmModel::guaranteed`].
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         self.model.limits = limits;
+        // Limits set by the caller are not doubtful.
         self.model.certain = limits;
         self
     }
 
-    /// Puts the arm on a rail that is in use, its carriage at this place, mm.
+    /// Puts the arm on a rail that is in use, with its carriage at this position, mm.
     #[must_use]
     pub fn on_rail(mut self, at: f64) -> Self {
         self.now.settings.with_rail.with_l = Flag::ON;
@@ -184,47 +197,51 @@ impl Preflight {
         self
     }
 
-    /// True if the arm stands on a rail that is in use, as far as the commands checked so far tell.
+    /// True if the arm is on a rail that is in use, after the commands checked so far.
     #[must_use]
     pub fn is_on_rail(&self) -> bool {
         self.now.settings.has_rail()
     }
 
-    /// Sets what is refused.
+    /// Sets the guards.
     #[must_use]
     pub fn guards(mut self, guards: Guards) -> Self {
         self.guards = guards;
         self
     }
 
-    /// Tells the time of a continuous path only as far as it is settled, with later segments, and the rest of it with the
-    /// command that ends it, or as [`rest`](Self::rest): the same sum for a third of the work, where nothing needs a
-    /// single segment. A path under way counts as told.
+    /// Reports the time of a continuous path only once it is settled: with later segments, and the
+    /// rest with the command that ends the path or by [`rest`](Self::rest).
+    ///
+    /// The sum is the same for a third of the work, if single segments do not matter. The time of a
+    /// path in progress counts as reported.
     #[must_use]
     pub fn summing(mut self) -> Self {
         self.path = Path::lazy();
         self
     }
 
-    /// What has not been told yet of the path under way, which is taken to end here.
+    /// Time of the path in progress that was not reported yet, assuming that it ends here.
     pub fn rest(&mut self) -> Duration {
         let rest = self.path.end();
         Duration::from_micros(self.moved_for(rest))
     }
 
-    /// How much longer a motion takes that lasts so many whole periods.
+    /// Additional time of a motion that lasts this many whole periods.
     fn moved_for(&mut self, lasting: u64) -> u64 {
         match lasting {
+            // The first period has partly passed already.
             0 => 0,
             FOREVER => FOREVER,
             _ => lasting.saturating_sub(std::mem::take(&mut self.into_period)),
         }
     }
 
-    /// The arm stands for so long.
+    /// Time of a command during which the arm stands still.
     fn stood_for(&mut self, lasting: u64) -> u64 {
         let by_then = self.into_period.saturating_add(lasting);
         self.into_period = match self.model.law.period_us() {
+            // A model without a period, and an unknown end: motions then begin at once.
             0 => 0,
             _ if lasting == FOREVER => 0,
             period => by_then % u64::from(period),
@@ -232,17 +249,17 @@ impl Preflight {
         lasting
     }
 
-    /// Where the arm is after the commands checked so far, when it is known.
+    /// State of the arm after the commands checked so far. `None` if unknown.
     #[must_use]
     pub fn arm(&self) -> Option<&ArmState> {
         self.at.as_ref()
     }
 
-    /// Checks the next command. One that is refused changes nothing: the next is checked from where
-    /// this one would have begun.
+    /// Checks the next command. A refused command changes nothing: the next one is checked from the
+    /// same start.
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what makes no sense or what a guard refuses,
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for invalid values and refusals by a guard,
     /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit.
     pub fn check(&mut self, command: &Set) -> Result<Step> {
         #[cfg(feature = "counters")]
@@ -263,6 +280,7 @@ impl Preflight {
             }
         })?;
         self.laser = self.laser.after(command);
+        // Every command but a segment ends the path in progress.
         let path = match command {
             Set::CpCmd(_) | Set::CpLeCmd(_) => 0,
             _ => self.path.end(),
@@ -284,7 +302,7 @@ impl Preflight {
         })
     }
 
-    /// Whether a program may end here.
+    /// Checks that a program may end here.
     ///
     /// # Errors
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if it leaves the laser burning.
@@ -294,9 +312,11 @@ impl Preflight {
         refuse(self.guards.laser && self.laser.burns(), "laser", why)
     }
 
-    /// How long these commands take, one after the other from here on, on an arm whose queue never
-    /// runs short: to the microsecond that of the virtual arm. [`Duration::MAX`] if one of them has no
-    /// end that is known.
+    /// Duration of these commands, one after the other from here, on an arm whose queue never runs
+    /// dry.
+    ///
+    /// Equal to that of the virtual arm to the microsecond. [`Duration::MAX`] if one of them has no
+    /// known end.
     ///
     /// ```
     /// use std::time::Duration;
@@ -322,6 +342,7 @@ impl Preflight {
     }
 
     fn sum(&mut self, commands: &[Set]) -> Result<Duration> {
+        // Only the sum is wanted, which `summing` computes with a third of the work.
         let mut whole = self.clone().summing();
         let mut sum = Duration::ZERO;
         for (step, command) in commands.iter().enumerate() {
@@ -330,6 +351,7 @@ impl Preflight {
             sum = sum.saturating_add(checked.time);
         }
         sum = sum.saturating_add(whole.rest());
+        // The path has ended, so later commands report single times again.
         whole.path = Path::default();
         *self = whole;
         Ok(sum)
@@ -354,7 +376,8 @@ mod tests {
             told.contains("joint 2") && told.ends_with("below -5.0"),
             "{told}"
         );
-        // Segments of a path, by their ends: from there to a place that is a little lower.
+        // Segments of a path are judged by their ends: from there to a position that is a little
+        // lower.
         let [x, y, z] = check
             .arm()
             .map(|arm| [arm.pose.x, arm.pose.y, arm.pose.z])
@@ -368,7 +391,7 @@ mod tests {
         );
         let refused = check.check(&at(-14.0)).unwrap_err();
         assert_eq!(refused.kind(), ErrorKind::Unreachable);
-        // What is known of a single arm is certain.
+        // Limits measured on a single arm are certain.
         let model = ArmModel::MAGICIAN.with_lowest_j2(-9.5);
         let mut known = Preflight::at(JointAngles::HOME, ToolBias::SUCTION).model(model);
         assert_eq!(known.check(&at(-9.0)).unwrap().doubt, None);

@@ -1,4 +1,4 @@
-//! Where each command leads, and how long it takes.
+//! Target, path and duration of each command.
 
 use magician_model::PtpMove;
 use magician_motion::{
@@ -14,16 +14,17 @@ use crate::error::of_motion;
 use crate::{Error, ErrorKind, Result};
 use crate::{Message, message};
 
-/// No stepper follows faster pulses, pulses/s.
+/// Largest pulse rate that any stepper follows, pulses/s.
 const FASTEST_PULSES: f64 = 1e6;
 
-/// True if the tool bias decides whether the arm can do a command: what is given in joint angles it does not.
+/// True if the tool bias decides whether the arm can execute a command. False for targets in joint
+/// angles.
 pub(super) fn depends_on_tool(command: &Set) -> bool {
     PtpMove::of(command).is_none_or(|ptp| !ptp.mode.is_joint())
 }
 
 impl Preflight {
-    /// Goes where a command leads; how long it takes, us.
+    /// Advances the state by a command. Returns its duration, us.
     pub(super) fn follow(&mut self, command: &Set) -> Result<u64> {
         if let Some(ptp) = PtpMove::of(command) {
             return self.ptp(&ptp);
@@ -39,6 +40,7 @@ impl Preflight {
             Set::HomeCmd(_) => self.homing(),
             Set::JogCmd(jog) if jog.cmd != JogCommand::Stop => self.jog(jog.cmd),
             Set::ResetPose(_) => {
+                // The arm corrects its own angles: where it is afterwards is not known here.
                 self.at = None;
                 Ok(0)
             }
@@ -52,7 +54,8 @@ impl Preflight {
                     self.at = Some(after);
                 }
                 self.now = then;
-                // A home that was never set stays at its joints; which of the two it is cannot be read.
+                // A home point that was never set stays at its joints. Whether it was set cannot be
+                // read.
                 let home = self.now.home.filter(|_| self.home_is_set);
                 self.home = home.map(|home| [home.x, home.y, home.z, home.r].map(f64::from).into());
                 Ok(0)
@@ -64,12 +67,13 @@ impl Preflight {
                 self.home_is_set = true;
                 Ok(0)
             }
-            // It moves the arm by its own rules, to an unknown position.
+            // Motions by other rules, to an unknown position.
             other if other.row().effect == Effect::Motion => {
                 self.known_way(other)?;
                 self.at = None;
                 Ok(FOREVER)
             }
+            // A setting or an output.
             _ => {
                 self.now.note(command, &self.model.ceilings);
                 Ok(0)
@@ -81,7 +85,7 @@ impl Preflight {
         self.model.planner(self.now.settings.tool(), speeds)
     }
 
-    /// Notes where a motion within the limits of this arm leaves what every arm keeps to for certain.
+    /// Notes a motion within this arm's limits but beyond those that every arm keeps.
     fn note_doubt(&mut self, plan: &Result<Plan, MotionError>) {
         let certain = self.model.certain;
         if self.model.limits != certain
@@ -105,6 +109,7 @@ impl Preflight {
             return Ok(FOREVER);
         };
         let planner = self.planner(self.now.settings.speeds());
+        // Arm and rail start and end together, so the faster one is slowed down.
         let least = rail.time.unwrap_or(0);
         let plan = planner.plan_with_min_duration(&from, &request, least);
         self.note_doubt(&plan);
@@ -112,6 +117,8 @@ impl Preflight {
             crossing: Some(_), ..
         }) = plan
         {
+            // A target beyond a joint limit is the better error than the point where the path
+            // crosses it.
             self.say_end(&from, &request)?;
         }
         let arm = self.arrive_in_time(plan)?;
@@ -119,7 +126,7 @@ impl Preflight {
         Ok(rail.time.map_or(FOREVER, |time| arm.max(time)))
     }
 
-    /// The request for the planner (errata E28).
+    /// Request for the planner (errata E28).
     pub(super) fn request(&self, ptp: &PtpMove) -> Result<Move> {
         ptp.request(self.now.settings.jump()).ok_or_else(|| {
             let mode = u8::from(ptp.mode);
@@ -128,7 +135,8 @@ impl Preflight {
         })
     }
 
-    /// A target in joints beyond its limit says more than the limit on the way there.
+    /// Reports joint angles beyond their limit as such, rather than the crossing on the path to
+    /// them.
     fn say_end(&self, from: &ArmState, request: &Move) -> Result<()> {
         let end = match request.target {
             Target::Joints(joints) => joints,
@@ -138,10 +146,10 @@ impl Preflight {
         self.reached(self.model.limits.check(&end)).map(drop)
     }
 
-    /// The arm gets there, or something is in the way; how long it takes, us.
+    /// Completes a motion, unless its path is blocked. Returns its duration, us.
     fn arrive_by(&mut self, plan: Result<Plan, MotionError>) -> Result<u64> {
         let Some(plan) = self.reached(plan)? else {
-            // It would be refused, and the arm stay where it is.
+            // The arm would refuse it and stay where it is.
             return Ok(0);
         };
         if let Some(crossing) = plan.crossing.filter(|_| self.guards.reach) {
@@ -153,7 +161,8 @@ impl Preflight {
         Ok(plan.trajectory.duration_us())
     }
 
-    /// As [`arrive_by`](Self::arrive_by), for a motion that goes at the speeds it was planned with.
+    /// Completes a motion as [`arrive_by`](Self::arrive_by), and checks its speed, which is the
+    /// planned one.
     fn arrive_in_time(&mut self, plan: Result<Plan, MotionError>) -> Result<u64> {
         if let Ok(plan) = &plan {
             self.slow_enough(&plan.trajectory)?;
@@ -161,7 +170,7 @@ impl Preflight {
         self.arrive_by(plan)
     }
 
-    /// What is out of reach is refused if it is to be; then there is no value.
+    /// Result of a plan. `None` if the target is out of reach and the guard for it is off.
     fn reached<T>(&self, planned: Result<T, MotionError>) -> Result<Option<T>> {
         match planned.map_err(Error::from) {
             Ok(value) => Ok(Some(value)),
@@ -170,7 +179,7 @@ impl Preflight {
         }
     }
 
-    /// The start of the path is unknown.
+    /// Refuses a motion whose start is unknown, if the guard is on.
     pub(super) fn unknown_way(&self, what: Message) -> Result<()> {
         let why = message!(
             "the arm's position by then is unknown, and therefore {what}; first move it to a pose \
@@ -180,9 +189,12 @@ impl Preflight {
         refuse(self.guards.unknown_start, "unknown_start", why)
     }
 
-    /// Only the end: the start of the motion is unknown. Joints that go together from within their limits to
-    /// within them stay there; only J2 - J3 could leave its own for a moment, where one of them is much slower.
+    /// Completes a motion of which only the end is known.
+    ///
+    /// If all joints move together between two points within their limits, they stay within them.
+    /// Only J2 - J3 could briefly leave its range, if one of them is much slower.
     fn arrive(&mut self, request: &Move) -> Result<()> {
+        // Only a move of all joints stays within the limits from any start.
         if request.kind != MoveKind::Joint {
             self.unknown_way(message!("its path"))?;
         }
@@ -202,7 +214,7 @@ impl Preflight {
         Ok(())
     }
 
-    /// A segment of a continuous path: straight, with J4 at rest.
+    /// Follows a segment of a continuous path: straight, with J4 at rest.
     fn segment(&mut self, mode: CpMode, point: [f32; 3]) -> Result<u64> {
         let look_ahead = LookAhead::new(
             &self.now.settings.cp(&self.model),
@@ -232,7 +244,7 @@ impl Preflight {
             return Ok(0);
         }
         self.path_slow_enough(look_ahead.rates(&way).velocity)?;
-        // The way does not depend on the speed.
+        // The path does not depend on the speed, so any rates serve to plan it.
         let rates = KinematicLimits {
             velocity: 100.0,
             acceleration: 100.0,
@@ -240,7 +252,7 @@ impl Preflight {
         let planner = self.planner(self.model.power_up.speeds());
         let plan = planner.segment(&from, to, 0.0, 0.0, rates);
         self.arrive_by(plan)?;
-        // Both ends tell enough of a segment, at a fraction of the work.
+        // Checking both ends of a segment is enough, at a fraction of the work.
         let certain = self.model.certain;
         if self.model.limits != certain {
             let end = self.at.map(|at| certain.check(&at.joints));
@@ -279,7 +291,7 @@ impl Preflight {
         self.arrive_in_time(plan)
     }
 
-    /// Points that the arm passes and does not stay at.
+    /// Checks points that the arm passes without stopping.
     fn check_points<const N: usize>(&self, points: [[f32; 4]; N]) -> Result<()> {
         let geometry = self.geometry();
         for point in points {
@@ -289,14 +301,15 @@ impl Preflight {
         Ok(())
     }
 
-    /// From the switch of J1 to the home point, all joints together (model section 11). How long the search takes
-    /// depends on where the base really stands.
+    /// Follows homing: from the switch of J1 to the home point, all joints together (model section
+    /// 11). The duration of the search depends on where the base really is, so it is unknown.
     fn homing(&mut self) -> Result<u64> {
         let Some(home) = self.home_point() else {
             self.at = None;
             return Ok(self.homed());
         };
-        // An arm that cannot get to its home point ends at the joints at which it ends without one (model section 15a).
+        // An arm that cannot reach its home point ends at the joints of homing without one (model
+        // section 15a).
         let reached = self.geometry().inverse_within(&home, &self.model.limits);
         let request = Move {
             target: match reached {
@@ -326,7 +339,7 @@ impl Preflight {
         Ok(self.homed())
     }
 
-    /// Where homing leads. A fence has to know; without one what is not known is told so.
+    /// Home point. `None` if unknown, unless a fence needs one: then the usual point is assumed.
     fn home_point(&self) -> Option<Pose> {
         let usual = || self.geometry().forward(&self.model.homing.joints);
         self.home
@@ -334,13 +347,14 @@ impl Preflight {
     }
 
     fn homed(&mut self) -> u64 {
+        // Homing moves the carriage to its end.
         if self.now.settings.has_rail() {
             self.rail = Some(0.0);
         }
         FOREVER
     }
 
-    /// A jog goes on until a limit ends it.
+    /// Follows a jog, which continues until a limit ends it.
     fn jog(&mut self, command: JogCommand) -> Result<u64> {
         let why = message!(
             "a queued jog only ends at a limit, with an alarm: jog at once instead, and \
@@ -358,8 +372,8 @@ impl Preflight {
     }
 }
 
-/// What is said of a motion that leaves what every arm keeps to for certain ([`Step::doubt`](super::Step::doubt)): the end of
-/// a sentence that begins with the motion, and "where".
+/// Words for a motion beyond the limits that every arm keeps ([`Step::doubt`](super::Step::doubt)):
+/// the end of a sentence that begins with the motion and "where".
 #[must_use]
 pub fn doubt_in_words(cause: &MotionError) -> Message {
     match *cause {
@@ -392,7 +406,7 @@ pub fn doubt_in_words(cause: &MotionError) -> Message {
     }
 }
 
-/// How long a motor counts its pulses, us.
+/// Time that a motor counts its pulses, us.
 fn turning(motor: &EMotorS) -> u64 {
     let rate = motor.pulses_per_second().abs().min(FASTEST_PULSES);
     if !motor.is_enabled.is_on() || rate == 0.0 {

@@ -1,22 +1,24 @@
-//! Numbers that are none, and values that the protocol's table does not allow.
+//! Checks of values against the ranges of the command table.
 
 use magician_protocol::{Field, Range, Set};
 
 use crate::{Error, Result};
 
-/// Refuses a command with a value that is out of its range or not a finite number.
+/// Refuses a command with a value that is out of range or not a finite number.
 pub(crate) fn check(command: &Set) -> Result<()> {
     command.check().map_err(Error::from)
 }
 
-/// Refuses a command that may burn with a share of power that is none: a duty or a laser power that is
-/// not a number or not 0 to 100 %. The only values that are checked of commands which are otherwise
-/// sent as they are given.
+/// Refuses a command that may burn if its duty cycle or laser power is not a number from 0 to 100
+/// %.
+///
+/// These are the only values that are checked in commands which are otherwise sent unchanged.
 ///
 /// # Errors
 /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) with value and range.
 pub fn check_power(command: &Set) -> Result<()> {
     let row = command.row();
+    // The caller asked for raw commands, so only the danger of fire is checked.
     if !row.may_burn {
         return Ok(());
     }
@@ -25,6 +27,7 @@ pub fn check_power(command: &Set) -> Result<()> {
 }
 
 fn is_power(field: &Field) -> bool {
+    // Ratios of speed are capped ranges, so `Within` in percent is a share of power.
     matches!(field.range, Range::Within(..)) && field.unit == "percent"
 }
 
@@ -92,7 +95,7 @@ mod tests {
         }
     }
 
-    /// The rule follows the table: what it holds is all that has a share of power.
+    /// The rule follows the table: it covers every field with a share of power.
     #[test]
     fn shares_of_power_are_the_duty_and_the_power_of_a_segment() {
         let burning = TABLE.iter().filter(|row| row.may_burn);

@@ -1,41 +1,44 @@
-//! How long a continuous path takes while it is not known how it goes on (model section 8).
+//! Duration of a continuous path while its continuation is not known (model section 8).
 
 use std::collections::VecDeque;
 
 use magician_motion::{CpSegment, LookAhead, VelocityProfile};
 
-/// Segments that the arm knows ahead of the one under way: its queue holds 32 commands (model section 14).
+/// Number of segments that the arm knows ahead of the current one: its queue holds 32 commands
+/// (model section 14).
 const AHEAD: usize = 31;
 
-/// Whole microseconds that hold so many seconds, as the planner counts them.
+/// Converts seconds to whole microseconds, rounded up as the planner does.
 pub(super) fn microseconds(seconds: f64) -> u64 {
+    // Less than 1 ns above a whole microsecond is rounding, not time.
     (seconds * 1e6 - 1e-3).ceil() as u64
 }
 
-/// The path since the tool was at rest last.
+/// The path since the tool was last at rest.
 ///
-/// The speed at the end of a segment depends on as many segments behind it as the arm knows by then. What is older
-/// than that is settled; the rest is taken to end where the path is known to end, at rest. Each new segment makes
-/// the whole longer by the difference, so that what was told of it is never less than the arm takes to its end
-/// as it is known, and comes out exact at the real one.
+/// The speed at the end of a segment depends on the segments behind it that the arm knows by then.
+/// Older segments are settled; the rest is assumed to end at rest at the last known point. Each new
+/// segment makes the whole longer by the difference, so the sum reported is never less than the arm
+/// takes to the known end, and is exact at the real one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
     look_ahead: Option<LookAhead>,
     open: VecDeque<CpSegment>,
-    /// The speed at which the first of them is entered, mm/s.
+    /// Speed at which the first open segment is entered, mm/s.
     entry: f64,
-    /// Time of the segments before them, us.
+    /// Time of the settled segments, us.
     settled: u64,
-    /// Time told so far, us.
+    /// Time reported so far, us.
     told: u64,
-    /// Nothing is told before it is settled.
+    /// True if only settled time is reported.
     lazy: bool,
-    /// The profile of every settled segment, if requested.
+    /// Velocity profiles of the settled segments, if requested.
     profiles: Option<Vec<VelocityProfile>>,
 }
 
 impl Path {
-    /// A path of which only what is certain is told, and the rest at its end: the same sum for less work.
+    /// Creates a path that reports only settled time, and the rest at its end: the same sum for
+    /// less work.
     pub(super) fn lazy() -> Self {
         Self {
             lazy: true,
@@ -43,7 +46,7 @@ impl Path {
         }
     }
 
-    /// One that keeps the profile of each segment, once it is settled.
+    /// Creates a path that also keeps the profile of each settled segment.
     pub(super) fn keeping_profiles() -> Self {
         Self {
             profiles: Some(Vec::new()),
@@ -51,7 +54,7 @@ impl Path {
         }
     }
 
-    /// The profiles that were settled since, in the order of their segments.
+    /// Returns the profiles settled since the last call, in the order of their segments.
     pub(super) fn take_profiles(&mut self) -> Vec<VelocityProfile> {
         self.profiles
             .as_mut()
@@ -59,17 +62,18 @@ impl Path {
             .unwrap_or_default()
     }
 
-    /// Adds a segment; by how much the path takes longer now, us.
+    /// Adds a segment. Returns the time by which the path gets longer, us.
     pub(super) fn add(&mut self, look_ahead: LookAhead, segment: CpSegment) -> u64 {
         self.look_ahead = Some(look_ahead);
         self.open.push_back(segment);
+        // The arm cannot look further ahead, so the first segment's end speed is final.
         if self.open.len() > AHEAD {
             self.settle(&look_ahead);
         }
         self.tell(self.lazy)
     }
 
-    /// The path ends here; what has not been told of it yet, us.
+    /// Ends the path. Returns the time not reported yet, us.
     pub(super) fn end(&mut self) -> u64 {
         let rest = self.tell(false);
         if self.profiles.is_some() {
@@ -82,13 +86,14 @@ impl Path {
     }
 
     fn tell(&mut self, only_settled: bool) -> u64 {
+        // Reported time is never taken back: `saturating_sub` keeps the sum monotonic.
         let open = if only_settled { 0 } else { self.to_rest() };
         let more = (self.settled.saturating_add(open)).saturating_sub(self.told);
         self.told = self.told.saturating_add(more);
         more
     }
 
-    /// The first segment will not change any more.
+    /// Settles the first open segment, which can no longer change.
     fn settle(&mut self, look_ahead: &LookAhead) {
         let Some(first) = self.open.pop_front() else {
             return;
@@ -103,7 +108,7 @@ impl Path {
             .saturating_add(microseconds(profile.duration()));
     }
 
-    /// How long the open segments take if the last of them ends at rest.
+    /// Time of the open segments if the last one ends at rest, us.
     fn to_rest(&self) -> u64 {
         let times = self
             .open_profiles()
@@ -111,7 +116,7 @@ impl Path {
         times.fold(0, u64::saturating_add)
     }
 
-    /// The profiles of the open segments if the last of them ends at rest.
+    /// Profiles of the open segments if the last one ends at rest.
     fn open_profiles(&self) -> impl Iterator<Item = VelocityProfile> {
         let mut entry = self.entry;
         let ahead = self.look_ahead.iter();

@@ -1,4 +1,7 @@
-//! Errors of the reach in millimetres, as the caller asked for the place.
+//! Errors of reach in millimetres, in the terms in which the caller gave the target.
+//!
+//! The planner reports a joint beyond its limit, which says little to a person who gave x, y and z.
+//! These errors name the first position that is out of reach and the nearest one in reach.
 
 use magician_model::PtpMove;
 use magician_motion::{Geometry, Limits};
@@ -8,20 +11,22 @@ use super::Preflight;
 use crate::message;
 use crate::{Error, ErrorCode};
 
-/// Places nearer to the base and farther from it are tried by this step first, mm.
+/// Step of the search towards and away from the base, mm.
 const STEP: f64 = 10.0;
-/// Steps to either side: beyond them no tool of the arm reaches.
+/// Number of steps in either direction: no tool reaches farther.
 const STEPS: u32 = 60;
-/// Bisections of a step: to less than a tenth of a millimetre.
+/// Number of bisections of a step, to less than 0.1 mm.
 const BISECTIONS: u32 = 8;
-/// Places are told to a tenth of a millimetre.
+/// Reciprocal of the resolution of reported positions, 0.1 mm.
 const TENTH: f64 = 10.0;
 
 impl Preflight {
-    /// Tells an error by the first place of the command that is out of reach, and the nearest one in reach.
+    /// Restates an error by the first position of the command that is out of reach and the nearest
+    /// one in reach.
     ///
-    /// Errors of another kind and of joint angles that were given stay as they are.
+    /// Errors of other kinds, and of joint angles given as such, are unchanged.
     pub(super) fn told_by_place(&self, command: &Set, error: Error) -> Error {
+        // Only reach is a matter of position.
         if error.code() != ErrorCode::OutOfReach {
             return error;
         }
@@ -66,8 +71,9 @@ impl Preflight {
         })
     }
 
-    /// The places that a command names, where it names some.
+    /// Positions named by a command.
     fn places_of(&self, command: &Set) -> [Option<[f64; 3]>; 2] {
+        // An increment names a position only if its start is known.
         let from = self.at.map(|at| [at.pose.x, at.pose.y, at.pose.z]);
         let by = |way: [f64; 3]| from.map(|from| [0, 1, 2].map(|axis| from[axis] + way[axis]));
         let point = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
@@ -100,15 +106,17 @@ impl Preflight {
     }
 }
 
-/// Nearest place in reach at the same height and in the same direction from the base, or in the nearest
-/// direction to which the base turns. `None` if there is none at that height.
+/// Nearest position in reach at the same height and heading, or at the nearest heading that the
+/// base can turn to. `None` if that height is out of reach.
 fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
     let heading = libm::atan2(y, x).to_degrees();
+    // Behind the arm no position is in reach at the exact heading.
     let heading = heading.clamp(limits.j1.min, limits.j1.max).to_radians();
     let (sin, cos) = libm::sincos(heading);
     let place = |radius: f64| [radius * cos, radius * sin, z];
     let is_reached = |radius: f64| radius > 0.0 && geometry.reaches(place(radius), limits);
-    // How far out it lies in that direction.
+    // Distance from the base axis along that heading. Bounded, so that the search from a distant
+    // target still meets the reach.
     let radius = (x * cos + y * sin).max(0.0).min(STEP * f64::from(STEPS));
     let (way, first) = (0..=STEPS).find_map(|nth| {
         let by = STEP * f64::from(nth);
@@ -116,6 +124,7 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
         let way = ways.find(|way| is_reached(radius + way * by))?;
         Some((way, radius + way * by))
     })?;
+    // The boundary lies in the last step, of which one end is in reach.
     let (mut within, mut beyond) = (first, first - way * STEP);
     for _ in 0..BISECTIONS {
         let middle = f64::midpoint(within, beyond);
@@ -125,16 +134,16 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
             beyond = middle;
         }
     }
-    // As it is told, it is in reach as well.
+    // The position must be in reach as reported, so move inwards until its rounded value is.
     let tenths = |at: [f64; 3]| at.map(|value| (value * TENTH).round() / TENTH);
     let mut inwards = (0..=3).map(|nth| place(within + way * f64::from(nth) / TENTH));
     let found = inwards.find(|at| geometry.reaches(tenths(*at), limits));
     Some(found.unwrap_or_else(|| place(within)))
 }
 
-/// `x 400, y 0, z 12.5`.
+/// Formats a position as `x 400, y 0, z 12.5`.
 fn told(place: [f64; 3]) -> String {
-    // Without a minus before a zero.
+    // Adding 0.0 turns -0 into 0.
     let [x, y, z] = place.map(|value| (value * TENTH).round() / TENTH + 0.0);
     format!("x {x}, y {y}, z {z}")
 }

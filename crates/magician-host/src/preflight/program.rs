@@ -1,4 +1,4 @@
-//! A program that was checked, with what the check tells of each command.
+//! A checked program, with the results of the check for each command.
 
 use std::time::Duration;
 
@@ -9,8 +9,8 @@ use super::{Preflight, Step};
 use crate::Result;
 use crate::stream::Item;
 
-/// Commands that passed a check, with the time and the end of each, so that a run need not compute
-/// them again.
+/// Commands that passed a check, with duration and end of each, so that a run need not compute them
+/// again.
 ///
 /// ```
 /// use magician_host::build;
@@ -33,7 +33,7 @@ pub struct CheckedProgram {
 }
 
 impl CheckedProgram {
-    /// An empty program that begins where `check` is.
+    /// Creates an empty program that begins where `check` is.
     #[must_use]
     pub fn begin(check: Preflight) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl CheckedProgram {
         Ok(())
     }
 
-    /// Checks commands and adds them, up to the first that is refused.
+    /// Checks commands and adds them, up to the first refused one.
     ///
     /// # Errors
     /// As [`add`](Self::add), with the [step](crate::Error::step) counted from the beginning of the
@@ -77,7 +77,7 @@ impl CheckedProgram {
         self.check.finish()
     }
 
-    /// Returns the commands, with the time and the end of each.
+    /// Returns the commands, with duration and end of each.
     #[must_use]
     pub fn items(&self) -> &[Item] {
         &self.items
@@ -89,35 +89,37 @@ impl CheckedProgram {
         self.items
     }
 
-    /// Returns where the arm stands before the first command, if that is known.
+    /// Returns the state of the arm before the first command. `None` if unknown.
     #[must_use]
     pub fn start(&self) -> Option<&ArmState> {
         self.start.as_ref()
     }
 
-    /// Returns where the arm stands after the last command, if that is known.
+    /// Returns the state of the arm after the last command. `None` if unknown.
     #[must_use]
     pub fn end(&self) -> Option<&ArmState> {
         self.check.arm()
     }
 
-    /// Returns the check as it is after the last command.
+    /// Returns the check after the last command.
     #[must_use]
     pub fn into_check(self) -> Preflight {
         self.check
     }
 
-    /// Returns where the first motion leads that not every arm can do, if one does.
+    /// Returns the bound exceeded by the first motion that not every arm can execute. `None` if
+    /// there is no such motion.
     #[must_use]
     pub fn doubt(&self) -> Option<&MotionError> {
         self.doubt.as_ref()
     }
 
-    /// Returns how long the commands take; [`Duration::MAX`] if one has no end that is known.
+    /// Returns the duration of all commands. [`Duration::MAX`] if one of them has no known end.
     #[must_use]
     pub fn time(&self) -> Duration {
         let times = self.items.iter().map(|item| item.time);
         match times.fold(0, u64::saturating_add) {
+            // Saturated by a command without a known end.
             u64::MAX => Duration::MAX,
             time => Duration::from_micros(time),
         }
@@ -125,10 +127,11 @@ impl CheckedProgram {
 }
 
 impl Preflight {
-    /// Checks a whole program, its end included, from here on.
+    /// Checks a whole program, including its end, from here.
     ///
     /// # Errors
-    /// As [`check`](Self::check), with the [step](crate::Error::step), and [`finish`](Self::finish).
+    /// As [`check`](Self::check), with the [step](crate::Error::step), and
+    /// [`finish`](Self::finish).
     pub fn program(self, commands: &[Set]) -> Result<CheckedProgram> {
         let mut program = CheckedProgram::begin(self);
         program.extend(commands)?;
@@ -138,7 +141,7 @@ impl Preflight {
 }
 
 impl Item {
-    /// Returns a command with what its check tells.
+    /// Creates an item from a command and the result of its check.
     #[must_use]
     pub fn of(command: &Set, step: &Step) -> Self {
         let pose = step.end.map(|end| end.pose);
@@ -150,11 +153,12 @@ impl Item {
         }
     }
 
-    /// Returns a command of which nothing is known.
+    /// Creates an item from a command of which nothing is known; it counts as endless and burning.
     #[must_use]
     pub fn unknown(command: &Set) -> Self {
         Self {
             command: *command,
+            // Without a check the worst is assumed: an unknown time fills the horizon.
             time: u64::MAX,
             end: None,
             laser: true,

@@ -1,4 +1,4 @@
-//! The carriage on the rail, as far as a program tells (model section 12).
+//! The carriage on the rail during a program (model section 12).
 
 use magician_model::PtpMove;
 
@@ -7,20 +7,20 @@ use super::path::microseconds;
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
-/// A way shorter than this takes no time, mm (model section 7).
+/// Distance below which a move of the carriage takes no time, mm (model section 7).
 const SHORTEST: f64 = 1e-4;
 
-/// What a command does on the rail.
+/// Effect of a command on the rail.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RailMove {
-    /// Where the carriage is then, if that is known.
+    /// Position of the carriage afterwards. `None` if unknown.
     pub(super) to: Option<f64>,
-    /// How long it takes at least, us; nothing if that is not known.
+    /// Shortest duration, us. `None` if unknown.
     pub(super) time: Option<u64>,
 }
 
 impl Preflight {
-    /// The way on the rail of a move. Without a rail the arm ignores it.
+    /// Move of the carriage during a point-to-point command. Without a rail the arm ignores it.
     pub(super) fn rail_move(&self, ptp: &PtpMove) -> Result<RailMove> {
         let stays = RailMove {
             to: self.rail,
@@ -47,6 +47,7 @@ impl Preflight {
             let message = message!("the rail would be at {to} mm, limit {limit} mm", to, limit);
             return Err(Error::new(ErrorCode::OutOfReach, message).with_limit(to, limit, "mm"));
         }
+        // With the guard off the carriage stops at the end of the rail.
         let to = to.clamp(0.0, length);
         let time = match self.rail.map(|from| (to - from).abs()) {
             None => None,

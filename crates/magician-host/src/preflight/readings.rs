@@ -1,26 +1,26 @@
-//! What an arm reports before a program.
+//! State of an arm before a program, as read from it.
 
 use magician_model::MotionSettings;
 use magician_motion::{ArmModel, ArmState, Ceilings};
 use magician_protocol::commands::{EndEffectorLaser, HomeParams, Pose};
 use magician_protocol::{Flag, Set};
 
-/// What an arm says of itself before a program: where it is, and what decides how it will move.
+/// State of an arm before a program: its pose, and the settings that decide how it moves.
 ///
-/// The default are the settings of an arm that has just been switched on (model section 6), at a place that
-/// is not known. `Arm::preflight` reads all of it.
+/// The default is an arm right after power-up (model section 6), at an unknown pose.
+/// `Arm::preflight` reads all fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Readings {
-    /// Where the arm stands; nothing while it moves.
+    /// Pose of the arm. `None` while it moves.
     pub pose: Option<Pose>,
-    /// Whether the laser burns.
+    /// State of the laser.
     pub laser: EndEffectorLaser,
-    /// Where homing ends.
+    /// Home point. `None` if not read.
     pub home: Option<HomeParams>,
-    /// Where on the rail, mm.
+    /// Position on the rail, mm. `None` if unknown.
     pub rail: Option<f32>,
-    /// Tool, speeds, heights of jumps, and whether a rail is in use.
+    /// Tool, speeds, jump heights, and whether a rail is in use.
     pub settings: MotionSettings,
 }
 
@@ -31,7 +31,7 @@ impl Default for Readings {
 }
 
 impl Readings {
-    /// The settings of an arm of this firmware that has just been switched on, at a place that is not known.
+    /// Settings of an arm of this model right after power-up, at an unknown pose.
     #[must_use]
     pub fn at_power_up(model: &ArmModel) -> Self {
         Self {
@@ -46,7 +46,8 @@ impl Readings {
         }
     }
 
-    /// Follows a command as an arm with these ceilings stores it, but for what moves; whether it sets one of them.
+    /// Applies a setting as an arm with these ceilings stores it. True if the command is such a
+    /// setting.
     pub(super) fn note(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
         match command {
             Set::HomeParams(home) => self.home = Some(*home),
@@ -56,19 +57,20 @@ impl Readings {
     }
 }
 
-/// Whether a command sets something that motions depend on: a reading, a jog's speed, or where the arm believes to be.
+/// True if a command changes a value that motions depend on: one of these readings, a jog's speed,
+/// or the arm's estimate of its pose.
 #[must_use]
 pub fn governs_motion(command: &Set) -> bool {
     match command {
         Set::ResetPose(_) => true,
-        // No motion takes what is set for arcs (model section 9).
+        // No motion uses the settings of arcs (model section 9).
         Set::ArcParams(_) | Set::ArcCommonParams(_) => false,
         Set::HomeParams(_) => true,
         _ => MotionSettings::default().note(command),
     }
 }
 
-/// Where an arm stands that reports this pose.
+/// State of an arm that reports this pose.
 #[must_use]
 pub fn state_at(pose: &Pose) -> ArmState {
     ArmState {
@@ -77,7 +79,7 @@ pub fn state_at(pose: &Pose) -> ArmState {
     }
 }
 
-/// What an arm reports that stands there.
+/// Pose that an arm in this state reports.
 #[must_use]
 pub fn pose_of(state: &ArmState) -> Pose {
     let [x, y, z, r] = state.pose.to_array().map(|value| value as f32);
@@ -90,19 +92,19 @@ pub fn pose_of(state: &ArmState) -> Pose {
     }
 }
 
-/// What a program depends on besides what every program does.
+/// Additional readings that a program needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Needs {
-    /// Where homing leads.
+    /// Home point.
     pub home: bool,
-    /// Speeds on continuous paths.
+    /// Speeds of continuous paths.
     pub path: bool,
-    /// The rail: whether it is in use, where the carriage is, its speeds.
+    /// The rail: whether it is in use, its speeds, and the position of the carriage.
     pub rail: bool,
 }
 
 impl Needs {
-    /// All that any command depends on.
+    /// Readings needed by any command.
     #[must_use]
     pub const fn all(rail: bool) -> Self {
         Self {
@@ -112,7 +114,7 @@ impl Needs {
         }
     }
 
-    /// What these commands depend on.
+    /// Readings needed by these commands.
     #[must_use]
     pub fn of(commands: &[Set]) -> Self {
         let mut needs = Self::default();
@@ -121,6 +123,7 @@ impl Needs {
                 Set::HomeCmd(_) => needs.home = true,
                 Set::CpCmd(_) | Set::CpLeCmd(_) => needs.path = true,
                 Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => needs.rail = true,
+                // Other commands need nothing beyond the usual readings.
                 _ => {}
             }
         }

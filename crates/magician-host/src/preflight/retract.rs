@@ -1,4 +1,4 @@
-//! The ways of a tool whose work is over: straight up, and to the place where it is parked.
+//! Paths of a tool that has finished its work: straight up, and to its parking position.
 
 use std::time::Duration;
 
@@ -10,33 +10,37 @@ use crate::build::{line_speed, line_to, move_to, speed};
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
-/// A lift at the speeds in force may take this long; a slower one is done at speeds of its own, so that a pen is up within
-/// two seconds of a stop.
+/// Longest lift at the speeds in force; a slower one gets other speeds.
+// A choice: a pen is then up within two seconds of a stop.
 const PATIENCE: Duration = Duration::from_millis(800);
-/// Speed (mm/s) and acceleration (mm/s2) of such a lift: within what the arm does (model section 6).
+/// Speed (mm/s) and acceleration (mm/s2) of such a lift, within the arm's ceilings (model section
+/// 6).
 const QUICK: [f32; 2] = [200.0, 400.0];
-/// The height of a lift that the reach cuts short is found to this, mm.
+/// Resolution of the height of a lift cut short by the reach, mm.
 const EXACT: f64 = 0.05;
-/// A way across may dip so far below the lower one of its ends, mm: what 32 bits and a sampled curve cost.
+/// Largest dip of a path across below the lower of its ends, mm: the error of `f32` and of a
+/// sampled curve.
 const DIP: f64 = 0.5;
-/// A way across is looked at in so many places.
+/// Number of samples of a path across.
 const SAMPLES: u64 = 64;
-/// Ways shorter than this need no move, mm.
+/// Distance below which no move is needed, mm.
 const SHORT: f64 = 1e-3;
 
-/// The way straight up from where an arm stands.
+/// Path straight up from the arm's present position.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Lift {
-    /// How far up it leads, mm: 0 where the arm cannot go up at all.
+    /// Height of the lift, mm. 0 if the arm cannot move up at all.
     pub by: f64,
-    /// What is sent: a straight line, and speeds before it where those in force would be too slow. Nothing if it leads nowhere.
+    /// Commands to send: a straight line, preceded by speeds if those in force are too slow. Empty
+    /// if there is nowhere to go.
     pub commands: Vec<Set>,
 }
 
 impl Preflight {
-    /// The way straight up by `height` (mm) from where the arm stands, or as far as the arm reaches. It takes less than 1.5 s
-    /// for heights up to 150 mm, whatever speeds are in force.
+    /// Plans a lift straight up by `height` (mm), or as far as the arm reaches.
+    ///
+    /// It takes less than 1.5 s for heights up to 150 mm, whatever speeds are in force.
     ///
     /// ```
     /// use magician_host::build;
@@ -46,14 +50,15 @@ impl Preflight {
     /// let mut arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// arm.check(&build::line_to(250.0, 0.0, -40.0, 0.0))?;
     /// assert_eq!(arm.lift(10.0)?.commands, [build::line_to(250.0, 0.0, -30.0, 0.0)]);
-    /// // Higher than the arm reaches there.
+    /// // Higher than the arm reaches at this position.
     /// let lift = arm.lift(500.0)?;
     /// assert!((139.0..140.0).contains(&lift.by), "{lift:?}");
     /// # Ok::<(), magician_host::Error>(())
     /// ```
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a height below 0, and where the arm's position is unknown.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a negative height, or if the arm's
+    /// position is unknown.
     pub fn lift(&self, height: f64) -> Result<Lift> {
         if !(height.is_finite() && height >= 0.0) {
             return Err(Error::invalid(message!(
@@ -62,13 +67,14 @@ impl Preflight {
             )));
         }
         let from = self.stands()?.pose;
+        // A fence may limit the speed of the lift, but must not prevent it.
         let top = self.held_fence().and_then(|fence| fence.top_speed());
         let [velocity, acceleration] = QUICK;
         let velocity = top.map_or(velocity, |top| velocity.min(top as f32));
         let quick = [line_speed(velocity, acceleration), speed(100.0, 100.0)];
         let mut start = self.clone();
         if top.is_some() {
-            // The speeds in force may be above those of the fence.
+            // The speeds in force may exceed those of the fence.
             for command in &quick {
                 start.check(command)?;
             }
@@ -81,7 +87,8 @@ impl Preflight {
             let step = start.clone().check(&command).ok()?;
             Some((by, command, step.time))
         };
-        // A longer line begins with the shorter one: what is refused at one height is refused at all above it.
+        // Bisection is valid because a longer line begins with the shorter one: above a refused
+        // height every height is refused.
         let found = up(height).or_else(|| {
             let (mut low, mut high) = (0.0, height);
             while high - low > EXACT {
@@ -99,6 +106,7 @@ impl Preflight {
                 commands: Vec::new(),
             });
         };
+        // Speeds are changed only if necessary, because they stay in force afterwards.
         let commands = if top.is_some() || time > PATIENCE {
             quick.into_iter().chain([command]).collect()
         } else {
@@ -107,13 +115,16 @@ impl Preflight {
         Ok(Lift { by, commands })
     }
 
-    /// The way from where the arm stands to the place (x, y, z of the tool's tip) where it is parked: up as high as the place if
-    /// it is higher, across at that height, straight down. No part of it leads below both its ends. Across is a straight line,
-    /// or with all joints together where the base is in the way. The tool turns with the arm.
+    /// Plans a path to the parking position (x, y, z of the tool's tip).
+    ///
+    /// It leads up to the height of that position if it is higher, across at that height, and
+    /// straight down; no part is below both ends. The path across is a straight line, or a move of
+    /// all joints together if the base is in the way. The tool turns with the arm.
     ///
     /// # Errors
-    /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit if the place, or every way to it, is out of reach;
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) where the arm's position is unknown.
+    /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit if the position or every
+    /// path to it is out of reach; [`InvalidInput`](crate::ErrorKind::InvalidInput) if the arm's
+    /// position is unknown.
     pub fn way_to_park(&self, place: [f64; 3]) -> Result<Vec<Set>> {
         let from = self.stands()?.pose;
         let [x, y, z] = place;
@@ -124,12 +135,14 @@ impl Preflight {
             z,
             r: from.r + turned.to_degrees(),
         };
-        // The place itself first: why it cannot be reached is the better story than a way that is not there.
+        // Check the position itself first: its error is more useful than that of a missing path.
         self.clone().check(&joints(to))?;
+        // The higher of both ends clears what the arm has worked on.
         let height = from.z.max(z);
         let above = |end: Pose| Pose { z: height, ..end };
         let across = [line(above(to)), joints(above(to))];
         let by_way_of_height = across.map(|across| vec![line(above(from)), across, line(to)]);
+        // Fallbacks for positions without room above.
         let straight = [line(to), joints(to)].map(|command| vec![command]);
         let mut refusal = None;
         for way in by_way_of_height.into_iter().chain(straight) {
@@ -142,7 +155,8 @@ impl Preflight {
         Err(refusal.unwrap_or_else(none))
     }
 
-    /// The commands of a way that lead anywhere, if the arm can follow it and does not dip below this height.
+    /// Returns the commands of a path that move the arm, if the arm can follow it without going
+    /// below this height.
     fn followed(&self, way: Vec<Set>, lowest: f64) -> Result<Vec<Set>> {
         let mut arm = self.clone();
         let mut kept = Vec::new();
@@ -203,7 +217,7 @@ mod tests {
         arm
     }
 
-    /// Where a way leads, and the lowest z on it.
+    /// End of a path, and its lowest z.
     fn follow(arm: &Preflight, way: &[Set]) -> ([f64; 3], f64) {
         let (mut arm, mut lowest) = (arm.clone(), f64::INFINITY);
         for command in way {

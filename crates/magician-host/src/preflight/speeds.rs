@@ -1,4 +1,4 @@
-//! How fast the tool is on each segment of continuous paths.
+//! Speed of the tool on each segment of continuous paths.
 
 use magician_model::{MotionSettings, PtpMove};
 use magician_motion::{ArmModel, CpSegment, LookAhead, VelocityProfile};
@@ -7,8 +7,8 @@ use magician_protocol::{CpMode, Set};
 use super::Preflight;
 use super::path::Path;
 
-/// How fast the tool is on each segment of continuous paths: the same look-ahead by which a
-/// [`Preflight`](super::Preflight) tells their times, without a check of what can be reached.
+/// Velocity profiles of continuous paths, by the same look-ahead as the times of a
+/// [`Preflight`](super::Preflight) but without a check of reach.
 ///
 /// ```
 /// use magician_host::build;
@@ -23,7 +23,7 @@ use super::path::Path;
 /// ];
 /// let profiles = PathProfiles::of(&commands);
 /// let speeds: Vec<_> = profiles.iter().map(|profile| profile.map(|profile| profile.length() / profile.duration())).collect();
-/// // 2 mm are for getting to 20 mm/s from rest, the other 18 mm go at that.
+/// // Accelerating to 20 mm/s from rest takes 2 mm, the other 18 mm pass at that speed.
 /// assert!(speeds[2].is_some_and(|mean| (mean - 20.0 / 1.1).abs() < 1e-9));
 /// assert_eq!([speeds[0], speeds[1], speeds[4]], [None; 3]);
 /// ```
@@ -31,14 +31,14 @@ use super::path::Path;
 pub struct PathProfiles {
     model: ArmModel,
     settings: MotionSettings,
-    /// Where the tool is, as far as the commands have said.
+    /// Position of the tool after the commands so far. `None` if unknown.
     at: Option<[f64; 3]>,
     path: Path,
 }
 
 impl Preflight {
-    /// The velocity profile of each of these commands on this arm, as [`PathProfiles::of`] tells it of the built-in model: from
-    /// its settings at power-up.
+    /// Velocity profile of each of these commands on this arm, as [`PathProfiles::of`] for the
+    /// built-in model: with the settings at power-up.
     #[must_use]
     pub fn path_profiles(&self, commands: &[Set]) -> Vec<Option<VelocityProfile>> {
         PathProfiles::of_model(&self.model, commands)
@@ -46,8 +46,11 @@ impl Preflight {
 }
 
 impl PathProfiles {
-    /// The velocity profile of each of these commands, all of them being known to the arm as early as its queue lets it; nothing for
-    /// what is no segment of a path, for one without a length, and for one that begins where no command has led.
+    /// Velocity profile of each of these commands, if the arm gets them as early as its queue
+    /// permits.
+    ///
+    /// `None` for other commands than segments of a path, segments without length, and segments
+    /// with an unknown start.
     #[must_use]
     pub fn of(commands: &[Set]) -> Vec<Option<VelocityProfile>> {
         Self::of_model(&ArmModel::MAGICIAN, commands)
@@ -68,7 +71,7 @@ impl PathProfiles {
             .collect()
     }
 
-    /// Follows a command; whether it was a segment.
+    /// Follows a command. True if it was a segment.
     fn follow(&mut self, command: &Set) -> bool {
         let (mode, point) = match command {
             Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
@@ -97,16 +100,19 @@ impl PathProfiles {
                 self.path.add(look_ahead, way);
                 true
             }
+            // A segment without length, or speeds without sense, has no profile.
             _ => false,
         }
     }
 
-    /// Where a command leads that is no segment.
+    /// Updates the position after any other command than a segment.
     fn lead(&mut self, command: &Set) {
         let point = |[x, y, z, _]: [f32; 4]| Some([x, y, z].map(f64::from));
         self.at = match command {
             Set::ArcCmd(arc) => point(arc.to_point),
+            // A circle ends where it began.
             Set::CircleCmd(_) => self.at,
+            // Their ends depend on the arm, or they change the meaning of positions.
             Set::HomeCmd(_) | Set::ResetPose(_) | Set::EndEffectorParams(_) | Set::JogCmd(_) => {
                 None
             }
@@ -133,7 +139,7 @@ mod tests {
             build::path_speed(80.0, 100.0),
             build::line_to(220.0, 0.0, 20.0, 0.0),
         ];
-        // A spiral of short segments, more than the queue holds, with corners and a point that comes twice.
+        // A spiral of short segments, more than the queue holds, with corners and a repeated point.
         for nth in 0..150_u8 {
             let (sin, cos) = libm::sincosf(f32::from(nth) * 0.3);
             let far = 5.0 + f32::from(nth) * 0.2;

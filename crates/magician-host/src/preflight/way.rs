@@ -1,4 +1,4 @@
-//! The path itself, for drawing it.
+//! Paths and braking distances, for drawings and previews.
 
 use magician_model::PtpMove;
 use magician_motion::{ArmState, CpSegment, Geometry, LookAhead, Trajectory};
@@ -6,24 +6,26 @@ use magician_protocol::{CpMode, Set};
 
 use super::Preflight;
 
-/// How many times the acceleration in force the arm brakes with at a forced stop (model section 14).
+/// Deceleration of a forced stop as a multiple of the acceleration in force (model section 14).
 const FORCED_STOP: f64 = 2.0;
-/// Instants of a motion at which its braking way is looked at.
+/// Number of instants of a motion at which the braking distance is evaluated.
 const LOOKS: u64 = 8;
 
-/// Speed and braking way of a motion.
+/// Speed and braking distance of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stopping {
     /// Largest speed of the tool, mm/s.
     pub speed: f64,
-    /// Longest way from where a forced stop finds the tool to where it stands, mm.
+    /// Longest distance from the beginning of a forced stop to standstill, mm.
     pub braking: f64,
 }
 
 impl Preflight {
-    /// Speed and braking way of a straight command from where the arm is, at the speeds in force after the commands checked so
-    /// far. A segment of a path counts as if it were at full speed all along. `None` for a command without a way, and where the
-    /// arm's place is not known.
+    /// Speed and braking distance of a straight command from the arm's present position, with the
+    /// settings in force.
+    ///
+    /// A segment of a path counts as if it were at full speed throughout. `None` for a command
+    /// without a path, and if the arm's position is unknown.
     ///
     /// ```
     /// use magician_host::build;
@@ -44,6 +46,7 @@ impl Preflight {
         let planner = self.planner(self.now.settings.speeds());
         let (mode, point) = match command {
             Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
+            // Paths are judged at full speed: where the arm really is depends on what follows.
             Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
             _ => return self.stopping_of(&self.way(&from, command)?),
         };
@@ -70,6 +73,7 @@ impl Preflight {
     fn stopping_of(&self, motion: &Trajectory) -> Option<Stopping> {
         let planner = self.planner(self.now.settings.speeds());
         let all = motion.duration_us();
+        // A motion without duration has no speed.
         if all == 0 {
             return None;
         }
@@ -78,6 +82,7 @@ impl Preflight {
         for nth in 0..LOOKS {
             let [before, after] = [nth, nth + 1].map(|nth| motion.curve(at(nth)).pose);
             let seconds = (at(nth + 1) - at(nth)) as f64 / 1e6;
+            // At least a microsecond, the resolution of the arm's clock, to avoid dividing by 0.
             speed = speed.max(before.distance_to(&after) / seconds.max(1e-6));
             let stands = planner
                 .brake(motion, at(nth), FORCED_STOP)
@@ -89,15 +94,16 @@ impl Preflight {
         Some(Stopping { speed, braking })
     }
 
-    /// The arm's measures, with the tool bias in force after the commands checked so far.
+    /// Geometry of the arm, with the tool bias in force after the commands checked so far.
     #[must_use]
     pub fn geometry(&self) -> Geometry {
         self.model.geometry(self.now.settings.tool())
     }
 
-    /// The motion that a point-to-point, arc or circle command would be from where the arm stands so, at the speeds in
-    /// force after the commands checked so far, as far as something on the way lets it go. `None` for any other command, and
-    /// for a motion that cannot be planned.
+    /// Motion of a point-to-point, arc or circle command from `from`, with the speeds in force
+    /// after the commands checked so far, up to the point where its path is blocked.
+    ///
+    /// `None` for any other command, and for a motion that cannot be planned.
     ///
     /// ```
     /// use magician_host::build;
@@ -108,7 +114,7 @@ impl Preflight {
     /// let from = ArmState::at_joints(&course.geometry(), &JointAngles::HOME);
     /// let way = course.way(&from, &build::jump_to(200.0, 100.0, 0.0, 0.0)).unwrap();
     /// assert_eq!(way.end().pose.x, 200.0);
-    /// // Halfway it is up.
+    /// // Halfway it is raised.
     /// assert!(way.sample(way.duration_us() / 2).pose.z > 10.0);
     /// ```
     #[must_use]

@@ -1,3 +1,5 @@
+//! The proxy's line to the arm: frames in flight, fences, and which reply belongs to which frame.
+
 use magician_protocol::{Ctrl, FrameBuf};
 
 use super::cut::Cutter;
@@ -7,18 +9,18 @@ use crate::connection::outstanding::{Copy, Key, Outstanding};
 use crate::connection::transmit::FENCES;
 use crate::connection::{Micros, Ticket};
 
-/// Why a frame went out.
+/// Purpose of a frame that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// A client asked.
+    /// Request of a client.
     Request,
-    /// A client asked for a stop, which takes no place in the window.
+    /// Stop of a client, which occupies no place in the window.
     Stop,
-    /// Its answer proves that older answers will not come any more.
+    /// Fence: its reply proves that older replies can no longer arrive.
     Fence,
-    /// The end of a jog without an owner, or the stop of a client that disconnected.
+    /// Stop of a jog without an owner, or of a client that disconnected.
     Own {
-        /// How often it may still go out.
+        /// Number of retransmissions left.
         tries: u32,
     },
 }
@@ -29,46 +31,45 @@ impl Purpose {
     }
 }
 
-/// A frame that went out and is waited for.
+/// A frame that was sent and is waited for.
 #[derive(Debug)]
 pub(super) struct Flight {
     pub(super) ticket: Ticket,
     pub(super) purpose: Purpose,
     pub(super) frame: FrameBuf,
-    /// The clients that get the reply, and for which of their requests; the first one asked.
+    /// Clients that get the reply, each with its own ticket; the first one sent the request.
     pub(super) takers: Vec<(Client, Ticket)>,
-    /// How often something that may have changed the arm had gone out by then.
+    /// Value of the proxy's epoch, which counts possible changes of the arm, when it was sent.
     pub(super) epoch: u64,
-    /// Its number among all that went out.
+    /// Ordinal among all frames sent.
     pub(super) serial: u64,
     since: Micros,
     timer: Micros,
 }
 
 impl Flight {
-    /// Whether it has not taken longer than answers take.
+    /// True if the reply is not overdue.
     pub(super) fn is_in_time(&self, now: Micros) -> bool {
         now < self.timer
     }
 }
 
-/// What an answer of the arm comes to.
+/// Result of a reply from the arm.
 pub(super) struct Claim {
-    /// What it answers, if a client waits for it.
+    /// Frame that it answers, if a client waits for it.
     pub(super) answered: Option<Flight>,
-    /// What it proves unanswered.
+    /// Frames that it proves unanswered.
     pub(super) lost: Vec<Flight>,
 }
 
-/// The line to the arm: which answer belongs to which frame, by the rules of
-/// [`connection`](crate::connection).
+/// Line to the arm. Assigns replies to frames by the rules of [`connection`](crate::connection).
 #[derive(Debug)]
 pub(super) struct ArmLine {
     pub(super) cutter: Cutter,
     outstanding: Outstanding,
     estimator: Estimator,
     flights: Vec<Flight>,
-    /// Those that nothing waits for but the client that asked.
+    /// Overdue frames that only the client that sent the request still waits for.
     late: Vec<Flight>,
     ordered: bool,
     lifetime: Micros,
@@ -91,25 +92,25 @@ impl ArmLine {
         }
     }
 
-    /// Whether a request has to wait for the one in flight.
+    /// True if a request must wait for the one in flight.
     pub(super) fn is_busy(&self) -> bool {
         self.outstanding.is_full() || self.flights.iter().any(|flight| flight.purpose.in_window())
     }
 
-    /// Whether a stop has to wait for the one in flight.
+    /// True if a stop must wait for the one in flight.
     pub(super) fn is_stopping(&self) -> bool {
         let outside = |flight: &Flight| !flight.purpose.in_window();
         self.outstanding.is_choked() || self.flights.iter().any(outside)
     }
 
-    /// Whether an answer to an older frame could be taken for the answer to this one.
+    /// True if a reply to an older frame could be taken for the reply to this one.
     pub(super) fn is_haunted(&self, frame: &FrameBuf) -> bool {
         let waited_for = |ticket| self.flights.iter().any(|flight| flight.ticket == ticket);
         (self.outstanding).haunted(Key::of(&frame.frame()), waited_for)
     }
 
-    /// A frame to go out before one that is haunted: `None` while one is in flight, and where time
-    /// alone will tell.
+    /// Frame to send before one whose key is still outstanding. `None` while a fence is in flight,
+    /// and on an unordered link, where only time helps.
     pub(super) fn fence(&mut self) -> Option<FrameBuf> {
         let fenced = (self.flights.iter()).any(|flight| flight.purpose == Purpose::Fence);
         if fenced || !self.ordered {
@@ -125,7 +126,7 @@ impl ArmLine {
         FrameBuf::new(row.id, Ctrl::GET, &[]).ok()
     }
 
-    /// The flight that asks this, among those that went out in an epoch.
+    /// Frame in flight with the same request, sent in the same epoch.
     pub(super) fn asking(&mut self, frame: &FrameBuf, epoch: u64) -> Option<&mut Flight> {
         let same = |flight: &&mut Flight| {
             flight.purpose == Purpose::Request && flight.epoch == epoch && flight.frame == *frame
@@ -133,7 +134,7 @@ impl ArmLine {
         self.flights.iter_mut().find(same)
     }
 
-    /// A frame goes out; its serial number.
+    /// Notes that a frame is sent. Returns its serial number.
     pub(super) fn send(
         &mut self,
         now: Micros,
@@ -148,7 +149,7 @@ impl ArmLine {
             key: Key::of(&frame.frame()),
             ticket,
             at: now,
-            // One at a time: nothing is counted by it here.
+            // Not used here: only one request is in flight at a time.
             order: 0,
         });
         self.flights.push(Flight {
@@ -159,14 +160,16 @@ impl ArmLine {
             epoch,
             serial: self.sent,
             since: now,
+            // The same timeout as a connection's, although nothing is retransmitted.
             timer: now.saturating_add(self.estimator.timeout()),
         });
         self.sent
     }
 
-    /// A frame came; `None` when nothing that was sent can be meant.
+    /// Assigns a reply. `None` if it belongs to no frame sent.
     pub(super) fn claim(&mut self, now: Micros, frame: &FrameBuf) -> Option<Claim> {
         let copy = self.outstanding.answered(Key::of(&frame.frame()))?;
+        // A late reply is still delivered to the client that asked.
         let Self { flights, late, .. } = self;
         let meant = |flight: &mut Flight| flight.ticket == copy.ticket;
         let in_time = flights.extract_if(.., meant).next();
@@ -181,6 +184,7 @@ impl ArmLine {
             ordered,
             ..
         } = self;
+        // On an ordered line a reply proves all older ones lost (rule 3 of `connection`).
         let gone = |flight: &mut Flight| *ordered && !outstanding.awaits(flight.ticket);
         let lost = late
             .extract_if(.., gone)
@@ -189,43 +193,46 @@ impl ArmLine {
         Some(Claim { answered, lost })
     }
 
-    /// Only the first client still waits for this reply.
+    /// Frees the line for others; only the client that sent the request still waits for this reply.
     pub(super) fn let_come_late(&mut self, mut flight: Flight) {
+        // Clients that joined a read ask for themselves, because their wait is over sooner that
+        // way.
         flight.takers.truncate(1);
         self.late.push(flight);
     }
 
-    /// Whether a client waits for an answer that comes late.
+    /// True if a client waits for a late reply.
     pub(super) fn is_late_for(&self, client: Client) -> bool {
         let takers = self.late.iter().flat_map(|flight| &flight.takers);
         takers.into_iter().any(|(taker, _)| *taker == client)
     }
 
-    /// Those that come late and are not waited for after all.
+    /// Removes late frames that no client waits for any more.
     pub(super) fn give_up_late(&mut self, mut which: impl FnMut(&Flight) -> bool) -> Vec<Flight> {
         (self.late.extract_if(.., |flight| which(flight))).collect()
     }
 
-    /// Replies that come too late for any client.
+    /// Removes late frames whose reply can no longer arrive.
     pub(super) fn too_late(&mut self, now: Micros) -> Vec<Flight> {
         let lifetime = self.lifetime;
         self.give_up_late(|flight| flight.since.saturating_add(lifetime) <= now)
     }
 
-    /// What the line has been kept free for too long.
+    /// Removes frames whose reply is overdue, which frees the line.
     pub(super) fn overdue(&mut self, now: Micros) -> Vec<Flight> {
         self.outstanding.expire(now, self.lifetime);
         let overdue: Vec<Flight> = (self.flights)
             .extract_if(.., |flight| flight.timer <= now)
             .collect();
         if !overdue.is_empty() {
+            // Once per overdue batch: losses in the same moment are one event.
             self.estimator.back_off();
         }
         overdue
     }
 
-    /// The line is gone: nothing in flight is waited for. What went out stays outstanding, for the
-    /// arm may answer it on the next line.
+    /// Removes all frames in flight, because the line is lost. They stay outstanding, as the arm
+    /// may answer them on the next line.
     pub(super) fn lost(&mut self) -> Vec<Flight> {
         let mut lost = std::mem::take(&mut self.late);
         lost.append(&mut self.flights);

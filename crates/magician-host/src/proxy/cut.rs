@@ -1,35 +1,38 @@
+//! Separation of a byte stream into frames and foreign bytes.
+
 use magician_protocol::{Deframer, Event, FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
 use crate::connection::Micros;
 
+// The same silence as in the deframer's documentation (errata E04).
 const SILENCE: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
 
-/// A part of a stream of bytes; all of them, put together, are the stream.
+/// A part of a byte stream. All parts together are the stream.
 #[allow(clippy::large_enum_variant)]
 pub(super) enum Piece<'a> {
     Frame(FrameBuf),
-    /// Bytes that are part of no frame: noise, or a frame that is damaged.
+    /// Bytes outside of any frame: noise, or a damaged frame.
     Foreign(&'a [u8]),
 }
 
-/// Cuts a stream of bytes into frames and what stands between them.
+/// Separates a byte stream into frames and the bytes between them.
 #[derive(Debug, Default)]
 pub(super) struct Cutter {
     deframer: Deframer,
-    /// Bytes that are in no piece yet; the first stands at stream position `start`.
+    /// Bytes not yet in any piece; the first is at stream position `start`.
     held: Vec<u8>,
     start: u64,
     heard: Micros,
 }
 
 impl Cutter {
-    /// More bytes came.
+    /// Processes received bytes.
     pub(super) fn push(&mut self, now: Micros, bytes: &[u8], piece: impl FnMut(Piece<'_>)) {
         self.heard = now;
         self.cut(bytes, piece);
     }
 
-    /// Lets time pass: what has waited too long for its rest is no frame.
+    /// Processes the timer: bytes that waited too long for the rest of their frame are foreign.
     pub(super) fn handle_timeout(&mut self, now: Micros, piece: impl FnMut(Piece<'_>)) {
         if self.poll_timeout().is_some_and(|at| at <= now) {
             self.deframer.expire();
@@ -47,15 +50,17 @@ impl Cutter {
         while let Some(event) = self.deframer.next(&mut bytes) {
             if let Event::Frame { offset, frame } = event {
                 let frame = FrameBuf::from(frame);
+                // Bytes before the frame belong to nothing, so report them first, in order.
                 self.foreign(offset, &mut piece);
                 self.take(frame.bytes().len(), |_| ());
                 piece(Piece::Frame(frame));
             }
         }
+        // Bytes that the deframer has passed will never be part of a frame.
         self.foreign(self.deframer.offset(), &mut piece);
     }
 
-    /// What is held before stream position `end` is part of no frame.
+    /// Reports the bytes held before stream position `end` as foreign.
     fn foreign(&mut self, end: u64, mut piece: impl FnMut(Piece<'_>)) {
         let count = end.saturating_sub(self.start);
         let count = usize::try_from(count).unwrap_or(usize::MAX);
@@ -77,7 +82,7 @@ mod tests {
     use super::*;
     use magician_protocol::Ctrl;
 
-    /// What a stream is cut into when it comes in steps of so many bytes.
+    /// Pieces of a stream that arrives in steps of `step` bytes.
     fn cut(stream: &[u8], step: usize) -> Vec<(bool, Vec<u8>)> {
         let mut pieces: Vec<(bool, Vec<u8>)> = Vec::new();
         let mut see = |piece: Piece<'_>| match piece {

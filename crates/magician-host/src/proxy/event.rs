@@ -1,81 +1,83 @@
+//! Events of a proxy, for logs and traces.
+
 use std::fmt;
 
 use magician_protocol::{FrameBuf, MAX_FRAME};
 
-/// Names a client of a [`Proxy`](super::Proxy), by a number of the caller's choice.
+/// Identifies a client of a [`Proxy`](super::Proxy) by a number of the caller's choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Client(pub u32);
 
-/// What a [`Proxy`](super::Proxy) has to tell.
+/// An event of a [`Proxy`](super::Proxy).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Event {
-    /// A client asks.
+    /// A client sent a request.
     Request {
-        /// The client.
+        /// Client that sent it.
         client: Client,
-        /// What.
+        /// Request.
         frame: FrameBuf,
     },
-    /// A client is answered.
+    /// A client got a reply.
     Reply {
-        /// The client.
+        /// Client that gets it.
         client: Client,
-        /// With what.
+        /// Reply.
         frame: FrameBuf,
-        /// Whether another client asked the arm.
+        /// True if it answers a request of another client, or a cached one.
         shared: bool,
     },
-    /// The arm did not answer in time; neither does the proxy.
+    /// The arm did not reply in time, so the client gets no reply either.
     Unanswered {
-        /// The client that asked.
+        /// Client that sent the request.
         client: Client,
-        /// What.
+        /// Request.
         frame: FrameBuf,
     },
-    /// A request that did not go to the arm and will not.
+    /// A request was dropped without being sent to the arm.
     Dropped {
-        /// The client that asked.
+        /// Client that sent it.
         client: Client,
-        /// What.
+        /// Request.
         frame: FrameBuf,
-        /// Why.
+        /// Reason.
         reason: Reason,
     },
-    /// The proxy itself says something to the arm: a fence between two requests, or the end of a
-    /// jog without an owner.
+    /// The proxy itself sent a frame: a fence between two requests, or the stop of a jog
+    /// without an owner.
     Own {
-        /// What.
+        /// Frame.
         frame: FrameBuf,
     },
-    /// The arm sent something unsolicited, such as a reply that is too late.
+    /// The arm sent a frame that nobody waits for, such as a reply that is too late.
     Unclaimed {
-        /// What.
+        /// Frame.
         frame: FrameBuf,
     },
-    /// Bytes that are part of no frame.
+    /// Bytes outside of any frame arrived.
     Foreign {
-        /// The sender; `None`: the arm.
+        /// Sender; `None` for the arm.
         from: Option<Client>,
-        /// The bytes; a long run comes in several.
+        /// Bytes; a long run is split over several events.
         bytes: Chunk,
-        /// Whether they were passed on.
+        /// True if they were passed on.
         passed: bool,
     },
 }
 
-/// Why a request did not go to the arm.
+/// Reason why a request was not sent to the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
-    /// Its client left.
+    /// The client disconnected.
     Left,
     /// A stop of the same client overtook it.
     Stopped,
-    /// There is no line to the arm.
+    /// The line to the arm is lost.
     NoLine,
-    /// Its client has too many requests waiting.
+    /// The client has too many requests waiting.
     Full,
 }
 
@@ -90,7 +92,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// Up to 254 bytes.
+/// Up to 254 bytes, without allocation.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Chunk {
     bytes: [u8; MAX_FRAME],
@@ -98,7 +100,7 @@ pub struct Chunk {
 }
 
 impl Chunk {
-    /// The bytes in pieces of a chunk's size.
+    /// Splits bytes into chunks.
     pub(super) fn split(bytes: &[u8]) -> impl Iterator<Item = Self> + '_ {
         bytes.chunks(MAX_FRAME).map(|part| {
             let mut bytes = [0; MAX_FRAME];
@@ -121,6 +123,7 @@ impl Chunk {
 
 impl From<&FrameBuf> for Chunk {
     fn from(frame: &FrameBuf) -> Self {
+        // A frame is never larger than a chunk.
         let all = Self::split(frame.bytes()).next();
         all.unwrap_or(Self {
             bytes: [0; MAX_FRAME],

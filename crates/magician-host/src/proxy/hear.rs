@@ -1,3 +1,5 @@
+//! Input of the proxy: bytes from clients and from the arm.
+
 use std::collections::VecDeque;
 
 use magician_protocol::FrameBuf;
@@ -9,14 +11,14 @@ use super::member::{MOST, Slot, State, What};
 use super::{Proxy, kind};
 use crate::connection::Micros;
 
-/// What came.
+/// Input.
 impl Proxy {
-    /// Takes bytes from a client, cut anywhere.
+    /// Processes bytes from a client, split anywhere.
     pub fn receive(&mut self, now: Micros, client: Client, bytes: &[u8]) {
         self.listen(client, |cutter, hear| cutter.push(now, bytes, hear));
     }
 
-    /// Takes bytes from the arm, cut anywhere.
+    /// Processes bytes from the arm, split anywhere.
     pub fn receive_from_arm(&mut self, now: Micros, bytes: &[u8]) {
         let mut cutter = std::mem::take(&mut self.arm.cutter);
         cutter.push(now, bytes, |piece| self.hear_arm(now, &piece));
@@ -45,6 +47,7 @@ impl Proxy {
                 self.request(client, frame);
             }
             Piece::Foreign(run) => {
+                // Other clients would suffer from noise, so it passes only on request.
                 let passed = self.settings.transparent && self.online;
                 for bytes in Chunk::split(run) {
                     let passed = passed && self.push(client, What::Foreign(bytes));
@@ -64,6 +67,8 @@ impl Proxy {
             return self.dropped(client, frame, Reason::NoLine);
         }
         let stop = kind::stops(&frame.frame());
+        // Changes that this client requested before the stop must not happen after it; reads are
+        // harmless.
         if stop {
             let overtaken = |slot: &Slot| match &slot.what {
                 What::Request { frame, stop } => !stop && kind::changes(&frame.frame()),
@@ -76,8 +81,7 @@ impl Proxy {
         }
     }
 
-    /// Has something of a client wait; false if too much does. For a stop there is always room that
-    /// nothing else takes.
+    /// Adds an entry to a client's queue. False if the queue is full. Stops have reserved room.
     fn push(&mut self, client: Client, what: What) -> bool {
         let ticket = self.ticket();
         let Some(member) = self.members.get_mut(&client) else {
@@ -96,7 +100,7 @@ impl Proxy {
         fits
     }
 
-    /// Drops what waits of a client.
+    /// Drops waiting entries of a client.
     pub(super) fn drop_waiting(
         &mut self,
         client: Client,
@@ -151,10 +155,12 @@ impl Proxy {
                 slot.state = State::Answered { frame, shared };
             }
         }
+        // Only a stop sent after the jog ends it.
         let view = flight.frame.frame();
         if kind::ends_jog(&view) && self.jog.is_some_and(|jog| jog.serial < flight.serial) {
             self.jog = None;
         }
+        // A reading is shared only if nothing has changed since it was requested.
         let as_it_is = flight.epoch == self.epoch && flight.is_in_time(now);
         let good = as_it_is && !frame.frame().ctrl().error();
         if good && flight.purpose == Purpose::Request && kind::can_be_shared(&view) {

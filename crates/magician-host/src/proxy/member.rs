@@ -1,3 +1,5 @@
+//! Clients of the proxy, with their pending requests.
+
 use std::collections::VecDeque;
 
 use magician_protocol::FrameBuf;
@@ -6,19 +8,19 @@ use super::cut::Cutter;
 use super::event::Chunk;
 use crate::connection::Ticket;
 
-/// Most requests of one client that wait at a time.
+/// Largest number of waiting requests per client.
 pub(super) const MOST: usize = 64;
-/// Bytes of the shortest frame.
+/// Size of the shortest frame, bytes.
 const SHORTEST: usize = 6;
 
-/// A client: what it says, and what it has asked in its order.
+/// A client: its byte stream and its requests in order.
 #[derive(Debug, Default)]
 pub(super) struct Member {
     pub(super) cutter: Cutter,
     pub(super) slots: VecDeque<Slot>,
 }
 
-/// Something a client sent, until it is answered or will not be.
+/// Something that a client sent, until it is answered or dropped.
 #[derive(Debug)]
 pub(super) struct Slot {
     pub(super) ticket: Ticket,
@@ -31,10 +33,10 @@ pub(super) struct Slot {
 pub(super) enum What {
     Request {
         frame: FrameBuf,
-        /// It overtakes what waits.
+        /// True if it overtakes waiting requests.
         stop: bool,
     },
-    /// Passed on as it is, and never answered.
+    /// Passed on unchanged, and never answered.
     Foreign(Chunk),
 }
 
@@ -42,7 +44,7 @@ pub(super) enum What {
 #[allow(clippy::large_enum_variant)]
 pub(super) enum State {
     Waiting,
-    /// It is in flight, or one like it is.
+    /// In flight, or joined to an equal request in flight.
     Asked,
     Answered {
         frame: FrameBuf,
@@ -61,12 +63,13 @@ impl Slot {
 }
 
 impl Member {
-    /// Bytes it may send.
+    /// Number of bytes that the client may send.
     pub(super) fn room(&self) -> usize {
+        // In the worst case each entry is a frame of the shortest size.
         MOST.saturating_sub(self.slots.len()) * SHORTEST
     }
 
-    /// What it waits for that the arm has not been asked yet.
+    /// First request that was not sent to the arm yet.
     pub(super) fn next(&self) -> Option<&Slot> {
         self.slots.iter().find(|slot| slot.waits())
     }
@@ -76,11 +79,12 @@ impl Member {
     }
 
     pub(super) fn remove(&mut self, ticket: Ticket) -> Option<Slot> {
+        // Not always the first: a stop overtakes earlier requests.
         let at = self.slots.iter().position(|slot| slot.ticket == ticket)?;
         self.slots.remove(at)
     }
 
-    /// The latest of its requests that is answered.
+    /// Latest answered request.
     pub(super) fn answered_last(&self) -> Option<Ticket> {
         let answered = |slot: &&Slot| matches!(slot.state, State::Answered { .. });
         self.slots.iter().rfind(answered).map(|slot| slot.ticket)
@@ -91,7 +95,7 @@ impl Member {
         first.is_some_and(|slot| matches!(slot.state, State::Answered { .. }))
     }
 
-    /// The first answer, when nothing that was asked before it is unanswered.
+    /// Removes the first reply, if it is next in the client's order.
     pub(super) fn reply(&mut self) -> Option<(FrameBuf, bool)> {
         match self.slots.front()?.state {
             State::Answered { frame, shared } => {

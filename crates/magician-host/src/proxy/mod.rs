@@ -1,35 +1,36 @@
-//! Several programs at one arm, without I/O and without a clock.
+//! Proxy: several programs share one arm, without I/O and without a clock.
 //!
-//! A [`Proxy`] stands between any number of clients and the line to one arm. Each client sees an
-//! arm of its own: every request is answered once, with its id and Ctrl, in the client's own order,
-//! and never with an answer that is another's. Its methods come in the kinds of
-//! [`Connection`](crate::connection::Connection): look, our own side ([`open`](Proxy::open),
-//! [`close`](Proxy::close), [`lose_line`](Proxy::lose_line), [`find_line`](Proxy::find_line)), bytes
-//! that came ([`receive`](Proxy::receive), [`receive_from_arm`](Proxy::receive_from_arm)), time, and
-//! what comes out; `poll_` methods are asked until they return `None` after each of the others.
+//! A [`Proxy`] stands between any number of clients and the line to one arm. To each client it
+//! looks like a private arm: every request is answered once, with its id and Ctrl, in the
+//! client's order, and never with another client's answer. Its methods are of the same kinds as
+//! those of [`Connection`](crate::connection::Connection): look, our own side
+//! ([`open`](Proxy::open), [`close`](Proxy::close), [`lose_line`](Proxy::lose_line),
+//! [`find_line`](Proxy::find_line)), input ([`receive`](Proxy::receive),
+//! [`receive_from_arm`](Proxy::receive_from_arm)), time, and output; the `poll_` methods are called
+//! until they return `None` after each of the others.
 //!
-//! * **In turn.** The arm's answers have no number, so one request is in flight at a time, and
-//!   clients take turns. A stop (StopExec, ForceStop, Clear, the immediate end of a jog) overtakes
-//!   all that waits and does not wait for the one in flight. What the same client asked before it,
-//!   other than to look, and what has not gone out, is dropped: it must not come after the stop.
-//! * **Shared looks.** A get that another client has in flight, or that was answered less than
-//!   [`fresh`](Settings::fresh) ago, is answered by that answer, if nothing that may change the arm
-//!   went out meanwhile. No client is given the same answer twice, so that one that asks as fast as
-//!   it can gets as many readings as without the others.
-//!   [`Row::only_looks`](magician_protocol::Row::only_looks) says what can be shared.
-//! * **Nothing is sent twice.** An answer that does not come is not given, as the arm would not
-//!   give it; whether to ask again is for the client to decide. The line is not kept for an answer
-//!   that takes longer than usual, but the client that asked still gets it: until
-//!   something later is answered, which shows that it was lost, and for the
-//!   [lifetime](connection::Settings::lifetime) of a frame at most. A *fence* goes out before another
-//!   request with the same id and Ctrl, by the rules of [`connection`].
-//! * **Whole frames.** Bytes that are no frame are shown and, unless
-//!   [`transparent`](Settings::transparent), go no further: they would disturb the others. Frames
-//!   with unknown ids pass.
-//! * **A client that disconnects lets go.** Requests that have not gone out are dropped, but not stops; a jog that
-//!   the client began is ended ([`keep_going`](Settings::keep_going)). What it queued is its
-//!   business. A lost line ends what waits and what comes meanwhile: nothing is done later that was
-//!   asked for before.
+//! * **Turns.** Replies carry no number, so one request is in flight at a time and clients take
+//!   turns. A stop (StopExec, ForceStop, Clear, the immediate stop of a jog) overtakes all waiting
+//!   requests and does not wait for the one in flight. Earlier requests of the same client that
+//!   would change something and were not sent yet are dropped, because they must not run after the
+//!   stop.
+//! * **Shared reads.** A get that another client has in flight, or that was answered less than
+//!   [`fresh`](Settings::fresh) ago, gets the same reply if nothing that may change the arm was
+//!   sent meanwhile. No client gets the same reply twice, so a client that polls as fast as it can
+//!   gets as many readings as it would alone.
+//!   [`Row::only_looks`](magician_protocol::Row::only_looks) says which gets can be shared.
+//! * **No retransmission.** A missing reply stays missing, as it would with the arm itself; the
+//!   client decides whether to ask again. An overdue reply no longer blocks the line, but the
+//!   client still gets it if it arrives: until a later request is answered, which proves it lost,
+//!   and at most for the [lifetime](connection::Settings::lifetime) of a frame. Before another
+//!   request with the same id and Ctrl a *fence* is sent, by the rules of [`connection`].
+//! * **Whole frames.** Bytes outside of frames are reported and, unless
+//!   [`transparent`](Settings::transparent), not passed on, because they would disturb the other
+//!   clients. Frames with unknown ids pass.
+//! * **Disconnection.** When a client disconnects, its unsent requests are dropped except stops,
+//!   and a jog that it started is stopped (unless [`keep_going`](Settings::keep_going)). Its queued
+//!   commands are its own business. A lost line ends all waiting requests and those that arrive
+//!   meanwhile: nothing is executed later that was requested before.
 
 mod arm;
 mod cut;
@@ -52,21 +53,22 @@ pub use event::{Chunk, Client, Event, Reason};
 use member::{Member, Slot, State, What};
 use reading::Readings;
 
-/// Most things that wait to be told; older ones are forgotten.
+/// Largest number of pending events; the oldest are dropped.
 const EVENTS: usize = 1024;
-/// How often the end of a jog goes out at most.
+/// Largest number of transmissions of the stop of a jog.
+// A choice that covers a bad line for many timeouts.
 const TRIES: u32 = 32;
 
-/// How a [`Proxy`] behaves.
+/// Settings of a [`Proxy`].
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// The line to the arm: whether it keeps its order, and how long an answer may take.
+    /// Line to the arm: whether it keeps the order, and how long a reply may take.
     pub line: connection::Settings,
-    /// How old an answer may be that is given to another client, us; 0: every get goes to the arm.
+    /// Largest age of a reply that is given to another client, us. 0: every get goes to the arm.
     pub fresh: Micros,
-    /// Whether bytes that are no frame are passed on to the arm.
+    /// True if bytes outside of frames are passed on to the arm.
     pub transparent: bool,
-    /// Whether a jog goes on when the client that began it leaves.
+    /// True if a jog continues when the client that started it disconnects.
     pub keep_going: bool,
 }
 
@@ -74,6 +76,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             line: connection::Settings::ORDERED,
+            // A choice: one period, for which even a moving arm reports the same pose.
             fresh: 20_000,
             transparent: false,
             keep_going: false,
@@ -81,27 +84,27 @@ impl Default for Settings {
     }
 }
 
-/// Several clients, one arm; see the [module](self).
+/// Several clients sharing one arm; see the [module](self).
 #[derive(Debug)]
 pub struct Proxy {
     settings: Settings,
     members: BTreeMap<Client, Member>,
-    /// The client of the last turn.
+    /// Client whose turn was last.
     turn: Option<Client>,
     arm: ArmLine,
-    /// Whether there is a line to the arm.
+    /// True if there is a line to the arm.
     online: bool,
-    /// What the proxy has to say itself, before all else.
+    /// Frames of the proxy's own, with transmissions left; sent before everything else.
     own: VecDeque<(FrameBuf, u32)>,
     jog: Option<Jog>,
     readings: Readings,
-    /// Counts what may have changed the arm.
+    /// Counts possible changes of the arm.
     epoch: u64,
     events: VecDeque<Event>,
     tickets: u64,
 }
 
-/// A jog that a client began.
+/// A jog started by a client.
 #[derive(Clone, Copy, Debug)]
 struct Jog {
     client: Client,
@@ -109,9 +112,9 @@ struct Jog {
     serial: u64,
 }
 
-/// Look.
+/// Queries.
 impl Proxy {
-    /// A proxy without clients, on a line that is open.
+    /// Creates a proxy without clients on an open line.
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         Self {
@@ -129,36 +132,35 @@ impl Proxy {
         }
     }
 
-    /// Bytes that a client may send before it should be made to wait. What comes beyond that may be
-    /// dropped, whole frames at a time.
+    /// Number of bytes that a client may send before it should be made to wait. Beyond that, whole
+    /// frames may be dropped.
     #[must_use]
     pub fn room(&self, client: Client) -> usize {
         self.members.get(&client).map_or(0, Member::room)
     }
 
-    /// Whether there is an answer that a client has not taken: asking what is for the arm may find
-    /// one, among those that need not go there.
+    /// True if a client has a reply to fetch. Polling for the arm may produce one too, for requests
+    /// that need not go there.
     #[must_use]
     pub fn is_answering(&self) -> bool {
         self.members.values().any(Member::has_reply)
     }
 
-    /// Whether the proxy has something to say to the arm itself that the arm has not confirmed:
-    /// the end of a jog.
+    /// True if the arm has not confirmed a frame of the proxy's own: the stop of a jog.
     #[must_use]
     pub fn is_letting_go(&self) -> bool {
         !self.own.is_empty() || self.arm.is_stopping()
     }
 }
 
-/// Our own side: which clients connect and disconnect.
+/// Our own side: clients connect and disconnect.
 impl Proxy {
-    /// A client comes.
+    /// Adds a client.
     pub fn open(&mut self, client: Client) {
         self.members.insert(client, Member::default());
     }
 
-    /// A client goes.
+    /// Removes a client.
     pub fn close(&mut self, client: Client) {
         self.give_up_late(client, |_| true);
         let Some(member) = self.members.remove(&client) else {
@@ -167,6 +169,7 @@ impl Proxy {
         self.readings.forget_client(client);
         for slot in member.slots.into_iter().filter(Slot::waits) {
             match slot.what {
+                // A stop stays valid when its client disconnects.
                 What::Request { frame, stop: true } => self.own.push_back((frame, 1)),
                 What::Request { frame, .. } => self.dropped(client, frame, Reason::Left),
                 What::Foreign(_) => {}
@@ -177,7 +180,7 @@ impl Proxy {
         }
     }
 
-    /// The line to the arm is gone. Clients stay and are not answered.
+    /// Notes that the line to the arm is lost. Clients stay connected and get no replies.
     pub fn lose_line(&mut self) {
         self.online = false;
         self.changed();
@@ -189,17 +192,17 @@ impl Proxy {
         for client in clients {
             self.drop_waiting(client, Reason::NoLine, |_| true);
         }
-        // What is to be said on the next line, whenever that is, is the end of a jog and no more.
+        // On the next line, whenever that is, only the stop of a jog is sent.
         self.own.retain(|(_, tries)| *tries > 1);
         self.let_go();
     }
 
-    /// There is a line to the arm again.
+    /// Notes that there is a line to the arm again.
     pub fn find_line(&mut self) {
         self.online = true;
     }
 
-    /// Ends the jog that is under way, if there is one.
+    /// Stops the jog in progress, if there is one.
     fn let_go(&mut self) {
         if let Some(jog) = self.jog.take()
             && !self.settings.keep_going
@@ -211,7 +214,8 @@ impl Proxy {
 
 /// Time.
 impl Proxy {
-    /// The instant at which [`handle_timeout`](Self::handle_timeout) is to be called, if any.
+    /// Instant at which [`handle_timeout`](Self::handle_timeout) must be called. `None` if there is
+    /// none.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
         let members = self.members.values();
@@ -219,7 +223,7 @@ impl Proxy {
         silences.chain(self.arm.poll_timeout()).min()
     }
 
-    /// Lets time pass.
+    /// Processes all timers up to `now`.
     pub fn handle_timeout(&mut self, now: Micros) {
         let mut cutter = std::mem::take(&mut self.arm.cutter);
         cutter.handle_timeout(now, |piece| self.hear_arm(now, &piece));
@@ -240,8 +244,8 @@ impl Proxy {
         }
     }
 
-    /// The answer has not come in the time that answers take: the line is free for others. Whose
-    /// request it was may still get it.
+    /// Frees the line for others, because the reply is overdue. The client that sent the request
+    /// may still get it.
     fn go_on_without(&mut self, flight: Flight) {
         let taker = flight.takers.first();
         if !taker.is_some_and(|(client, _)| self.members.contains_key(client)) {
@@ -251,7 +255,7 @@ impl Proxy {
         self.arm.let_come_late(flight);
     }
 
-    /// A client does not wait for these late answers any more.
+    /// Ends late replies that a client no longer waits for.
     fn give_up_late(&mut self, client: Client, which: impl Fn(&Flight) -> bool) {
         let of_client = |flight: &Flight| flight.takers.iter().any(|(taker, _)| *taker == client);
         for flight in (self.arm).give_up_late(|flight| of_client(flight) && which(flight)) {
@@ -259,7 +263,7 @@ impl Proxy {
         }
     }
 
-    /// The answer does not come. Whose request it was is not answered.
+    /// Ends a request whose reply does not arrive; its client gets no reply.
     fn give_up(&mut self, flight: &Flight) {
         self.try_again(flight);
         self.ask_for_joined(flight);
@@ -268,7 +272,8 @@ impl Proxy {
         }
     }
 
-    /// A read that was only joined is sent for the client itself, for the first time.
+    /// Sends a read, which was only joined to another client's, for its own client for the first
+    /// time.
     fn ask_for_joined(&mut self, flight: &Flight) {
         for (client, ticket) in flight.takers.iter().skip(1) {
             let member = self.members.get_mut(client);
@@ -278,14 +283,15 @@ impl Proxy {
         }
     }
 
-    /// What the proxy says itself does no harm when it is said again.
+    /// Retransmits a frame of the proxy's own, which is idempotent.
     fn try_again(&mut self, flight: &Flight) {
+        // Fences and clients' stops are not repeated: the client decides.
         if let Purpose::Own { tries: tries @ 1.. } = flight.purpose {
             self.own.push_back((flight.frame, tries));
         }
     }
 
-    /// None of the waiting clients gets a reply.
+    /// Ends a request for all clients that wait for it.
     fn unanswered(&mut self, flight: &Flight) {
         for (client, ticket) in &flight.takers {
             self.end_unanswered(*client, *ticket, flight.frame);
@@ -300,9 +306,9 @@ impl Proxy {
     }
 }
 
-/// What there is to tell.
+/// Output.
 impl Proxy {
-    /// The next thing to tell.
+    /// Returns the next event. `None` if all were returned.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
@@ -322,7 +328,7 @@ impl Proxy {
         });
     }
 
-    /// Something may have changed the arm: what was read before says nothing any more.
+    /// Notes a possible change of the arm: earlier readings are no longer valid.
     fn changed(&mut self) {
         self.epoch = self.epoch.saturating_add(1);
         self.readings.forget();

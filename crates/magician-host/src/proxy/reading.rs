@@ -1,29 +1,32 @@
+//! Replies that several clients can share.
+
 use magician_protocol::FrameBuf;
 
 use super::Client;
 use crate::connection::Micros;
 
-/// Most answers that are kept.
+/// Largest number of replies kept.
+// A choice: more than any client polls.
 const MOST: usize = 32;
 
-/// A reply of the arm that can be shared with clients that ask the same.
+/// A reply of the arm that can be shared with other clients that send the same request.
 #[derive(Debug)]
 struct Reading {
     request: FrameBuf,
     reply: FrameBuf,
     at: Micros,
-    /// The clients that have had it: none gets the same reply twice.
+    /// Clients that have got it: no client gets it twice.
     had: Vec<Client>,
 }
 
-/// The latest answers. They are worth nothing as soon as anything may have changed.
+/// Latest replies, discarded as soon as anything may have changed.
 #[derive(Debug, Default)]
 pub(super) struct Readings {
     readings: Vec<Reading>,
 }
 
 impl Readings {
-    /// Keeps an answer that these clients have had.
+    /// Keeps a reply that these clients have got.
     pub(super) fn keep(
         &mut self,
         now: Micros,
@@ -31,6 +34,7 @@ impl Readings {
         reply: FrameBuf,
         had: Vec<Client>,
     ) {
+        // One reply per request: an older one would only be less fresh.
         self.readings.retain(|reading| reading.request != request);
         if self.readings.len() >= MOST {
             self.readings.remove(0);
@@ -43,7 +47,8 @@ impl Readings {
         });
     }
 
-    /// An answer that is not older than `fresh` and that this client has not had.
+    /// Reply that is not older than `fresh` and that this client has not got. `None` if no
+    /// kept reply fits.
     pub(super) fn take(
         &mut self,
         now: Micros,
@@ -65,7 +70,7 @@ impl Readings {
         self.readings.clear();
     }
 
-    /// The number may name another client from now on.
+    /// Forgets a client, whose number may identify another one from now on.
     pub(super) fn forget_client(&mut self, client: Client) {
         for reading in &mut self.readings {
             reading.had.retain(|other| *other != client);

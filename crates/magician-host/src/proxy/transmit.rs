@@ -1,3 +1,5 @@
+//! Output of the proxy: replies to clients, and frames to the arm in turn.
+
 use magician_protocol::FrameBuf;
 
 use super::arm::Purpose;
@@ -6,10 +8,12 @@ use super::member::{Slot, State, What};
 use super::{Jog, Proxy, kind};
 use crate::connection::{Micros, Ticket};
 
-/// What goes out.
+/// Output.
 impl Proxy {
-    /// The next answer to a client, `None` when there is none at present.
+    /// Returns the next reply to a client. `None` if no reply is ready.
     pub fn poll_transmit(&mut self, client: Client) -> Option<FrameBuf> {
+        // A later request was answered, so an earlier late reply is lost; waiting would reorder
+        // replies.
         if let Some(answered) = self.members.get(&client)?.answered_last() {
             self.give_up_late(client, |flight| flight.ticket < answered);
         }
@@ -22,7 +26,7 @@ impl Proxy {
         Some(frame)
     }
 
-    /// The next bytes for the arm, `None` when there are none at present.
+    /// Returns the next bytes for the arm. `None` if nothing may be sent at present.
     pub fn poll_transmit_to_arm(&mut self, now: Micros) -> Option<Chunk> {
         if !self.online {
             return None;
@@ -31,7 +35,7 @@ impl Proxy {
             return Some(Chunk::from(&frame));
         }
         self.share(now);
-        // While a stop waits for the one before it, nothing else goes.
+        // While a stop waits for the previous one, nothing else is sent.
         let stopping = !self.own.is_empty() || self.oldest_stop().is_some();
         if stopping || self.arm.is_busy() {
             return None;
@@ -64,7 +68,7 @@ impl Proxy {
         Some(frame)
     }
 
-    /// The stop that has waited longest.
+    /// Stop that has waited longest.
     fn oldest_stop(&self) -> Option<(Client, Ticket, FrameBuf)> {
         let slots = self.members.iter().flat_map(|(client, member)| {
             let waiting = member.slots.iter().filter(|slot| slot.waits());
@@ -74,6 +78,7 @@ impl Proxy {
             What::Request { frame, stop: true } => Some((client, slot.ticket, frame)),
             _ => None,
         });
+        // Tickets are given in the order of arrival, over all clients.
         stops.min_by_key(|(_, ticket, _)| *ticket)
     }
 
@@ -85,17 +90,18 @@ impl Proxy {
         Some(frame)
     }
 
-    /// Answers and joins what needs not go to the arm.
+    /// Answers requests from shared replies, or joins them to equal requests in flight.
     fn share(&mut self, now: Micros) {
         if self.settings.fresh == 0 {
             return;
         }
         for (client, member) in &mut self.members {
-            // What is asked on the line after a late answer shows whether that one still comes.
+            // The next request on the line shows whether a late reply still arrives, so do not
+            // bypass it.
             if self.arm.is_late_for(*client) {
                 continue;
             }
-            // In the client's order: what comes after a request that waits, waits too.
+            // In the client's order: requests behind a waiting one wait too.
             while let Some(slot) = member.slots.iter_mut().find(|slot| slot.waits()) {
                 let What::Request { frame, stop: false } = &slot.what else {
                     break;
@@ -122,7 +128,7 @@ impl Proxy {
         }
     }
 
-    /// The next request of the client whose turn it is.
+    /// Next request of the client whose turn it is.
     fn transmit_in_turn(&mut self, now: Micros) -> Option<Chunk> {
         for client in self.in_turn() {
             let slot = self.members.get(&client).and_then(|member| member.next());
@@ -131,6 +137,7 @@ impl Proxy {
             };
             let ticket = *ticket;
             match *what {
+                // Another client may be able to send while this key is outstanding.
                 What::Request { frame, .. } if self.arm.is_haunted(&frame) => {
                     if let Some(fence) = self.transmit_fence(now) {
                         return Some(Chunk::from(&fence));
@@ -147,6 +154,7 @@ impl Proxy {
                     if let Some(member) = self.members.get_mut(&client) {
                         member.remove(ticket);
                     }
+                    // Unknown bytes may be anything, even half of a command.
                     self.changed();
                     return Some(bytes);
                 }
@@ -155,7 +163,7 @@ impl Proxy {
         None
     }
 
-    /// All clients, the one after the last first.
+    /// All clients, beginning with the one after the last turn.
     fn in_turn(&self) -> Vec<Client> {
         let after = |client: &&Client| self.turn.is_none_or(|last| **client > last);
         let (first, rest): (Vec<&Client>, Vec<&Client>) = self.members.keys().partition(after);
@@ -169,7 +177,7 @@ impl Proxy {
         }
     }
 
-    /// Puts a frame on the line.
+    /// Sends a frame to the arm.
     fn send(
         &mut self,
         now: Micros,

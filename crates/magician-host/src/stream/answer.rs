@@ -1,3 +1,6 @@
+//! Answers to the stream's requests: accepted and failed commands, and stops, clears and starts of
+//! the queue.
+
 use magician_protocol::{ArmInstant, FrameBuf, Layout, QueuedCmdIndex};
 
 use super::drive::Phase;
@@ -6,12 +9,13 @@ use super::reading::SOON;
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Ticket};
 
-/// A start of the queue is sent no more often than this without an answer.
+/// Attempts to start the queue without an answer.
+// A choice: each attempt waits until the arm stands.
 const STARTS: u8 = 4;
 
 impl Stream {
-    /// The connection has ended a request; whether it was one of the stream's. Call [`advance`](Self::advance)
-    /// afterwards.
+    /// Processes the result of a request. True if it was one of the stream's. Call
+    /// [`advance`](Self::advance) afterwards.
     pub fn answered(
         &mut self,
         now: Micros,
@@ -69,10 +73,10 @@ impl Stream {
         self.accepted += u64::from(!entry.inserted);
         self.first.get_or_insert(index);
         if self.expected.is_none() {
-            // The first, or the first after a Clear: the numbers of what was dropped are passed over.
+            // First index, or first after a Clear: the numbers of dropped commands are skipped.
             self.base = index.saturating_sub(1);
         }
-        // It travelled alone, and so did all before it.
+        // The command travelled alone, and everything before it is confirmed.
         let itself = self.confirmed.is_none_or(|confirmed| index > confirmed);
         if self.entries.unconfirmed(self.confirmed) <= usize::from(itself) {
             self.confirmed = Some(index);
@@ -96,6 +100,7 @@ impl Stream {
 
     fn command_failed(&mut self, now: ArmInstant, at: usize, failure: Failure) {
         let nowhere = match failure {
+            // Sent or possibly taken: only the others are known to have had no effect.
             Failure::Uncertain { .. } | Failure::NoIndex | Failure::Timeout { sent: 1.. } => false,
             Failure::Timeout { .. }
             | Failure::QueueFull
@@ -120,15 +125,16 @@ impl Stream {
             .skip(at + 1)
             .any(|entry| !entry.is_waiting());
         match failure {
-            // It ended before, or what became of it is being found out.
+            // Already over, or its fate is being found out.
             _ if self.is_over() || matches!(self.phase, Phase::Resolve(_)) => {}
-            // It waited behind the gap.
+            // Dropped by the connection because it waited behind the gap.
             Failure::Stopped if self.gap => {}
             Failure::Uncertain { .. } => self.gapes(failure),
             Failure::QueueFull | Failure::Busy | Failure::Draining if overtaken => {
                 self.gapes(failure);
             }
-            // The queue was empty when the group was measured: it must not start with a part of it.
+            // The queue was empty when the group was measured, and must not start with a part of
+            // it.
             Failure::QueueFull if self.stopped && self.group.is_some() => {
                 self.fail(StreamFailure::Request(failure));
             }
@@ -142,7 +148,7 @@ impl Stream {
         }
     }
 
-    /// Something was lost between others, or may have been.
+    /// Handles a command that was or may have been lost between others.
     fn gapes(&mut self, failure: Failure) {
         if self.settings.window > 1 && self.may_go_back() {
             self.gap = true;
@@ -154,7 +160,7 @@ impl Stream {
     fn control_answered(&mut self, now: ArmInstant, result: &Result<FrameBuf, Failure>) {
         match result {
             Err(Failure::Busy) => self.retry_at = Some(now.after_micros(SOON)),
-            // It may have got through, and a second one may end a motion.
+            // The start may have got through, and a second one may end a motion (model section 14).
             Err(Failure::Timeout { sent: 1.. } | Failure::Uncertain { .. })
                 if self.phase == Phase::Start && self.starts + 1 < STARTS =>
             {
@@ -163,6 +169,7 @@ impl Stream {
                 self.phase = Phase::Stand(None);
             }
             Err(failure) => self.fail(StreamFailure::Request(*failure)),
+            // Late answers after the end change nothing.
             Ok(_) if self.is_over() => {}
             Ok(_) => {
                 self.phase = match self.phase {

@@ -1,15 +1,19 @@
+//! The arm's clock beside the connection's. Both are one for a real arm; the clock of a virtual arm
+//! may leap.
+
 use std::time::Duration;
 
 use magician_protocol::ArmInstant;
 
 use crate::connection::Micros;
 
-/// The arm's time, as far as the stream is concerned, beside the connection's clock.
+/// The arm's time as the stream sees it, relative to the connection's clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Clock {
-    /// It passes as there: it showed the first when that one showed the second.
+    /// Passes like the connection's clock: it showed the first instant when that clock showed the
+    /// second.
     Runs(ArmInstant, Micros),
-    /// It stands until it leaps: what the host does takes none of it.
+    /// Stands until the next leap: actions of the host take no time.
     Stands(ArmInstant),
 }
 
@@ -20,7 +24,7 @@ impl Default for Clock {
 }
 
 impl Clock {
-    /// What it shows when the connection's shows `now`.
+    /// Time of the arm when the connection's clock shows `now`.
     pub(super) fn at(&self, now: Micros) -> ArmInstant {
         match *self {
             Self::Runs(arm, then) => arm.after_micros(now.saturating_sub(then)),
@@ -28,7 +32,7 @@ impl Clock {
         }
     }
 
-    /// What the connection's will show when this one shows `arm`, if that comes by itself.
+    /// Time of the connection's clock when the arm's shows `arm`. `None` if the clock stands.
     pub(super) fn comes(&self, arm: ArmInstant) -> Option<Micros> {
         match *self {
             Self::Runs(began, then) => Some(then.saturating_add(arm.micros_since(began))),
@@ -36,18 +40,20 @@ impl Clock {
         }
     }
 
-    /// Whether it shows the end of a command when that comes, and nothing between.
+    /// True if the clock goes straight from one end of a command to the next.
     pub(super) fn leaps(&self) -> bool {
         matches!(self, Self::Stands(_))
     }
 
     pub(super) fn leap(&mut self, now: Micros, time: Duration) -> ArmInstant {
         let arm = self.at(now) + time;
+        // After a leap the clock stands, so that the host's own delays cost the arm no time.
         *self = Self::Stands(arm);
         arm
     }
 
     pub(super) fn run(&mut self, now: Micros) {
+        // A running clock keeps its origin: setting it again would lose fractions.
         if let Self::Stands(arm) = *self {
             *self = Self::Runs(arm, now);
         }

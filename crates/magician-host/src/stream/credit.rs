@@ -1,24 +1,27 @@
+//! Credit: how many commands may be sent without overfilling the queue or exceeding the horizon.
+
 use super::item::Entry;
 use super::{KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
 use crate::connection::Connection;
 
-/// So many readings in a row must disagree with what was counted before they are believed.
+/// Consecutive readings that must contradict the count before they are believed.
+// A choice: a single one may be old.
 pub(super) const STRIKES: u32 = 3;
-/// So many commands may be in the arm whatever they take.
+/// Commands allowed in the arm whatever they take: one running and the next one.
 const LEAST: usize = 2;
 
-/// What is known of the places in the controller's queue.
+/// Knowledge about the places in the controller's queue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Credit {
-    /// Places in all, as is counted with; 0 until the first look.
+    /// Number of places assumed; 0 until the first reading.
     pub(super) places: u32,
     /// Commands of others that waited when the stream began.
     pub(super) strangers: u32,
-    /// Places that left space does not show free although they should be.
+    /// Places that the left space shows as taken although they should be free.
     withheld: u32,
     fewer: u32,
     missing: u32,
-    /// The controller said that its queue is full: nothing goes before left space was read.
+    /// True after a refusal for a full queue: nothing is sent until left space was read.
     pub(super) full: bool,
 }
 
@@ -36,24 +39,24 @@ impl Credit {
 }
 
 impl Stream {
-    /// Commands that may go out as far as places are concerned.
+    /// Number of commands that may be sent as far as places are concerned.
     pub(super) fn credit(&self) -> usize {
         if self.credit.full || self.credit.missing > 0 {
             return 0;
         }
-        // What is finished and not confirmed is still kept here.
+        // Finished but unconfirmed commands still occupy a slot here.
         let kept = self.entries.kept();
         let free = self.places().saturating_sub(self.at_most() as usize);
         free.min(KEPT.saturating_sub(kept))
     }
 
-    /// Places that can be used.
+    /// Number of usable places.
     pub(super) fn places(&self) -> usize {
         let places = self.credit.places.saturating_sub(self.credit.withheld);
         (places as usize).min(KEPT)
     }
 
-    /// Whether the horizon lets this command go out.
+    /// True if the horizon permits sending this command.
     pub(super) fn within_horizon(&self, next: &Entry) -> bool {
         let under_way = self.entries.under_way(self.reader.current);
         if !self.settings.start || under_way.count < LEAST {
@@ -76,7 +79,7 @@ impl Stream {
         }
     }
 
-    /// Commands of others that are still before ours.
+    /// Commands of others that are still ahead of ours.
     pub(super) fn strangers_left(&self, current: u64) -> u32 {
         let before = match self.first {
             Some(first) => first.saturating_sub(1).saturating_sub(current),
@@ -85,8 +88,11 @@ impl Stream {
         u64::from(self.credit.strangers).min(before) as u32
     }
 
-    /// Left space was read, and then the current index: whether it is what was counted. `accepted` is the last index
-    /// accepted when left space was asked for, `at_most` what was in the controller at most when it came.
+    /// Compares a left space, and the current index read after it, with the count. True if they
+    /// agree.
+    ///
+    /// `accepted` is the last index accepted when left space was requested, `at_most` the largest
+    /// possible number of queued commands when it arrived.
     pub(super) fn compare(
         &mut self,
         left: u32,
@@ -115,6 +121,7 @@ impl Stream {
         } else {
             0
         };
+        // Three in a row: the queue has fewer places than assumed, or another host fills it.
         if self.credit.fewer >= STRIKES {
             let (counted, read) = (
                 self.credit.places,
@@ -124,6 +131,7 @@ impl Stream {
             (self.credit.withheld, self.credit.fewer) = (0, 0);
             self.events.push(StreamEvent::Places { counted, read });
         }
+        // Three in a row: accepted commands are gone, so another host cleared the queue.
         if self.credit.missing >= STRIKES {
             let (counted, read) = (at_least, shown);
             self.fail(StreamFailure::Dropped { counted, read });
@@ -131,7 +139,7 @@ impl Stream {
         (at_least..=at_most).contains(&shown)
     }
 
-    /// Most commands that the controller can have in its queue at present.
+    /// Largest number of commands that can be in the controller's queue at present.
     pub(super) fn at_most(&self) -> u32 {
         let ours = self.entries.under_way(self.reader.current).count;
         (ours as u32).saturating_add(self.strangers_left(self.reader.current))

@@ -1,11 +1,16 @@
+//! Indices that differ from the count without harm: a duplicated datagram, or a count that began
+//! too low.
+
 use super::Stream;
 use super::item::{Entry, Fate};
 
-/// Indices that are not as they were counted, without harm.
+/// Indices that differ from the count without harm.
 impl Stream {
-    /// The connection has told that the controller gave these indices to commands that were sent once: the line doubled a
-    /// datagram. Whether the stream goes on: one second copy of a command that does the same again where the first left off.
-    /// Otherwise it is reported, and the next index that does not follow ends the stream.
+    /// Reports that the controller gave these indices to commands that were sent once, because the
+    /// line duplicated a datagram. True if the stream continues.
+    ///
+    /// It continues after one second copy of a command that has the same result when repeated.
+    /// Otherwise the duplicate is reported, and the next index out of order ends the stream.
     pub fn doubled(&mut self, from: u64, to: u64) -> bool {
         let next = self.expected == Some(from) && from == to;
         let flying = self.entries.iter().filter(|entry| entry.is_flying());
@@ -16,7 +21,7 @@ impl Stream {
         let Some(newest) = self.newest else {
             return false;
         };
-        // It takes a place in the queue, and no time.
+        // The copy occupies a place in the queue, and takes no time.
         let mut copy = Entry::inserted(newest.item.command, newest.item.end, newest.lit);
         copy.fate = Fate::Accepted(to);
         let accepted = |entry: &Entry| entry.index().is_some();
@@ -28,7 +33,8 @@ impl Stream {
         true
     }
 
-    /// An answer gives this index. Those before it may have been told too low, all by as much.
+    /// Corrects earlier indices by the index of a reply: all of them may have been too low by the
+    /// same amount.
     pub(super) fn correct(&mut self, index: u64) {
         let Some(more) =
             (self.expected.filter(|_| self.guessed)).and_then(|at| index.checked_sub(at))

@@ -1,3 +1,6 @@
+//! The phases of a stream: look at the arm, decide on a batch, stop, load, start, run; and after a
+//! loss settle, halt, clear and drain.
+
 use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdStopExec};
 use magician_protocol::{ArmInstant, Ctrl, EncodeError, FrameBuf};
 
@@ -7,64 +10,67 @@ use super::{Stream, StreamEvent};
 use crate::REST_TIME;
 use crate::connection::{Connection, Micros, Priority, Request};
 
-/// How long the first commands wait for more, us, before it is decided that this is no batch.
+/// Time that the first commands wait for more before the program counts as too long for a batch,
+/// us.
+// A choice: longer than a caller needs to offer a batch, and hardly noticed.
 pub(super) const GATHER: Micros = 20_000;
 
-/// How an arm is when a stream begins: nothing of others waits in its queue.
+/// State of an arm at the beginning of a stream, when no commands of others wait in its queue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beginning {
     /// Free places in the queue.
     pub left: u32,
-    /// The index of the command that was finished last.
+    /// Index of the command finished last.
     pub current: u64,
-    /// Where the arm stands, x, y, z in mm and r in degrees.
+    /// Pose of the arm: x, y, z in mm and r in degrees.
     pub pose: [f64; 4],
 }
 
-/// What a stream is about.
+/// Phase of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Phase {
-    /// Waits for the first command and looks at the arm.
+    /// Waits for the first command and reads the state of the arm.
     Begin,
-    /// Decides what goes in while the queue is stopped.
+    /// Decides what is put in while the queue is stopped.
     Choose,
-    /// The queue is being stopped, because a group goes in.
+    /// The queue is being stopped for a group of commands.
     Stop,
-    /// A group goes in.
+    /// A group is put in.
     Load,
-    /// The group is in, and it shows whether something is under way; the last look. A start may end a motion (model
-    /// section 14).
+    /// The group is in, and the stream checks whether the arm stands still; with the last reading.
+    /// A start in a motion may end it (model section 14).
     Stand(Option<QueueSnapshot>),
     /// The queue is being started.
     Start,
     /// Commands flow.
     Run,
-    /// Something was lost: the other answers are waited for.
+    /// A command was lost: waits for the other replies.
     Settle,
-    /// The queue is being stopped, because something was lost.
+    /// The queue is being stopped after a loss.
     Halt,
-    /// The stopped queue finishes what is under way; the last look. A Clear may end a motion (model section 14).
+    /// The stopped queue finishes the current command; with the last reading. A Clear may end a
+    /// motion (model section 14).
     Brake(Option<QueueSnapshot>),
     Clear,
-    /// The cleared queue finishes what is under way; its left space, and since when it stands.
+    /// The cleared queue drains; its left space, and the instant since which that is constant.
     Drain {
         since: ArmInstant,
         left: u32,
     },
-    /// Finds out what became of what was sent before an interruption.
+    /// Finds out the fate of what was sent before an interruption.
     Resolve(Option<QueueSnapshot>),
     Over,
 }
 
 impl Stream {
-    /// Submits what is due.
+    /// Submits everything that is due.
     pub fn advance(&mut self, now: Micros, connection: &mut Connection) {
         self.now = now;
         let now = self.clock.at(now);
         if self.credit.places == 0 {
             self.credit.places = connection.capacity();
         }
-        // Where the connection sends one at a time, nothing may be lost between others, and nothing is gone back to.
+        // If the connection sends one at a time, nothing can be lost between others.
         let window = self.settings.window.min(connection.window());
         (self.settings.window, self.window) = (window, self.window.min(window));
         self.retry_at = self.retry_at.filter(|at| *at > now);
@@ -79,7 +85,7 @@ impl Stream {
         }
     }
 
-    /// Does what the phase asks for; true when it has become another one.
+    /// Performs one step of the phase. True if the phase has changed.
     fn step(&mut self, now: ArmInstant, to: &mut Connection) -> bool {
         let before = self.phase;
         match self.phase {
@@ -91,6 +97,7 @@ impl Stream {
             Phase::Load => self.load(now, to),
             Phase::Run => self.run(now, to),
             Phase::Settle => self.settle(now),
+            // Phases that wait for readings; see `look_complete`.
             Phase::Stand(_)
             | Phase::Brake(_)
             | Phase::Drain { .. }
@@ -113,7 +120,7 @@ impl Stream {
         }
     }
 
-    /// The first look is complete.
+    /// Evaluates the first complete reading.
     fn begun(&mut self, last: Option<u64>) {
         let places = self.credit.places.max(self.reader.left);
         self.credit.places = places;
@@ -123,6 +130,7 @@ impl Stream {
             .current
             .saturating_add(self.credit.strangers.into());
         self.base = tail.max(last.unwrap_or(0));
+        // A running or foreign queue moves the arm, so its pose says nothing about the start.
         if self.settings.start && self.credit.strangers == 0 {
             let [x, y, z, _] = self.reader.pose;
             (self.stood, self.place) = (Some(self.reader.pose), Some([x, y, z]));
@@ -135,16 +143,17 @@ impl Stream {
         };
     }
 
-    /// A look is complete: what it means for the phase.
+    /// Evaluates a complete reading for the current phase.
     pub(super) fn look_complete(&mut self, now: ArmInstant, last: Option<u64>) {
         match self.phase {
-            // A look that began before says neither what is left nor where the arm stands.
+            // A reading begun in an earlier phase has neither left space nor pose.
             Phase::Stand(_) | Phase::Brake(_) | Phase::Drain { .. } if !self.reader.has_pose => {
                 self.reader.look_closely(now, true);
             }
             Phase::Stand(Some(before))
             | Phase::Brake(Some(before))
             | Phase::Resolve(Some(before))
+                // Two equal readings prove that the arm stands only if they are far enough apart.
                 if now.micros_since(before.at) < REST_TIME =>
             {
                 self.look_again(before.at);
@@ -154,7 +163,8 @@ impl Stream {
                 self.phase = match (self.stands(now, before), before) {
                     (true, _) => Phase::Start,
                     (false, None) => Phase::Stand(Some(self.reader.snapshot(now))),
-                    // A start that was not answered came through, or what others have put in runs without one.
+                    // An unanswered start got through after all, or commands of others run without
+                    // one.
                     (false, Some(_)) => self.started(now),
                 }
             }
@@ -167,11 +177,12 @@ impl Stream {
             }
             Phase::Drain { since, left } => self.drained(now, since, left),
             Phase::Resolve(before) => self.resolve(now, before),
+            // While commands flow, readings only report progress.
             _ => self.tell_progress(),
         }
     }
 
-    /// Decides what goes in while the queue is stopped.
+    /// Decides what is put in while the queue is stopped.
     fn choose(&mut self, now: ArmInstant) {
         let Some(next) = self.next() else {
             self.phase = if self.stopped {
@@ -181,7 +192,7 @@ impl Stream {
             };
             return;
         };
-        // Nothing comes soon where the caller has said so.
+        // A caller that announced a pause offers nothing soon.
         let gathered = self.expects != NextOffer::AtOnce
             || (self.gathers).is_some_and(|at| at.after_micros(GATHER) <= now);
         let lights = self
@@ -205,7 +216,7 @@ impl Stream {
         } else if lights || several && empty {
             Phase::Stop
         } else if empty && !self.settings.running {
-            // While nothing can move: a start in the middle of a motion may end it.
+            // Only while nothing can move: a start during a motion may end it.
             Phase::Start
         } else {
             Phase::Load
@@ -215,20 +226,21 @@ impl Stream {
         }
     }
 
-    /// Whether nothing is in the queue.
+    /// True if the queue is empty.
     fn is_empty(&self) -> bool {
         self.reader.left >= self.credit.places
             && self.entries.unfinished(self.reader.current).count == 0
     }
 
-    /// How many commands go in before the queue is started: `Some(None)` as many as may, `None` when more have to be
-    /// offered before it can be told.
+    /// Number of commands to put in before the queue is started. `Some(None)`: as many as possible.
+    /// `None`: undecided until more are offered.
     fn batch(&self, gathered: bool) -> Option<Option<usize>> {
         let waiting = || self.waiting().map(|entry| &entry.item);
         let count = waiting().count();
         let time = waiting().fold(0, |sum: Micros, item| sum.saturating_add(item.time));
         let burns = self.waiting().any(Entry::burns);
-        // What lights the laser for good only goes into a queue that is stopped, and only an empty one is.
+        // A command that lights the laser permanently goes only into a stopped queue, and only an
+        // empty queue is stopped.
         let held = self.waiting().any(|entry| self.is_held(entry)) && !self.is_empty();
         let places = self.credit().min(self.places());
         if held || count > places || time > self.horizon(burns) {
@@ -248,7 +260,7 @@ impl Stream {
 
     fn load(&mut self, now: ArmInstant, to: &mut Connection) {
         self.send(now, to);
-        // One alone is answered, or the connection finds out what became of it.
+        // A single command is answered, or the connection finds out its fate.
         if self.flying() > 0 && self.window == 1 {
             return;
         }
@@ -256,11 +268,11 @@ impl Stream {
             self.pace(now);
             return;
         }
-        // What may go has gone: where there is no group to complete, nothing can be added to what is in.
+        // Everything permitted was sent: with no group to complete, the queue can start.
         if self.group.is_none_or(|left| left == 0) {
             self.group = None;
             self.phase = match (self.stopped, self.settings.running) {
-                // It was empty when it was stopped.
+                // The queue was empty when it was stopped.
                 (true, _) => Phase::Start,
                 (false, true) => Phase::Run,
                 (false, false) => {
@@ -287,25 +299,26 @@ impl Stream {
         }
     }
 
-    /// Whether commands go in while the arm runs.
+    /// True if commands are sent while the arm runs.
     pub(super) fn flows(&self) -> bool {
         self.phase == Phase::Run
     }
 
-    /// Whether the queue holds what was counted.
+    /// True if the queue must hold exactly what was counted.
     pub(super) fn takes_stock(&self) -> bool {
         use Phase::{Load, Run, Stand, Start};
         matches!(self.phase, Load | Stand(_) | Start | Run)
     }
 
-    /// The queue runs.
+    /// Notes that the queue runs.
     pub(super) fn started(&mut self, now: ArmInstant) -> Phase {
         (self.stopped, self.starts) = (false, 0);
         self.reader.begins(now);
         Phase::Run
     }
 
-    /// True if nothing moves: two looks at least [`REST_TIME`] apart are alike. If not, another look is planned.
+    /// True if nothing moves: two equal readings at least [`REST_TIME`] apart. Otherwise plans
+    /// another reading.
     pub(super) fn stands(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) -> bool {
         let read = self.reader.snapshot(now);
         let stands = before.is_some_and(|before| before.is_like(&read));
@@ -315,13 +328,13 @@ impl Stream {
         stands
     }
 
-    /// Plans the next look at an arm that may move.
+    /// Plans the next reading of an arm that may move.
     pub(super) fn look_again(&mut self, after: ArmInstant) {
         self.reader
             .look_closely(after.after_micros(MOVING_PAUSE), true);
     }
 
-    /// Submits all that may go out.
+    /// Submits everything that may be sent.
     fn send(&mut self, now: ArmInstant, to: &mut Connection) {
         while !self.gap && self.retry_at.is_none() && self.group != Some(0) {
             let Some(next) = self.next() else { return };
@@ -352,8 +365,8 @@ impl Stream {
         }
     }
 
-    /// Whether a command may be in flight beside those that are: segments of one line up to the window, everything else
-    /// alone, and only when all before it is beyond doubt.
+    /// True if a command may be in flight beside the others: segments of one line up to the window,
+    /// all others alone and only if everything before is confirmed.
     fn may_fly(&mut self, now: ArmInstant, entry: &Entry) -> bool {
         let flying = self.flying();
         let shares = self.window > 1 && self.may_go_back() && self.keeps_line(entry);
@@ -361,13 +374,14 @@ impl Stream {
             return shares && flying < self.window;
         }
         let certain = self.entries.unconfirmed(self.confirmed) == 0;
+        // Without shared commands confirmation may need a settle point, which a reading provides.
         if !certain && !shares && !self.reader.is_planned() {
             self.reader.look(now);
         }
         certain || shares
     }
 
-    /// What went out and is not beyond doubt.
+    /// Commands that were sent and are not confirmed.
     pub(super) fn unconfirmed(&self) -> impl Iterator<Item = &Entry> {
         let confirmed = self.confirmed;
         (self.entries.iter()).filter(move |entry| match entry.fate {
@@ -377,18 +391,18 @@ impl Stream {
         })
     }
 
-    /// Whether the queue may be cleared and all that is not beyond doubt be done once more: not where commands of others
-    /// wait in it, nor where it is the caller's to start.
+    /// True if the queue may be cleared and all unconfirmed commands repeated. False if commands of
+    /// others wait in it, or if starting it is the caller's business.
     pub(super) fn may_go_back(&self) -> bool {
         let ours = self.settings.start && self.strangers_left(self.reader.current) == 0;
         ours && self.unconfirmed().all(|entry| entry.repeatable)
     }
 
-    /// Lets go of what is finished and beyond doubt.
+    /// Releases commands that are finished and confirmed.
     pub(super) fn retire(&mut self, connection: &Connection) {
         let accepted = connection.confirmed_index().map(|index| index.0);
         if self.expected.is_some() {
-            // A new count of the connection's knows nothing of what was accepted before.
+            // After a restart of the count the connection knows nothing of earlier indices.
             self.confirmed = self.confirmed.max(accepted.min(self.last));
         }
         self.mark();
@@ -403,14 +417,14 @@ impl Stream {
         }
     }
 
-    /// The first command is done and beyond doubt.
+    /// Releases the first command, which is finished and confirmed.
     pub(super) fn let_go(&mut self) {
         if let Some(entry) = self.entries.pop() {
             (self.stood, self.place) = (entry.item.end, entry.place());
         }
     }
 
-    /// Has what is unfinished and unconfirmed counted from here on by what is known now.
+    /// Updates the counts of unfinished and unconfirmed commands to the present indices.
     pub(super) fn mark(&mut self) {
         self.entries.mark(self.reader.current, self.confirmed);
     }

@@ -1,44 +1,47 @@
+//! The list of a stream's commands, with running counts.
+
 use std::collections::VecDeque;
 use std::ops::{Deref, Range};
 
 use super::item::{Entry, Fate};
 use crate::connection::Micros;
 
-/// The commands in a stream's care, in order, and what is asked of them at each turn, counted as they change: a turn costs
-/// the same however many there are.
+/// A stream's commands in order, with counts that are updated on each change, so a step costs the
+/// same however many there are.
 ///
-/// What stands behind a mark (the current index, the confirmed one) is counted for the marks [set](Self::mark) last. For others
-/// it is counted when it is asked for, so that a mark that was forgotten costs time and nothing else.
+/// Counts that depend on a mark (current index, confirmed index) hold for the marks last
+/// [set](Self::mark). For other marks they are computed on demand, so a forgotten update costs time
+/// and nothing else.
 #[derive(Debug)]
 pub(super) struct Entries {
     list: VecDeque<Entry>,
     tally: Tally,
-    /// Current index and confirmed one that are counted for.
+    /// Current index and confirmed index for which the counts hold.
     marks: (u64, Option<u64>),
 }
 
-/// Commands that the arm has yet to do, or that are on their way to it.
+/// Number and time of commands that the arm has yet to do, or that are on their way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Load {
     pub(super) count: usize,
-    /// Of many that take for ever, too.
+    /// Sum of times, us. Wide enough for many unknown times of [`u64::MAX`].
     time: u128,
     burning: usize,
 }
 
-/// What is counted.
+/// Counts of a list of commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Tally {
     waiting: usize,
-    /// The place of the first that waits, behind the last where none does.
+    /// Position of the first waiting command; the length of the list if none waits.
     next: usize,
     flying: Load,
     doubtful: usize,
     /// Accepted, with an index above the current one.
     unfinished: Load,
-    /// Accepted, with an index above the confirmed one, or gone and not accepted.
+    /// Accepted with an index above the confirmed one, or sent and not accepted.
     unconfirmed: usize,
-    /// The highest index accepted.
+    /// Highest index accepted.
     highest: u64,
 }
 
@@ -63,7 +66,7 @@ impl Load {
         }
     }
 
-    /// All of them one after the other.
+    /// Time of all, one after the other, us; saturating.
     pub(super) fn time(&self) -> Micros {
         Micros::try_from(self.time).unwrap_or(Micros::MAX)
     }
@@ -142,7 +145,7 @@ impl Deref for Entries {
     }
 }
 
-/// Look.
+/// Queries.
 impl Entries {
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
@@ -152,17 +155,17 @@ impl Entries {
         }
     }
 
-    /// How many wait.
+    /// Number of waiting commands.
     pub(super) fn waiting(&self) -> usize {
         self.tally.waiting
     }
 
-    /// The place of the first that waits.
+    /// Position of the first waiting command. `None` if none waits.
     pub(super) fn next(&self) -> Option<usize> {
         (self.tally.waiting > 0).then_some(self.tally.next)
     }
 
-    /// How many do not wait: kept until they are finished and beyond doubt.
+    /// Number of commands kept until they are finished and confirmed.
     pub(super) fn kept(&self) -> usize {
         self.list.len() - self.tally.waiting
     }
@@ -171,7 +174,7 @@ impl Entries {
         self.tally.flying.count
     }
 
-    /// What is accepted and not finished at this current index.
+    /// Commands accepted and not finished at this current index.
     pub(super) fn unfinished(&self, current: u64) -> Load {
         if current == self.marks.0 {
             return self.tally.unfinished;
@@ -179,12 +182,12 @@ impl Entries {
         Tally::of(&self.list, (current, self.marks.1)).unfinished
     }
 
-    /// The same, and what is in flight.
+    /// The same, with the commands in flight.
     pub(super) fn under_way(&self, current: u64) -> Load {
         self.unfinished(current).and(self.tally.flying)
     }
 
-    /// How many went out and are not beyond doubt, where all up to this index are.
+    /// Number of commands sent and not confirmed, if all up to this index are.
     pub(super) fn unconfirmed(&self, confirmed: Option<u64>) -> usize {
         if confirmed == self.marks.1 {
             return self.tally.unconfirmed;
@@ -192,31 +195,32 @@ impl Entries {
         Tally::of(&self.list, (self.marks.0, confirmed)).unconfirmed
     }
 
-    /// The place of the one that `is` it. Those that went out last are looked at first.
+    /// Position of the first command that satisfies `is`, searching the most recently sent first.
     pub(super) fn find(&self, is: impl Fn(&Entry) -> bool) -> Option<usize> {
         let (gone, rest) = (0..self.tally.next, self.tally.next..self.list.len());
         let is = |at: &usize| self.list.get(*at).is_some_and(&is);
         gone.rev().chain(rest).find(is)
     }
 
-    /// Whether the counts are those of the list.
+    /// True if the counts match the list; for assertions.
     pub(super) fn is_counted(&self) -> bool {
         let counted = Tally::of(&self.list, self.marks);
-        // The highest index may be of one that has been let go.
+        // The highest index may belong to a command that was released.
         let highest = self.tally.highest.max(counted.highest);
         Tally { highest, ..counted } == self.tally
     }
 }
 
-/// Change.
+/// Changes.
 impl Entries {
-    /// The current index, and the one up to which all is beyond doubt.
+    /// Sets the current index, and the index up to which everything is confirmed.
     pub(super) fn mark(&mut self, current: u64, confirmed: Option<u64>) {
         let before = std::mem::replace(&mut self.marks, (current, confirmed));
         let Tally {
             doubtful, highest, ..
         } = self.tally;
         if confirmed != before.1 {
+            // Indices between the marks exist: count anew. Otherwise no accepted one is left above.
             if confirmed.is_none_or(|confirmed| highest > confirmed) {
                 return self.count();
             }
@@ -240,6 +244,7 @@ impl Entries {
     }
 
     pub(super) fn insert(&mut self, at: usize, entry: Entry) {
+        // Rare, and all later positions change, so a full count is simplest.
         self.list.insert(at, entry);
         self.count();
     }
@@ -247,6 +252,7 @@ impl Entries {
     pub(super) fn pop(&mut self) -> Option<Entry> {
         let entry = self.list.pop_front()?;
         self.tally.drop(&entry, self.marks);
+        // All positions move down by one.
         match self.tally.next.checked_sub(1) {
             Some(next) => self.tally.next = next,
             None => self.seek(),
@@ -254,7 +260,7 @@ impl Entries {
         Some(entry)
     }
 
-    /// What became of the one at this place.
+    /// Sets the fate of the command at this position.
     pub(super) fn set_fate(&mut self, at: usize, fate: Fate) {
         let Some(entry) = self.list.get_mut(at) else {
             return;
@@ -270,14 +276,14 @@ impl Entries {
         }
     }
 
-    /// Changes any of those in a range, and counts anew.
+    /// Changes commands in a range, and counts anew.
     pub(super) fn change(&mut self, range: Range<usize>, change: impl FnMut(&mut Entry)) {
         let range = range.start.min(self.list.len())..range.end.min(self.list.len());
         self.list.range_mut(range).for_each(change);
         self.count();
     }
 
-    /// Finds the first that waits, from where it was on.
+    /// Advances `next` to the first waiting command.
     fn seek(&mut self) {
         while (self.list.get(self.tally.next)).is_some_and(|entry| !entry.is_waiting()) {
             self.tally.next += 1;

@@ -1,60 +1,64 @@
+//! Events and failures of a stream.
+
 use std::collections::VecDeque;
 use std::fmt;
 
 use crate::connection::Failure;
 
-/// What a [`Stream`](super::Stream) has to tell. Of each kind at most one waits to be polled, the newest.
+/// An event of a [`Stream`](super::Stream). At most one of each kind is pending, the newest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum StreamEvent {
-    /// How far it has come.
+    /// Progress.
     Sent {
-        /// Commands of the caller that the controller has taken.
+        /// Number of commands of the caller that the controller has accepted.
         accepted: u64,
-        /// Index of the first.
+        /// Index of the first of them.
         first: u64,
-        /// Index of the last.
+        /// Index of the last of them.
         last: u64,
-        /// Index of the command that the arm finished last, as read last.
+        /// Index of the command finished last, according to the latest reading.
         current: u64,
     },
-    /// The queue ran dry while there was work: so often by now.
+    /// The queue ran dry although there was work.
     Starved {
-        /// How often.
+        /// Number of times so far.
         times: u64,
     },
-    /// The controller shows another number of places than was counted with; what it shows is used from here on.
+    /// The controller's queue has another number of places than assumed; the number read is used
+    /// from here on.
     Places {
-        /// As was counted with.
+        /// Number assumed.
         counted: u32,
-        /// As the controller shows.
+        /// Number read.
         read: u32,
     },
-    /// Commands were lost between others. The queue was stopped and cleared, and what does not lead to where the arm stands
-    /// goes again.
+    /// Commands were lost between others. The queue was stopped and cleared, and all commands
+    /// beyond the arm's position are sent again.
     Recovered {
-        /// So many commands go again.
+        /// Number of commands sent again.
         again: usize,
-        /// The window from here on.
+        /// Window from here on.
         window: usize,
     },
-    /// An interrupted stream goes on.
+    /// An interrupted stream continues.
     Resumed {
-        /// So many commands had been taken of which that was not known.
+        /// Number of commands that turned out to have been taken.
         found: usize,
-        /// So many of those that were offered before the interruption are still to be sent.
+        /// Number of commands offered before the interruption that are still to be sent.
         waiting: usize,
     },
     /// The arm has finished the last command.
     Finished {
-        /// Its index; `None` when there was none.
+        /// Index of that command. `None` if there was no command.
         last: Option<u64>,
     },
-    /// It is over, and nothing goes out any more. [`Stream::leftover`](super::Stream::leftover) has what was not done.
+    /// The stream has failed, and nothing is sent any more.
+    /// [`Stream::leftover`](super::Stream::leftover) returns what was not done.
     Failed(StreamFailure),
 }
 
-/// Why a [`Stream`](super::Stream) ended.
+/// Reason why a [`Stream`](super::Stream) ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StreamFailure {
@@ -62,56 +66,57 @@ pub enum StreamFailure {
     Request(Failure),
     /// The controller gave an index out of order.
     Index {
-        /// What would have followed.
+        /// Index that should have come.
         expected: u64,
-        /// What came.
+        /// Index that came.
         found: u64,
     },
-    /// The controller was reset, and what it had queued is gone.
+    /// The controller was reset, and its queue is lost.
     Reset {
         /// Current index before.
         before: u64,
-        /// Current index now, when that is what went back.
+        /// Current index now. `None` if the reset was noticed otherwise.
         now: Option<u64>,
     },
-    /// The queue holds less than was put in: it was cleared.
+    /// The queue holds fewer commands than were put in: it was cleared.
     Dropped {
-        /// Commands that should be in it.
+        /// Number of commands that should be in the queue.
         counted: u32,
-        /// Commands that are.
+        /// Number of commands in the queue.
         read: u32,
     },
     /// The queue did not drain after it was cleared.
     NotDrained {
-        /// Free places that it shows.
+        /// Free places.
         left: u32,
-        /// Places in all.
+        /// All places.
         places: u32,
     },
-    /// On resuming: the last index that the controller gave is none that this program can have led to.
+    /// On resuming: this program cannot have led to the last index that the controller gave.
     Tail {
         /// The controller's last index.
         found: u64,
-        /// Least that fits.
+        /// Lowest possible index.
         from: u64,
-        /// Most that fits.
+        /// Highest possible index.
         to: u64,
     },
-    /// On resuming: the arm is not where its last finished command leaves it; x, y, z in mm, r in degrees.
+    /// On resuming: the arm is not at the end of its last finished command; x, y, z in mm, r in
+    /// degrees.
     Pose {
-        /// Where that is.
+        /// Expected pose.
         expected: [f64; 4],
-        /// Where the arm stands.
+        /// Pose of the arm.
         found: [f64; 4],
     },
-    /// On resuming: the position after the last finished command is unknown.
+    /// On resuming: the pose after the last finished command is unknown.
     PoseUnknown {
-        /// Where the arm stands.
+        /// Pose of the arm.
         found: [f64; 4],
     },
-    /// On resuming: commands that must not be done twice may have been lost among others in flight.
+    /// On resuming: commands that must not run twice may have been lost between others in flight.
     Unclear {
-        /// Last index beyond doubt.
+        /// Last confirmed index.
         confirmed: Option<u64>,
         /// The controller's last index.
         found: u64,
@@ -168,7 +173,7 @@ impl fmt::Display for StreamFailure {
 
 impl std::error::Error for StreamFailure {}
 
-/// Why an [`Item`](super::Item) was not taken.
+/// Reason why an [`Item`](super::Item) was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Refused {
@@ -178,7 +183,7 @@ pub enum Refused {
     NotQueueable,
     /// The command does not fit in a frame.
     TooLong,
-    /// The stream was told that no more comes, or it has failed.
+    /// The stream was declared finished, or it has failed.
     Over,
 }
 
@@ -195,7 +200,7 @@ impl fmt::Display for Refused {
 
 impl std::error::Error for Refused {}
 
-/// Events that wait: of each kind the newest, in the order in which the kinds came.
+/// Pending events: the newest of each kind, in the order in which the kinds first occurred.
 #[derive(Clone, Debug)]
 pub(super) struct Events(VecDeque<StreamEvent>);
 
@@ -207,6 +212,7 @@ impl Events {
     pub(super) fn push(&mut self, event: StreamEvent) {
         let kind = std::mem::discriminant(&event);
         match (self.0.iter_mut()).find(|old| std::mem::discriminant(*old) == kind) {
+            // The newest of a kind replaces the older one, so that a slow reader costs no memory.
             Some(old) => *old = event,
             None => self.0.push_back(event),
         }

@@ -1,74 +1,81 @@
+//! Commands of a stream: what the caller offers, and what the stream knows of each.
+
 use magician_protocol::commands::{PtpCmd, PtpWithLCmd, SetEndEffectorLaser};
 use magician_protocol::{CpMode, Flag, Set};
 
 use crate::connection::{Micros, Ticket};
 
-/// A command for the queue, with what is known of it beforehand.
+/// A command for the queue, with what is known of it in advance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Item {
-    /// What goes into the queue.
+    /// Command to queue.
     pub command: Set,
-    /// How long the arm will be busy with it, us; [`u64::MAX`]: unknown.
+    /// Time that the arm takes for it, us. [`u64::MAX`] if unknown.
     pub time: Micros,
-    /// Where the arm stands when it has finished: x, y, z in mm and r in degrees, when that is known.
+    /// Pose of the arm after it: x, y, z in mm and r in degrees. `None` if unknown.
     pub end: Option<[f64; 4]>,
-    /// The laser may be lit during it or when it has ended.
+    /// True if the laser may be lit during or after it.
     pub laser: bool,
 }
 
-/// How fast an arm is beside the times that a check tells.
+/// Speed of an arm relative to the times of a check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ArmPace {
-    /// No motion was seen from its beginning to its end.
+    /// No motion was observed from beginning to end yet.
     #[default]
     Unknown,
-    /// As the check says: there is nothing to be seen before the end.
+    /// Same as checked: reading before the calculated end shows nothing new.
     OnTime,
-    /// Faster: a virtual arm.
+    /// Faster than checked: a virtual arm.
     Faster,
 }
 
-/// When the next command is offered to a stream that has none.
+/// Time at which the next command is offered to a stream that has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NextOffer {
-    /// At once: its caller is about to tell it.
+    /// At once: the caller is about to offer it.
     #[default]
     AtOnce,
-    /// When the arm has finished one more: as many as its caller allows are on their way.
+    /// When the arm has finished another command: the caller limits how many are on their way.
     AfterOne,
-    /// Later: its caller has reported that nothing is ready yet.
+    /// Later: the caller reported that none is ready yet.
     Later,
 }
 
-/// How a [`Stream`](super::Stream) behaves.
+/// Settings of a [`Stream`](super::Stream).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSettings {
-    /// Most motion in the queue, us.
+    /// Longest motion in the queue, us.
     pub horizon: Micros,
-    /// Most motion in the queue while the laser may be lit, us.
+    /// Longest motion in the queue while the laser may be lit, us.
     pub laser_horizon: Micros,
-    /// Most segments of a path in flight, as far as the connection's window allows; 1: each waits for the answer to the one
-    /// before.
+    /// Largest number of segments of a path in flight, within the connection's window. 1: each
+    /// waits for the reply to the previous one.
     pub window: usize,
-    /// Starts the queue. Otherwise it is left as it is, and only its places limit what is put in.
+    /// True if the stream starts the queue. Otherwise the queue is left as it is, and only its
+    /// places limit what is put in.
     pub start: bool,
-    /// The queue runs already, and no other program stops it: it is not started again.
+    /// True if the queue runs already and no other program stops it; it is then not started again.
     pub running: bool,
-    /// How fast the arm is beside the times that are known of its commands.
+    /// Speed of the arm relative to the known times of its commands.
     pub pace: ArmPace,
-    /// How long an answer may take, us, until the stream ends with the request's failure.
+    /// Longest time for an answer, us. The stream then ends with the failure of the request.
     pub patience: Micros,
-    /// The laser of a path (`CPLECmd`) is trusted to go out when the path comes to rest (model section 8, from the
-    /// sibling arm's code). Otherwise such segments go in chunks too, each ended by a segment of no power to where it
-    /// stands.
+    /// True if the laser of a path (`CPLECmd`) is trusted to go out when the path comes to rest
+    /// (model section 8, from the sibling arm's code).
+    ///
+    /// Otherwise such segments go in chunks too, each ended by a segment without power to the same
+    /// position.
     pub dark_at_rest: bool,
-    /// Resumes although the arm's expected position is unknown.
+    /// True to resume although the arm's expected pose is unknown.
     pub trust_pose: bool,
 }
 
 impl Default for StreamSettings {
     fn default() -> Self {
         Self {
+            // Choices: two seconds of motion bridge a hold-up of the host, and a laser may burn on
+            // for only half of that if the host dies.
             horizon: 2_000_000,
             laser_horizon: 1_000_000,
             window: 1,
@@ -82,10 +89,10 @@ impl Default for StreamSettings {
     }
 }
 
-/// What became of a command.
+/// Fate of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fate {
-    /// It has not gone out, or is known to have gone nowhere.
+    /// Not sent, or known to have had no effect.
     Waiting,
     Flying(Ticket),
     Accepted(u64),
@@ -93,16 +100,16 @@ pub(super) enum Fate {
     Doubtful,
 }
 
-/// A command in the stream's care.
+/// A command of the stream.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub(super) item: Item,
     pub(super) fate: Fate,
-    /// Absolute, and the same when it is done once more.
+    /// True if it is absolute and has the same result when repeated.
     pub(super) repeatable: bool,
-    /// The stream put it in by itself, to put the laser out between two chunks and light it again.
+    /// True if the stream inserted it, to switch the laser off between two chunks or on again.
     pub(super) inserted: bool,
-    /// The laser stays lit after it whatever the arm does.
+    /// True if the switched laser stays lit after it, whatever the arm does.
     pub(super) lit: bool,
 }
 
@@ -117,7 +124,7 @@ impl Entry {
         }
     }
 
-    /// A command of the stream's own: it takes no time and leaves the arm where it is.
+    /// Creates an inserted command, which takes no time and does not move the arm.
     pub(super) fn inserted(command: Set, end: Option<[f64; 4]>, lit: bool) -> Self {
         let item = Item {
             command,
@@ -146,35 +153,35 @@ impl Entry {
         matches!(self.fate, Fate::Flying(_))
     }
 
-    /// Whether it leaves nothing else behind when the line doubles it.
+    /// True if a duplicate by the line changes nothing.
     pub(super) fn bears_doubling(&self) -> bool {
         bears_doubling(&self.item.command) && !self.burns()
     }
 
-    /// Where a dark segment of a path leads: it goes there in a straight line, so it may travel beside others of the same
-    /// line.
+    /// Target of a dark segment of a path. The arm goes there in a straight line, so the segment
+    /// may be in flight beside others of the same line. `None` for all other commands.
     pub(super) fn vertex(&self) -> Option<[f64; 3]> {
         vertex(&self.item.command)
     }
 
-    /// Where the arm stands when it has finished, x, y, z.
+    /// Position of the arm after it, x, y, z in mm. `None` if unknown.
     pub(super) fn place(&self) -> Option<[f64; 3]> {
         let end = || self.item.end.map(|[x, y, z, _]| [x, y, z]);
         self.vertex().or_else(end)
     }
 
-    /// Whether the laser may be lit by it or during it.
+    /// True if the laser may be lit by it or during it.
     pub(super) fn burns(&self) -> bool {
         self.item.laser || self.lit || path_power(&self.item.command) != 0.0
     }
 
-    /// Whether a stop of the queue would cut it short instead of letting it end (model section 14).
+    /// True if a stop of the queue cuts it short instead of letting it end (model section 14).
     pub(super) fn is_cut_by_stop(&self) -> bool {
         matches!(self.item.command, Set::WaitCmd(_) | Set::TrigCmd(_))
     }
 }
 
-/// The laser power of a segment, percent; 0 for everything else.
+/// Laser power of a segment, percent; 0 for all other commands.
 pub(super) fn path_power(command: &Set) -> f32 {
     match command {
         Set::CpLeCmd(segment) => segment.velocity_or_power,
@@ -182,7 +189,8 @@ pub(super) fn path_power(command: &Set) -> f32 {
     }
 }
 
-/// What a command makes of the laser that burns whether the arm moves or not.
+/// New state of the switched laser, which burns whether the arm moves or not. `None` if the command
+/// does not switch it.
 pub(super) fn switched(command: &Set) -> Option<bool> {
     match command {
         Set::SetEndEffectorLaser(SetEndEffectorLaser { enable_ctrl, on }) => {
@@ -192,7 +200,7 @@ pub(super) fn switched(command: &Set) -> Option<bool> {
     }
 }
 
-/// The command that puts out the laser that burns whether the arm moves or not.
+/// Command that switches the switched laser off.
 pub(super) fn dark() -> Set {
     Set::SetEndEffectorLaser(SetEndEffectorLaser {
         enable_ctrl: Flag::ON,
@@ -200,7 +208,7 @@ pub(super) fn dark() -> Set {
     })
 }
 
-/// Where an absolute segment without laser power leads.
+/// Target of an absolute segment without laser power. `None` for all other commands.
 fn vertex(command: &Set) -> Option<[f64; 3]> {
     let place = match command {
         Set::CpCmd(to) if to.cp_mode == CpMode::Absolute => [to.x, to.y, to.z],
@@ -212,8 +220,8 @@ fn vertex(command: &Set) -> Option<[f64; 3]> {
     Some(place.map(f64::from))
 }
 
-/// Whether doing it once more from where it begins or ends leads to the same end and has no other effect: absolute
-/// segments without laser power, and absolute point-to-point moves.
+/// True if repeating the command, from its start or its end, leads to the same end and has no other
+/// effect: absolute segments without laser power and absolute point-to-point moves.
 fn is_repeatable(command: &Set) -> bool {
     match command {
         Set::CpCmd(_) | Set::CpLeCmd(_) => vertex(command).is_some(),
@@ -224,7 +232,8 @@ fn is_repeatable(command: &Set) -> bool {
     }
 }
 
-/// Whether a second copy right behind the first changes nothing: what is repeatable, and what sets something to a value.
+/// True if an immediate second copy changes nothing: repeatable commands, and commands that set
+/// something to a value.
 fn bears_doubling(command: &Set) -> bool {
     let row = command.row();
     let sets = row.is_idempotent() && !row.may_burn;

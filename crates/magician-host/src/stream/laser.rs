@@ -1,3 +1,5 @@
+//! Chunks of the switched laser, and segments too long for the laser's horizon.
+
 use magician_protocol::commands::CpLeCmd;
 use magician_protocol::{CpMode, Set};
 
@@ -5,39 +7,47 @@ use super::Stream;
 use super::item::{Entry, Item, dark, path_power, switched};
 use crate::build;
 
-/// Chunks: what is put in whole, so that no queue lights the laser and does not put it out.
+/// Chunks: groups put in whole, so that no queue lights the laser without switching it off.
 impl Stream {
-    /// Whether a command may only go in together with what puts the laser out after it.
+    /// True if a command may be put in only together with the command that switches the laser off
+    /// after it.
     pub(super) fn is_held(&self, entry: &Entry) -> bool {
+        // A path's laser that is not trusted to go out at rest needs a dark segment behind it.
         let path = !self.settings.dark_at_rest && path_power(&entry.item.command) != 0.0;
         entry.lit || path
     }
 
-    /// How many of the commands from this place on go in together; `None`: more have to be offered before it can be told,
-    /// unless they are no longer waited for. Splits a run that is too long for one chunk.
+    /// Number of commands from this position that are put in together. `None`: undecided until more
+    /// are offered, unless `gathered`. Splits a run that is too long for one chunk.
     pub(super) fn chunk(&mut self, from: usize, gathered: bool) -> Option<usize> {
         let (places, horizon) = (self.credit(), self.horizon(true));
         let (mut count, mut time, mut moves) = (0_usize, 0_u64, false);
         for entry in self.entries.iter().skip(from) {
             if !self.is_held(entry) {
+                // This command switches the laser off, or needs it no more: it closes the chunk.
                 return Some(count + 1);
             }
+            // One place is reserved for the command that switches the laser off.
             let full = count + 1 >= places && count >= 2;
             if full || moves && time.saturating_add(entry.item.time) > horizon {
                 return Some(count + self.split(from, count));
             }
             time = time.saturating_add(entry.item.time);
+            // A chunk without motion would light the laser in one place for nothing.
             moves |= entry.item.time > 0;
             count += 1;
         }
+        // Nothing follows: a path gets its dark end, and a switched laser stays as the caller left
+        // it.
         if self.ended {
             return Some(count + self.seal(from, count));
         }
         ((gathered || self.room() == 0) && moves).then(|| count + self.split(from, count))
     }
 
-    /// Puts the laser out after so many commands and lights it again for those that follow; returns how many commands
-    /// were added to the chunk. A laser that was not switched here cannot be lit again and stays as it is.
+    /// Switches the laser off after `count` commands and on again for later ones. Returns
+    /// how many commands were added to the chunk. A laser that the stream did not see switched on
+    /// cannot be relit and is left as it is.
     fn split(&mut self, from: usize, count: usize) -> usize {
         let at = from + count;
         let Some(last) = at
@@ -64,9 +74,10 @@ impl Stream {
         1
     }
 
-    /// Cuts the next command, if it is a segment that would burn for longer than the laser's horizon: its first piece
-    /// goes on its own, so that never more than that and the piece under way are in the arm. A segment whose start or
-    /// time is unknown stays whole.
+    /// Cuts the next command if it is a segment that burns for longer than the laser's horizon.
+    ///
+    /// Its first piece is sent separately, so that the arm never has more than that and the current
+    /// piece. A segment with unknown start or time stays whole.
     pub(super) fn cut(&mut self, next: usize) {
         let Some(entry) = self.entries.get(next) else {
             return;
@@ -75,6 +86,7 @@ impl Stream {
         let Set::CpLeCmd(whole) = entry.item.command else {
             return;
         };
+        // Stretches of the switched laser are split by `chunk`; an unknown time cannot be divided.
         if entry.lit || path_power(&entry.item.command) == 0.0 || time <= most || time == u64::MAX {
             return;
         }
@@ -108,11 +120,13 @@ impl Stream {
         };
         self.entries.insert(next, first);
         if let Some(group) = &mut self.group {
+            // The piece belongs to the group that is being loaded.
             *group += 1;
         }
     }
 
-    /// What goes on in the middle of a stretch of the switched laser lights it again: it was put out while the line was gone.
+    /// Relights the laser when the stream resumes within a stretch of the switched laser, which was
+    /// switched off while the line was lost.
     pub(super) fn relight(&mut self) {
         let Some(next) = self.next() else { return };
         let Some(entry) = self.entries.get(next).copied() else {
@@ -125,7 +139,8 @@ impl Stream {
         }
     }
 
-    /// Ends a path with a segment of no power to where it ends anyway; returns how many commands were added.
+    /// Ends a path with a segment of no power to the same end. Returns how many commands were
+    /// added.
     fn seal(&mut self, from: usize, count: usize) -> usize {
         let at = from + count;
         let last = at.checked_sub(1).and_then(|last| self.entries.get(last));
@@ -156,7 +171,7 @@ impl Stream {
     }
 }
 
-/// A segment's first share and what is left of it; `None` where the start is unknown.
+/// First share of a segment and the rest of it. `None` if the start is unknown.
 fn split(whole: CpLeCmd, start: Option<[f64; 4]>, share: f64) -> Option<(CpLeCmd, CpLeCmd)> {
     let numbers = [whole.x, whole.y, whole.z];
     if whole.cp_mode == CpMode::Relative {
@@ -171,10 +186,11 @@ fn split(whole: CpLeCmd, start: Option<[f64; 4]>, share: f64) -> Option<(CpLeCmd
         return Some((piece, rest));
     }
     let [x, y, z, _] = on_the_way(start?, whole, share).map(|number| number as f32);
+    // Absolute: the rest still leads to the same end.
     Some((CpLeCmd { x, y, z, ..whole }, whole))
 }
 
-/// Where the tool is after a share of a segment; its rotation follows the base (model section 8).
+/// Pose of the tool after a share of a segment. Its rotation follows the base (model section 8).
 fn on_the_way(start: [f64; 4], whole: CpLeCmd, share: f64) -> [f64; 4] {
     let [x0, y0, z0, r0] = start;
     let way = match whole.cp_mode {

@@ -1,21 +1,24 @@
-//! Which segments may be lost between others without changing what is drawn.
+//! Segments that may be lost between others without changing the drawing.
 
 use super::item::Entry;
 use super::{KEPT, Stream};
 
-/// As far as a line may pass a vertex that was lost on it, mm: a fourth of what the arm repeats a place to.
+/// Largest distance of a lost vertex from the line that replaces it, mm: a quarter of the arm's
+/// repeatability.
 pub const STRAIGHT: f64 = 0.05;
 
 impl Stream {
-    /// Whether a segment leaves the same line whatever is lost of what is not beyond doubt: each line from a place where the
-    /// arm may then stand passes all that is left out.
+    /// True if the same line is drawn whichever unconfirmed segments are lost: each line to the new
+    /// vertex, from a position where the arm may then stand, passes all vertices left out.
     pub(super) fn keeps_line(&self, entry: &Entry) -> bool {
+        // Anything but a dark absolute segment would do something else from another start.
         let Some(to) = entry.vertex() else {
             return false;
         };
         let confirmed = self.confirmed;
         let is_certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= confirmed);
         let gone = self.entries.iter().take_while(|entry| !entry.is_waiting());
+        // On the stack: this runs for each command sent.
         let (mut places, mut count) = ([[0.0; 3]; KEPT + 1], 0);
         let mut start = self.place;
         for entry in gone {
@@ -35,6 +38,7 @@ impl Stream {
         if let Some(first) = places.first_mut() {
             *first = start;
         }
+        // The arm may stand at any of these positions when it takes the new segment.
         (0..places.len()).all(|nth| {
             let (_, rest) = places.split_at(nth);
             let Some((from, passed)) = rest.split_first() else {
@@ -47,16 +51,17 @@ impl Stream {
     }
 }
 
-/// How far a place is from a straight line between two.
+/// Distance of a point from the segment between two others, mm.
 pub(super) fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
     let gone = [0, 1, 2].map(|axis| place[axis] - from[axis]);
     let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
+    // The lower bound avoids 0/0 for a segment without length.
     let share = (dot(gone, way) / dot(way, way).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     apart(gone, way.map(|way| share * way))
 }
 
-/// How far two places are from each other.
+/// Distance of two points, mm.
 pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
     let squares = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b));
     squares.sum::<f64>().sqrt()

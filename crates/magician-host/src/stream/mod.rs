@@ -1,82 +1,99 @@
-//! Any number of queued commands, kept flowing through a [`Connection`]: never more in the arm than may run on when the
-//! host dies, never less than keeps it moving, and every command accounted for.
+//! A stream of queued commands over a [`Connection`].
 //!
-//! A [`Stream`] does no I/O and reads no clock. Its methods come in the kinds of the connection's, and a shell calls them
-//! in the same round:
+//! The stream keeps enough commands in the arm that it never runs dry, and no more than may run on
+//! if the host dies. It accounts for every command: finished, not taken, or reported as uncertain.
+//!
+//! A [`Stream`] does no I/O and reads no clock. Its methods are of the same kinds as the
+//! connection's, and callers use them in the same loop:
 //!
 //! * look: `&self` methods, which change nothing;
-//! * our own side: [`offer`](Stream::offer) a command while there is [`room`](Stream::room), [`finish`](Stream::finish)
-//!   when no more comes, [`interrupt`](Stream::interrupt) when the line is lost or the arm is stopped,
-//!   [`reset`](Stream::reset) when the connection says that the controller was reset;
+//! * our own side: [`offer`](Stream::offer) a command while there is [`room`](Stream::room),
+//!   [`finish`](Stream::finish) after the last one, [`interrupt`](Stream::interrupt) when the line
+//!   is lost or the arm is stopped, [`reset`](Stream::reset) when the connection reports a reset of
+//!   the controller;
 //! * [`answered`](Stream::answered): the connection has ended a request;
-//! * time: [`advance`](Stream::advance) submits what is due. It is called after each of the calls above, and at the
-//!   instant that [`poll_timeout`](Stream::poll_timeout) names;
-//! * what comes out: [`poll_event`](Stream::poll_event), until it returns `None`.
+//! * time: [`advance`](Stream::advance) submits what is due. Call it after each of the calls above,
+//!   and at the instant that [`poll_timeout`](Stream::poll_timeout) returns;
+//! * output: [`poll_event`](Stream::poll_event), until it returns `None`.
 //!
-//! The same calls give the same results. Memory is bounded and taken when the stream is made: offered commands wait in
-//! [`WAITING`] places, and a command is kept until the arm has certainly finished it, at most [`KEPT`] of them.
+//! The same calls give the same results. Memory is bounded and allocated at the start: offered
+//! commands wait in [`WAITING`] places, and a command is kept until the arm has certainly finished
+//! it, at most [`KEPT`] of them.
 //!
 //! # How much is in the arm
 //!
-//! *Credit* is the number of places minus the commands that were accepted and not finished, by their indices, minus those
-//! in flight. Left space is read now and then beside it; the lower of both counts. When they disagree in three
-//! readings in a row, left space wins: fewer places are used from then on
-//! ([`StreamEvent::Places`]), or, if commands are missing from the queue, it was cleared and the stream fails.
+//! *Credit* is the number of places in the queue minus the commands accepted and not finished (by
+//! their indices) minus those in flight. Left space is read now and then as a cross-check; the
+//! lower of both numbers counts. If they disagree in three consecutive readings, left space wins:
+//! fewer places are used from then on ([`StreamEvent::Places`]), or, if commands are missing from
+//! the queue, it was cleared and the stream fails.
 //!
-//! The *horizon* bounds what the arm does when the host dies: the times of all that is accepted or in flight and not
-//! finished, the one under way counted whole. Two commands are allowed whatever they take, so that the arm always has the
-//! next one. An unknown time fills the horizon. With [`start`](StreamSettings::start) off there is no horizon: a caller
-//! that only fills a queue decides when it runs.
+//! The *horizon* bounds how long the arm moves on if the host dies: the total time of all commands
+//! that are accepted or in flight and not finished, counting the current one whole. Two commands
+//! are allowed whatever they take, so that the arm always has the next one. An unknown time fills
+//! the horizon. With [`start`](StreamSettings::start) off there is no horizon: a caller that only
+//! fills a queue decides when it runs.
 //!
 //! # Stopped first, then started
 //!
-//! A program that fits (all of it offered, finished with `finish`, within places and horizon) is put in whole while the
-//! queue is stopped and then started: nothing moves unless all of it was taken. A longer one is put in up to the horizon,
-//! started, and goes on. A queue in which earlier commands wait is not stopped (a stop would cut short a WAIT of theirs),
-//! nor is one stopped for a single command. Whether a program is a batch is known when it is finished or more than a batch
-//! is offered; a caller that does neither is waited for 20 ms.
+//! A program that fits (all of it offered, `finish` called, within places and horizon) is put in
+//! while the queue is stopped, and then started: nothing moves unless all of it was taken. A longer
+//! program is put in up to the horizon, started, and continued. A queue with earlier commands in it
+//! is not stopped, because a stop would cut short a WAIT of theirs; nor is it stopped for a single
+//! command. The stream decides whether a program fits as soon as it is finished or too many
+//! commands are offered; for a caller that does neither, it waits 20 ms.
 //!
 //! # Whose time
 //!
-//! The times of commands are the arm's. Its clock is taken to be the connection's, until [`leapt`](Stream::leapt) says that the
-//! arm is one in virtual time.
+//! Times of commands are in the arm's time. It is assumed to pass like the connection's, until a
+//! call of [`leapt`](Stream::leapt) declares that the arm is in virtual time.
 //!
 //! # The laser
 //!
-//! There are two lights. The laser of a path (`CPLECmd`) goes out when the path comes to rest (model section 8): such
-//! segments stream like others with the shorter [`laser_horizon`](StreamSettings::laser_horizon), and when nothing follows
-//! they end dark by themselves. The laser that `SetEndEffectorLaser` switches burns until it is switched off, so it is
-//! never lit by a queue that does not hold what puts it out again: from the command that lights it to the one that puts
-//! it out is a *chunk*, which is put in whole while the queue is stopped and empty, and then started. A chunk that would
-//! take longer than the laser's horizon, or more places than there are, is split at the end of a command: the stream
-//! inserts a command that puts the laser out and one that lights it again for the next chunk. On the work this shows: at
-//! every seam (once a second; with 32 places every 30 segments, if they are short) the arm stands still and dark while the
-//! next chunk goes in, a tenth of a second or two, and because it brakes before the seam with the laser at full power and
-//! speeds up after it, the line is darker there. For an even line use `CPLECmd`. A program that ends with
-//! the laser lit is left as it was asked for. A laser lit through its IO pins or before the stream is not seen as switched;
-//! for it, as for all that has [`Item::laser`] set, the shorter horizon holds.
+//! The laser can be lit in two ways.
+//!
+//! The laser of a path (`CPLECmd`) goes out when the path comes to rest (model section 8). Such
+//! segments stream like others, with the shorter [`laser_horizon`](StreamSettings::laser_horizon),
+//! and if nothing follows they end dark by themselves.
+//!
+//! The laser that `SetEndEffectorLaser` switches on burns until it is switched off. So a running
+//! queue never receives the command that lights it without the command for switching it off. The
+//! commands from one to the other are a *chunk*, which is put in whole while the queue is stopped
+//! and empty, and then started. A chunk longer than the laser's horizon or the queue is split at
+//! the end of a command: the stream inserts a command that switches the laser off and another that
+//! lights it again for the next chunk. The seams are visible in the work: at each (once a second;
+//! with 32 places every 30 segments, if they are short) the arm stands still and dark for a tenth
+//! of a second or two while the next chunk goes in, and since it brakes before the seam and
+//! accelerates after it at full power, the line is darker there. For an even line use `CPLECmd`.
+//!
+//! A program that ends with the laser lit is left so. A laser that is lit through its IO pins, or
+//! was lit before the stream, is not recognised as switched; for it, as for all items with
+//! [`Item::laser`] set, the shorter horizon applies.
 //!
 //! # Above window 1
 //!
-//! Between commands in flight one may be lost, and the arm may have begun the next one before anybody knows: from another
-//! start, and an absolute line from another start is another line. So only what such a loss does not change shares the
-//! window: dark absolute segments of a path, as long as every line from one of the places that are not beyond doubt to the
-//! new one passes all those between within [`STRAIGHT`]. Whatever is lost of them, the same line is drawn. A corner, a
-//! segment that lifts or lowers, a point-to-point move, and all that switches something waits until all before it is beyond
-//! doubt, and travels alone.
+//! If one of several commands in flight is lost, the arm may start the next one from another
+//! position, and an absolute line from another start is another line. So only commands for which
+//! such a loss changes nothing share the window: dark absolute segments of a path, as long as the
+//! line to the new vertex, from any unconfirmed position, passes all vertices in between
+//! within [`STRAIGHT`]. Whichever of them is lost, the same line is drawn. Corners, segments that
+//! raise or lower the tool, point-to-point moves and all commands that switch something wait until
+//! everything before them is confirmed, and travel alone.
 //!
-//! When a command is lost between others, the queue is stopped (the segment under way ends at its end point) and cleared, and
-//! when it has drained, current index and pose tell at which vertex the arm stands. What leads there is drawn; it goes on
-//! with the next one, from where that begins. Nothing is done twice, and nothing is gone back to. After three of these the
-//! rest goes at window 1. If the arm stands at none of the vertices that it can have come to, or something that must not be
-//! done twice is in doubt, the stream fails instead, and nothing goes again. Where commands of others wait in the queue, or
-//! the caller starts it himself, nothing may be cleared, and commands go one by one.
+//! When a command is lost between others, the stream stops the queue (the current segment ends at
+//! its end point), clears it and waits until it has drained. Current index and pose then show at
+//! which vertex the arm stands. Segments up to that vertex are drawn; the stream continues with the
+//! next one, so nothing is drawn twice or skipped. After three such losses its window is one. If
+//! the arm stands at none of the possible vertices, or a command that must not run twice is in
+//! doubt, the stream fails and sends nothing more. If commands of others wait in the queue, or its
+//! start is the caller's, the stream may not clear it, and commands travel one at a time.
 //!
-//! # Going on after an interruption
+//! # Continuing after an interruption
 //!
-//! Nothing is resumed by itself. [`leftover`](Stream::leftover) has what is not known to be finished, and
-//! [`resume`](Stream::resume) finds out what became of it (current index and left space until they stand, then the pose)
-//! before it sends anything; what does not add up is a [`StreamFailure`] with both values.
+//! Nothing resumes by itself. [`leftover`](Stream::leftover) returns the commands not
+//! known to be finished, and [`resume`](Stream::resume) finds out their fate (current index and
+//! left space until they are stable, then the pose) before it sends anything. If the readings do
+//! not add up, the result is a [`StreamFailure`] with both values.
 
 mod answer;
 mod clock;
@@ -113,14 +130,16 @@ use reading::Reader;
 pub use resume::Leftover;
 use resume::POSE_TOLERANCE;
 
-/// Most commands that wait in a stream.
+/// Largest number of commands waiting in a stream. A choice: a full queue of 32 and some to spare.
 pub const WAITING: usize = 40;
-/// Most commands that a stream keeps which are in the controller or on their way.
+/// Largest number of commands kept that are in the controller or on their way. A choice, as
+/// [`WAITING`].
 pub const KEPT: usize = 40;
-/// Two of the stream's own for each chunk that may be split while all places are taken.
+/// Room for commands that the stream inserts: two for each chunk that may be split while all places
+/// are taken.
 const SPARE: usize = 8;
 
-/// A queued program on its way to the arm; see the [module](self).
+/// A program of queued commands on its way to the arm; see the [module](self).
 ///
 /// ```
 /// use magician_host::connection::{Connection, Settings};
@@ -137,7 +156,7 @@ const SPARE: usize = 8;
 /// })?;
 /// stream.finish();
 /// stream.advance(0, &mut connection);
-/// // It looks at the arm before it sends anything.
+/// // The stream reads the state of the arm before it sends anything.
 /// let first = connection.poll_transmit(0).unwrap();
 /// assert!(!first.frame().ctrl().write());
 /// # Ok::<(), magician_host::stream::Refused>(())
@@ -150,70 +169,73 @@ pub struct Stream {
     credit: Credit,
     reader: Reader,
     events: Events,
-    /// Repeatable commands that may be in flight at present.
+    /// Largest number of repeatable commands in flight at present.
     window: usize,
     gaps: usize,
-    /// Something was lost between others.
+    /// True if a command was lost between others.
     gap: bool,
-    /// No more comes.
+    /// True if no more commands will be offered.
     ended: bool,
-    /// When more comes, unless that.
+    /// Time of the next offer, unless `ended`.
     expects: NextOffer,
-    /// `Finished` was told.
+    /// True once `Finished` was reported.
     told: bool,
-    /// The laser stays lit after the command offered last.
+    /// True if the laser stays lit after the last command offered.
     lit: bool,
-    /// The stream has stopped the queue and not started it since.
+    /// True if the stream has stopped the queue and not started it since.
     stopped: bool,
-    /// Starts of the queue in a row that were not answered.
+    /// Consecutive unanswered starts of the queue.
     starts: u8,
-    /// Commands of the group that goes in while the queue is stopped which have not gone out; `None`: as many as may.
+    /// Commands of the group that goes in while the queue is stopped and that were not sent yet.
+    /// `None`: no limit.
     group: Option<usize>,
     control: Option<Ticket>,
-    /// Nothing is submitted before, because the connection had no room.
+    /// Instant before which nothing is submitted, because the connection had no room.
     retry_at: Option<ArmInstant>,
-    /// When the first command was seen to wait for more.
+    /// Instant at which the first command was seen waiting for more.
     gathers: Option<ArmInstant>,
     /// Commands of the caller that were accepted, and the first and last index given.
     accepted: u64,
     first: Option<u64>,
     last: Option<u64>,
-    /// The index that has to come next.
+    /// Index that must come next.
     expected: Option<u64>,
-    /// The command that was accepted last.
+    /// Command accepted last.
     newest: Option<Entry>,
-    /// Its index may be too low ([`Connection::is_last_a_guess`]), or that of what was found in the queue.
+    /// True if its index, or that of a command found in the queue, may be too low
+    /// ([`Connection::is_last_a_guess`]).
     guessed: bool,
     confirmed: Option<u64>,
-    /// Where the arm stands after what was finished and let go, when that is known.
+    /// Pose after the last command that was finished and released. `None` if unknown.
     stood: Option<[f64; 4]>,
-    /// The same as a place, also for a segment of which nothing but its command is known.
+    /// The same as a position; also known after segments whose pose is not.
     place: Option<[f64; 3]>,
-    /// The current index when the queue was cleared last, or when the stream began.
+    /// Current index when the queue was last cleared, or when the stream began.
     cleared_at: u64,
-    /// The index given last before the stream's first, or before its first since the queue was cleared.
+    /// Last index given before the stream's first, or before its first since the queue was cleared.
     base: u64,
-    /// What it was about when it ended.
+    /// Phase in which the stream ended.
     was: Phase,
-    /// On resuming: commands that turned out to have been taken.
+    /// On resuming: number of commands that turned out to have been taken.
     found: usize,
-    /// On resuming: the queue was stopped and cleared meanwhile.
+    /// On resuming: true if the queue was stopped and cleared meanwhile.
     cleared: bool,
     starved: u64,
     dry: bool,
     clock: Clock,
-    /// What the connection's clock showed last.
+    /// Latest instant of the connection's clock.
     now: Micros,
-    /// How the arm was when it began, if that was read for it.
+    /// State of the arm at the beginning, if it was read for the stream.
     beginning: Option<Beginning>,
 }
 
-/// Look.
+/// Construction and state.
 impl Stream {
-    /// A stream without commands.
+    /// Creates a stream without commands.
     #[must_use]
     pub fn new(settings: StreamSettings) -> Self {
         let settings = StreamSettings {
+            // A window of 0 would send nothing.
             window: settings.window.max(1),
             ..settings
         };
@@ -259,7 +281,8 @@ impl Stream {
         }
     }
 
-    /// As [`new`](Self::new), for an arm at rest that was looked at just now: it need not be looked at once more.
+    /// Creates a stream as [`new`](Self::new), for an arm at rest whose state was read just now,
+    /// which saves reading it again.
     #[must_use]
     pub fn beginning(settings: StreamSettings, beginning: Beginning) -> Self {
         Self {
@@ -268,7 +291,7 @@ impl Stream {
         }
     }
 
-    /// How many commands may be offered at present.
+    /// Number of commands that may be offered at present.
     #[must_use]
     pub fn room(&self) -> usize {
         if self.ended || self.is_over() {
@@ -278,57 +301,59 @@ impl Stream {
         }
     }
 
-    /// Whether nothing goes out any more: everything is finished, or it has failed.
+    /// True if nothing is sent any more, because everything is finished or the stream has failed.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.told || self.phase == Phase::Over
     }
 
-    /// Index of the command accepted last.
+    /// Index of the command accepted last. `None` before the first.
     #[must_use]
     pub fn last_index(&self) -> Option<u64> {
         self.last
     }
 
-    /// How it behaves.
+    /// Settings in force.
     #[must_use]
     pub fn settings(&self) -> &StreamSettings {
         &self.settings
     }
 
-    /// The command that was given this index, while it is not known to be finished.
+    /// Command with this index. `None` if unknown, or once it is known to be finished.
     #[must_use]
     pub fn item_at(&self, index: u64) -> Option<&Item> {
+        // Finished commands are released, so an old index is not found.
         let at = self.entries.find(|entry| entry.index() == Some(index))?;
         self.entries.get(at).map(|entry| &entry.item)
     }
 
-    /// Whether commands wait, here or with its caller, that would go out if the arm had finished some.
+    /// True if commands wait, here or at the caller, and would be sent if the arm had finished
+    /// some.
     #[must_use]
     pub fn wants_room(&self) -> bool {
         self.flows() && (self.next().is_some() || self.waits_for_one())
     }
 
-    /// Whether it would send more if there was more, and there is about to be.
+    /// True if the stream could send more, and the next command is about to be offered.
     #[must_use]
     pub fn starves(&self) -> bool {
         self.has_nothing() && self.expects == NextOffer::AtOnce
     }
 
-    /// Whether it would send more if there was more.
+    /// True if the stream could send more but has no command.
     #[must_use]
     pub fn has_nothing(&self) -> bool {
         !self.ended && !self.is_over() && self.next().is_none()
     }
 
-    /// How many commands of the caller the arm has finished, as far as was read.
+    /// Number of commands of the caller that the arm has finished, according to the latest reading.
     #[must_use]
     pub fn finished(&self) -> u64 {
         let left = self.unfinished().filter(|entry| !entry.inserted).count();
         self.accepted.saturating_sub(left as u64)
     }
 
-    /// More comes when a command has ended.
+    /// True if the caller offers the next command when the arm has finished one.
     fn waits_for_one(&self) -> bool {
         self.has_nothing() && self.expects == NextOffer::AfterOne
     }
@@ -337,7 +362,7 @@ impl Stream {
         self.entries.iter().filter(|entry| entry.is_waiting())
     }
 
-    /// The place of the first command that waits.
+    /// Position of the first waiting command. `None` if none waits.
     fn next(&self) -> Option<usize> {
         self.entries.next()
     }
@@ -346,7 +371,7 @@ impl Stream {
         self.entries.flying()
     }
 
-    /// What is in the controller and not finished, as far as was read, in order.
+    /// Unfinished commands in the controller according to the latest reading, in order.
     fn unfinished(&self) -> impl Iterator<Item = &Entry> {
         let current = self.reader.current;
         (self.entries.iter()).filter(move |entry| entry.index().is_some_and(|at| at > current))
@@ -355,10 +380,10 @@ impl Stream {
 
 /// Our own side.
 impl Stream {
-    /// Takes the next command.
+    /// Adds the next command of the program.
     ///
     /// # Errors
-    /// [`Refused`]; nothing was taken.
+    /// [`Refused`]; the command was not added.
     pub fn offer(&mut self, item: Item) -> Result<(), Refused> {
         if self.ended || self.is_over() {
             return Err(Refused::Over);
@@ -366,37 +391,41 @@ impl Stream {
         if self.room() == 0 {
             return Err(Refused::Full);
         }
+        // The controller would execute it immediately, before what waits.
         if !item.command.row().queueable {
             return Err(Refused::NotQueueable);
         }
-        // Lists alone have a length: the frame itself is made when the command goes out.
+        // Only lists have a variable length. The frame itself is encoded when the command is sent.
         let is_list = |field: &Field| matches!(field.range, Range::AtMost(..));
         let checked = item.command.check_fields(is_list);
         if checked.is_err_and(|error| matches!(error.range, Range::AtMost(..))) {
             return Err(Refused::TooLong);
         }
+        // The laser stays as it is through commands that do not switch it.
         self.lit = switched(&item.command).unwrap_or(self.lit);
         self.entries.push(Entry::new(item, self.lit));
         Ok(())
     }
 
-    /// No more comes.
+    /// Declares that no more commands will be offered.
     pub fn finish(&mut self) {
         self.ended = true;
     }
 
-    /// When the next command is offered, where none waits.
+    /// Declares when the next command will be offered, if none waits.
     pub fn expect(&mut self, next: NextOffer) {
         self.expects = next;
     }
 
-    /// The line is lost, or a stop goes out: the stream ends with this failure. Call it before the connection's own
-    /// `interrupt` or stop, and go on giving it the answers, so that it knows what became of what was in flight.
+    /// Ends the stream with a failure, because the line is lost or a stop is sent.
+    ///
+    /// Call it before the connection's own `interrupt` or stop, and continue to pass it the
+    /// answers, so that it learns the fate of the commands in flight.
     pub fn interrupt(&mut self, failure: crate::connection::Failure) {
         self.fail(StreamFailure::Request(failure));
     }
 
-    /// Its caller has gone: what was not sent yet will not be.
+    /// Withdraws the commands that were not sent yet, because the caller has gone.
     pub fn withdraw(&self, connection: &mut Connection) {
         for (ticket, _) in self.under_way() {
             connection.cancel(ticket);
@@ -406,7 +435,7 @@ impl Stream {
         }
     }
 
-    /// The commands that the connection has and has not ended, with the frames that answers are to.
+    /// Commands that the connection has not ended, with the frames that their replies answer.
     pub fn under_way(&self) -> impl Iterator<Item = (Ticket, FrameBuf)> {
         self.entries.iter().filter_map(|entry| match entry.fate {
             Fate::Flying(ticket) => {
@@ -417,14 +446,16 @@ impl Stream {
         })
     }
 
-    /// The connection has told that the controller was reset: the stream ends, for what was queued is gone.
+    /// Reports that the controller was reset. The stream ends, because its queue is lost.
     pub fn reset(&mut self) {
         let before = self.reader.current;
         self.fail(StreamFailure::Reset { before, now: None });
     }
 
-    /// An arm in virtual time: so much of its time has passed at once, and no more passes until the next call. `news`: it has finished
-    /// something, and is to be looked at. Call [`advance`](Self::advance) afterwards.
+    /// Advances the clock of an arm in virtual time by `time`; it then stands until the next call.
+    ///
+    /// `news` is true if the arm has finished something and must be read. Call
+    /// [`advance`](Self::advance) afterwards.
     pub fn leapt(&mut self, now: Micros, time: Duration, news: bool) {
         let arm = self.clock.leap(now, time);
         if news {
@@ -432,32 +463,34 @@ impl Stream {
         }
     }
 
-    /// From now on time passes again as by the connection's clock, as long as it does not leap.
+    /// Lets the arm's time pass with the connection's clock again, until the next leap.
     pub fn runs(&mut self, now: Micros) {
         self.clock.run(now);
     }
 
-    /// The next thing to tell.
+    /// Returns the next event. `None` if all were returned.
     pub fn poll_event(&mut self) -> Option<StreamEvent> {
         self.events.pop()
     }
 
-    /// The instant at which [`advance`](Self::advance) is to be called, if any. There is none while its clock
-    /// [leaps](Self::leapt).
+    /// Instant at which [`advance`](Self::advance) must be called. `None` if nothing is due, and
+    /// while the clock [leaps](Self::leapt).
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
         self.clock.comes(self.due(self.reader.poll_timeout())?)
     }
 
-    /// How much time may pass at once ([`leapt`](Self::leapt)) before something is due, if anything is; but not beyond the
-    /// end of what the arm has, nor, if the stream [wants room](Self::wants_room), beyond that of a command.
+    /// Longest [leap](Self::leapt) of the clock before something is due. `None` if nothing is.
+    ///
+    /// The leap must not go beyond the end of what the arm has, nor, if the stream [wants
+    /// room](Self::wants_room), beyond the end of a command.
     #[must_use]
     pub fn patience(&self, now: Micros) -> Option<Duration> {
         let due = self.due(self.reader.poll_leap())?;
         Some(due - self.clock.at(now))
     }
 
-    /// The first of the instants at which something is due, by the arm's time.
+    /// Next instant at which something is due, in the arm's time. `None` if nothing is.
     fn due(&self, look: Option<ArmInstant>) -> Option<ArmInstant> {
         if self.is_over() {
             return None;
@@ -467,6 +500,7 @@ impl Stream {
     }
 
     fn fail(&mut self, failure: StreamFailure) {
+        // Only the first failure counts; later ones are its consequences.
         if !self.is_over() {
             self.note_interruption();
             self.phase = Phase::Over;
@@ -474,7 +508,7 @@ impl Stream {
         }
     }
 
-    /// Puts a request into the connection; the answer has to come within the stream's patience.
+    /// Submits a request with the stream's patience as deadline.
     fn submit(&self, request: Request, priority: Priority, to: &mut Connection) -> Ticket {
         let deadline = self.now.saturating_add(self.settings.patience);
         to.submit(request.priority(priority).deadline(deadline))

@@ -1,3 +1,8 @@
+//! Readings of current index, left space and pose: what is read, how often, and what it shows.
+//!
+//! Each reading costs line time, so the stream reads as rarely as it can: seldom while there is
+//! room for more commands, otherwise when the queue is expected to have made enough progress.
+
 use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{ArmInstant, FrameBuf, NoArgs, Readable};
 
@@ -7,20 +12,24 @@ use super::resume::QueueSnapshot;
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 
-/// Shortest time between two looks.
+/// Shortest time between two readings, us.
+// A choice: leaves most of an idle line to others.
 pub(super) const SOON: Micros = 10_000;
-/// Longest time between two looks while something is under way.
+/// Longest time between two readings while something is under way, us.
+// A choice: times from a check may be wrong.
 const LATE: Micros = 200_000;
-/// The same for the end of a single command that is known to take so long.
+/// Longest time before a reading at the end of a single command whose time is known, us.
 const LATEST: Micros = 10_000_000;
-/// Time between two looks while commands flow and there is room for many more: where a look cannot travel beside a
-/// command, it costs as much of the line as one.
+/// Time between two readings while commands flow and there is room for many more, us. A reading
+/// that cannot travel beside a command costs as much of the line as one.
 const SELDOM: Micros = 400_000;
-/// Shortest time between two looks at left space while the arm is waited for, and while the line is.
+/// Shortest time between two readings of left space while the stream waits for the arm, us. The
+/// cross-check finds lost commands, so it is frequent while the line is idle.
 const CROSS_CHECK: Micros = 50_000;
+/// The same while commands keep the line busy, us.
 const RARE_CHECK: Micros = 1_000_000;
 
-/// One request of a look.
+/// A request of a reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reading {
     Left,
@@ -28,36 +37,40 @@ pub(super) enum Reading {
     Pose,
 }
 
-/// Looks at the queue: left space if it is wanted, then the current index, then the pose if it is wanted.
+/// Reads the queue: left space if wanted, then the current index, then the pose if wanted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reader {
     flight: Option<(Reading, Ticket)>,
-    /// What the look under way still has to read.
+    /// Requests that the reading in progress has yet to make.
     rest: [Option<Reading>; 3],
-    /// When the next look begins.
+    /// Instant of the next reading.
     due: Option<ArmInstant>,
-    /// It is a poll that exists only because the arm does not report the end of a command.
+    /// True if that reading is a poll, needed only because the arm does not report the end of a
+    /// command.
     awaits_news: bool,
     wants_left: bool,
     wants_pose: bool,
-    /// The look under way, or the last one, reads the pose.
+    /// True if the reading in progress, or the last one, includes the pose.
     pub(super) has_pose: bool,
-    /// The look that is planned is for the end of the only command: whether it came says all.
+    /// True if the planned reading is for the end of the only command, so the current index alone
+    /// decides.
     ends: bool,
-    /// The look that is planned is in no hurry.
+    /// True if the planned reading is not urgent.
     seldom: bool,
-    /// Command that was finished last, 0 before the first look.
+    /// Index of the command finished last; 0 before the first reading.
     pub(super) current: u64,
     known: bool,
-    /// A lower current index was read last; the next look tells whether to believe it.
+    /// True if a lower current index was read last; the next reading decides whether to believe it.
     lower: bool,
-    /// When the current index went on last, or was read for the first time; [`ArmInstant::MAX`] before that.
+    /// Instant at which the current index last advanced or was first read; [`ArmInstant::MAX`]
+    /// before that.
     changed: ArmInstant,
     misses: u32,
-    /// Left space as read last, and when.
+    /// Left space read last, and when.
     pub(super) left: u32,
     left_at: Option<ArmInstant>,
-    /// Index accepted last when left space was asked for, and the most that was queued when it came.
+    /// Last index accepted when left space was requested, and the largest possible number of queued
+    /// commands when it arrived.
     accepted: Option<u64>,
     at_most: u32,
     compares: bool,
@@ -90,7 +103,7 @@ impl Reader {
         }
     }
 
-    /// As an interrupted stream begins: what was finished by then is known.
+    /// Creates the reader of a resumed stream, which knows the commands finished before.
     pub(super) fn after(current: u64) -> Self {
         Self {
             current,
@@ -100,14 +113,14 @@ impl Reader {
         }
     }
 
-    /// Another caller has read the state of an arm at rest.
+    /// Processes the state of an arm at rest that another caller has read.
     pub(super) fn was_told(&mut self, now: ArmInstant, beginning: &Beginning) {
         (self.left, self.left_at) = (beginning.left, Some(now));
         (self.current, self.known, self.changed) = (beginning.current, true, now);
         (self.pose, self.has_pose) = (beginning.pose, true);
     }
 
-    /// Queue and pose as the last look has read them, which ended just now.
+    /// Queue and pose of the reading that ended just now.
     pub(super) fn snapshot(&self, now: ArmInstant) -> QueueSnapshot {
         QueueSnapshot {
             at: now,
@@ -121,12 +134,13 @@ impl Reader {
         self.due.filter(|_| !self.is_busy())
     }
 
-    /// As [`poll_timeout`](Self::poll_timeout), for a clock that leaps from one end of a command to the next.
+    /// Same as [`poll_timeout`](Self::poll_timeout), for a clock that leaps from one end of a
+    /// command to the next.
     pub(super) fn poll_leap(&self) -> Option<ArmInstant> {
         self.poll_timeout().filter(|_| !self.awaits_news)
     }
 
-    /// A look will show that the arm has finished something.
+    /// Advances the next reading, because the arm has finished something.
     pub(super) fn hear(&mut self, now: ArmInstant) {
         if self.due.is_some() {
             self.look(now);
@@ -137,35 +151,35 @@ impl Reader {
         self.flight.is_some() || self.rest.iter().any(Option::is_some)
     }
 
-    /// Whether a look is under way or planned.
+    /// True if a reading is in progress or planned.
     pub(super) fn is_planned(&self) -> bool {
         self.is_busy() || self.due.is_some()
     }
 
-    /// The arm begins with what it has.
+    /// Notes that the arm begins with what it has.
     pub(super) fn begins(&mut self, now: ArmInstant) {
         (self.changed, self.misses) = (now, 0);
     }
 
-    /// When the arm began with what it does at present, as far as was seen.
+    /// Instant at which the arm began its current command, as far as was observed.
     pub(super) fn begun(&self) -> ArmInstant {
         self.changed
     }
 
-    /// The next look is to begin then at the latest.
+    /// Plans the next reading for `at` at the latest.
     pub(super) fn look(&mut self, at: ArmInstant) {
         if self.due.is_none_or(|due| at <= due) {
             (self.due, self.awaits_news) = (Some(at), false);
         }
     }
 
-    /// The next look is at everything a stopped arm shows.
+    /// Plans a full reading for `at`: left space, current index and, if `pose`, the pose.
     pub(super) fn look_closely(&mut self, at: ArmInstant, pose: bool) {
         (self.wants_left, self.wants_pose) = (true, pose);
         self.look(at);
     }
 
-    /// The next look reads left space too.
+    /// Includes left space in the next reading.
     pub(super) fn want_left(&mut self) {
         self.wants_left = true;
     }
@@ -181,16 +195,18 @@ fn request(reading: Reading) -> Option<Request> {
 }
 
 impl Stream {
-    /// Begins a look that is due, and goes on with one that has begun.
+    /// Begins a reading that is due, or continues the current one.
     pub(super) fn read(&mut self, now: ArmInstant, to: &mut Connection) {
         let flies = self.flows() && self.flying() > 0;
         let reader = &mut self.reader;
         if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
+            // While commands flow, their own replies show most losses.
             let check = if flies { RARE_CHECK } else { CROSS_CHECK };
             let stale = reader
                 .left_at
                 .is_none_or(|at| at.after_micros(check) <= now);
             let ends = std::mem::take(&mut reader.ends);
+            // At the end of the only command the current index alone decides.
             let left = reader.wants_left || stale && !ends;
             reader.rest = [
                 left.then_some(Reading::Left),
@@ -204,6 +220,8 @@ impl Stream {
         if reader.flight.is_some() {
             return;
         }
+        // Requests go one at a time, in this order: the current index read after left space bounds
+        // it.
         let Some(reading) = reader.rest.iter_mut().find_map(Option::take) else {
             return;
         };
@@ -216,7 +234,7 @@ impl Stream {
         }
     }
 
-    /// A request has ended; whether it was a reading of the stream's.
+    /// Processes the result of a request. True if it was a reading of the stream.
     pub(super) fn reading_answered(
         &mut self,
         now: ArmInstant,
@@ -233,7 +251,7 @@ impl Stream {
                     self.looked(now, connection);
                 }
             }
-            // Answered with something else, or there was no room: look again.
+            // An unexpected reply, or no room in the connection: read again.
             Ok(_) | Err(Failure::Busy) => {
                 self.reader.rest = [None; 3];
                 self.reader.look_closely(now.after_micros(SOON), true);
@@ -243,8 +261,8 @@ impl Stream {
         true
     }
 
-    /// A reply to another caller that passes: a current index saves the stream a look of its own. Call
-    /// [`advance`](Self::advance) afterwards.
+    /// Processes a reply to another caller: its current index saves the stream a reading.
+    /// Call [`advance`](Self::advance) afterwards.
     pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
         let now = self.clock.at(now);
         let view = frame.frame();
@@ -266,6 +284,7 @@ impl Stream {
             Reading::Left => {
                 self.reader.left = view.read::<QueuedCmdLeftSpace>().ok()?.left_space;
                 self.reader.left_at = Some(now);
+                // Now, before the current index is read: the count must belong to this left space.
                 self.reader.at_most = self.at_most();
             }
             Reading::Current => {
@@ -283,7 +302,7 @@ impl Stream {
     fn note_current(&mut self, now: ArmInstant, read: u64) {
         let reader = &mut self.reader;
         if reader.known && read < reader.current {
-            // On an unordered link one lower reading may be an old one.
+            // On an unordered link a single lower reading may be old.
             if reader.lower {
                 let (before, now) = (reader.current, Some(read));
                 self.fail(StreamFailure::Reset { before, now });
@@ -305,14 +324,15 @@ impl Stream {
         self.mark();
     }
 
-    /// Whether there is room for all that will be sent before a look can tell of more. One that is late costs nothing as
-    /// long as there is any: it takes its turn among the commands.
+    /// True if there is room for all commands sent before a reading can report more. While there
+    /// is, a late reading costs nothing, because it takes its turn among the commands.
     fn has_room(&self) -> bool {
         self.credit() > self.window + 2
     }
 
-    /// A look is complete.
+    /// Evaluates a complete reading.
     fn looked(&mut self, now: ArmInstant, connection: &mut Connection) {
+        // A lower current index is read again before anything is concluded.
         if self.reader.lower || self.is_over() {
             return;
         }
@@ -342,8 +362,8 @@ impl Stream {
         self.dry = dry;
     }
 
-    /// Whether the arm has nothing to do although there is something, or so little that it will have nothing before more
-    /// can arrive: on a full line a reading never finds the queue empty, for it travels behind a command.
+    /// True if the arm is idle although there is work, or will be before more can arrive. On a full
+    /// line a reading never sees an empty queue, because it travels behind a command.
     fn is_dry(&self, round_trip: Micros) -> bool {
         if self.entries.unfinished(self.reader.current).count > 1 {
             return false;
@@ -364,9 +384,9 @@ impl Stream {
         }
     }
 
-    /// Plans the next look: seldom while there is room for what is to be sent. Else by what the queue holds: when about
-    /// three eighths of it will have been done while more is to be sent, when all of it will have been done else. Without
-    /// anything to wait for there is none.
+    /// Plans the next reading. While there is room it comes seldom; otherwise when about three
+    /// eighths of the queue should be done if more commands wait, and when all of it should be done
+    /// if not. Nothing is planned if there is nothing to wait for.
     pub(super) fn pace(&mut self, now: ArmInstant) {
         let flows = self.flows() && self.flying() > 0 && self.has_room();
         if self.reader.is_planned() && (flows || !self.reader.seldom) {
@@ -381,6 +401,8 @@ impl Stream {
             return;
         }
         let ahead = if self.next().is_some() || self.waits_for_one() {
+            // A choice: early enough to refill the queue before it runs dry, late enough to free
+            // several places.
             (count * 3 / 8).max(1)
         } else {
             count
@@ -389,7 +411,7 @@ impl Stream {
         let time = times.fold(0, Micros::saturating_add);
         let since = now.micros_since(self.reader.changed);
         let wait = match time.saturating_sub(since) {
-            // It takes longer than was thought.
+            // The command takes longer than expected: read at growing intervals.
             0 => time.min(SOON << self.reader.misses.min(4)),
             wait => wait,
         };
@@ -402,7 +424,7 @@ impl Stream {
             _ if self.clock.leaps() => wait.clamp(SOON, LATEST),
             _ => wait.clamp(SOON, LATE),
         };
-        // A look just then says all that is to be known.
+        // A reading at that moment shows everything.
         self.reader.ends = only && (wait == 0 || since.saturating_add(wait) >= time);
         self.reader.look(now.after_micros(wait));
         self.reader.awaits_news = self.flows();

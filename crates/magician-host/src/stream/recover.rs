@@ -1,3 +1,6 @@
+//! Recovery after a loss between others: stop, clear, and continue from the vertex at which the arm
+//! stands.
+
 use magician_protocol::ArmInstant;
 
 use super::drive::Phase;
@@ -6,23 +9,28 @@ use super::line::apart;
 use super::{POSE_TOLERANCE, Stream, StreamEvent, StreamFailure};
 use crate::connection::Micros;
 
-/// After so many losses between others the rest goes one by one.
+/// Losses after which the rest is sent one at a time.
+// A choice: such a line is too bad for a window.
 pub(super) const GAPS: usize = 3;
-/// Pause between looks at a queue that drains.
+/// Interval between readings of a draining queue, us.
 const DRAIN_PAUSE: Micros = 20_000;
-/// A command that has not ended so long after its time does not run: the queue was never started.
+/// Time after its expected end at which an unfinished command shows that the queue does not run,
+/// us.
+// A choice: above the error of calculated times, so that a late command is not taken for a stopped
+// queue.
 const HEAD_STANDS: Micros = 2_000_000;
-/// A cleared queue whose left space stands for so long will not drain.
+/// Time after which a cleared queue with constant left space counts as stuck, us.
+// A choice: longer than any usual motion.
 const STANDING: Micros = 30_000_000;
 
-/// A loss between others: stop, clear, and go on from the vertex at which the arm stands.
+/// Recovery after a loss between others.
 impl Stream {
     pub(super) fn begin_recovery(&mut self) {
         self.phase = Phase::Settle;
         (self.group, self.control) = (None, None);
     }
 
-    /// Waits for the other answers, and for a WAIT or TRIG that a stop would cut short.
+    /// Waits for the other replies, and for a WAIT or TRIG that a stop would cut short.
     pub(super) fn settle(&mut self, now: ArmInstant) {
         if self.flying() > 0 {
             return;
@@ -30,6 +38,7 @@ impl Stream {
         let confirmed = self.confirmed;
         let certain = |entry: &&Entry| entry.index() <= confirmed;
         let waits = self.unfinished().filter(certain).any(Entry::is_cut_by_stop);
+        // A queue that does not run would never finish them.
         if waits && !self.stopped && self.may_run(now) {
             self.pace(now);
             return;
@@ -38,14 +47,15 @@ impl Stream {
         self.phase = Phase::Halt;
     }
 
-    /// Whether the queue may run, as far as is known: the command at its head has not stood for longer than it takes.
+    /// True if the queue may be running: its first command is not overdue by [`HEAD_STANDS`].
     fn may_run(&self, now: ArmInstant) -> bool {
         let head = self.unfinished().next().map_or(0, |head| head.item.time);
         let ends = self.reader.begun().after_micros(head);
         now < ends.after_micros(HEAD_STANDS)
     }
 
-    /// The cleared queue was looked at: left space first, so that the current index is that of an empty queue.
+    /// Evaluates a reading of the cleared queue. Left space was read first, so the current index is
+    /// that of an empty queue.
     pub(super) fn drained(&mut self, now: ArmInstant, since: ArmInstant, before: u32) {
         let (left, places) = (self.reader.left, self.credit.places);
         if left >= places {
@@ -60,7 +70,8 @@ impl Stream {
             .look_closely(now.after_micros(DRAIN_PAUSE), true);
     }
 
-    /// The queue is stopped and empty, and the arm stands: what leads to where it stands is done, all else waits again.
+    /// Restarts from the stopped, empty queue and the arm at rest: commands up to its position are
+    /// done, all others wait again.
     fn restart(&mut self) {
         self.let_go_of_done();
         let Some(passed) = self.passed() else { return };
@@ -72,7 +83,7 @@ impl Stream {
         self.queue_again();
     }
 
-    /// What is finished and certain is done.
+    /// Releases commands that are finished and confirmed.
     pub(super) fn let_go_of_done(&mut self) {
         let (current, confirmed) = (self.reader.current, self.confirmed);
         let done = |index: u64| index <= current && confirmed.is_some_and(|all| index <= all);
@@ -85,7 +96,7 @@ impl Stream {
         }
     }
 
-    /// The queue is empty: all that was sent and is not done waits again.
+    /// Makes all commands that were sent and not done wait again, because the queue is empty.
     pub(super) fn queue_again(&mut self) {
         let mut again = 0;
         let accepted = &mut self.accepted;
@@ -96,10 +107,11 @@ impl Stream {
             entry.fate = Fate::Waiting;
         });
         self.gaps += 1;
+        // A window of one is slow but loses nothing between others.
         if self.gaps >= GAPS {
             self.window = 1;
         }
-        // The numbers that were dropped are passed over.
+        // The numbers of dropped commands are skipped.
         (self.expected, self.confirmed) = (None, None);
         (self.credit.strangers, self.stopped) = (0, true);
         self.cleared_at = self.reader.current;
@@ -108,19 +120,22 @@ impl Stream {
         self.events.push(StreamEvent::Recovered { again, window });
     }
 
-    /// How many of the commands that are not beyond doubt lead to where the arm stands; `None`, and the stream has failed,
-    /// if it stands where none of them does. Those that were lost on the way make no difference: see `keeps_line`.
+    /// Number of unconfirmed commands up to the arm's position. `None`, and the stream has failed,
+    /// if it stands at the end of none of them. Lost ones in between make no difference: see
+    /// `keeps_line`.
     fn passed(&mut self) -> Option<usize> {
         let current = self.reader.current;
         let [x, y, z, _] = self.reader.pose;
         let found = [x, y, z];
         let gone = self.entries.kept();
-        // So many were carried out at least: each has moved the current index by one.
+        // At least this many were executed: each has advanced the current index by one.
         let least = match self.confirmed {
             Some(confirmed) => current.saturating_sub(confirmed),
             None => u64::from(current > self.cleared_at),
         };
         let certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= self.confirmed);
+        // No unconfirmed command was executed, so the arm must stand where the confirmed ones left
+        // it.
         if least == 0 || self.entries.front().is_some_and(certain) {
             let stands = self.place.is_none_or(|place| is_near(place, found));
             return if stands {
@@ -146,6 +161,7 @@ impl Stream {
             .skip(least - 1)
             .filter_map(|(nth, entry)| Some((nth + 1, entry.place()?)));
         let near = places.map(|(count, place)| (count, apart(place, found)));
+        // A closed figure passes one position several times: the closest end decides.
         let nearest = near.min_by(|(_, one), (_, other)| one.total_cmp(other));
         match nearest.filter(|(_, off)| *off <= POSE_TOLERANCE) {
             Some((count, _)) => Some(count),
@@ -156,7 +172,7 @@ impl Stream {
         }
     }
 
-    /// The arm stands where nothing that was sent leaves it.
+    /// Fails the stream, because the arm stands where no command sent leaves it.
     fn strays(&mut self, expected: Option<[f64; 4]>) -> Option<usize> {
         let found = self.reader.pose;
         self.fail(match expected {

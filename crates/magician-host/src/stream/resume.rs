@@ -1,3 +1,6 @@
+//! Resuming: what an ended stream leaves, and how another stream accounts for it before it sends
+//! anything.
+
 use magician_protocol::ArmInstant;
 
 use super::drive::Phase;
@@ -6,16 +9,17 @@ use super::reading::Reader;
 use super::{KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
 use crate::connection::Micros;
 
-/// How far from where it should stand an arm may be found, in mm for x, y, z and degrees for r.
+/// Largest deviation of an arm at rest from its expected pose, mm for x, y, z and degrees for r.
+// A choice, well above its repeatability and below a visible error.
 pub(crate) const POSE_TOLERANCE: f64 = 0.5;
 
-/// Pause between looks at an arm that moves.
+/// Interval between readings of an arm that moves, us.
 pub(super) const MOVING_PAUSE: Micros = 50_000;
 
-/// Queue and pose as one look has read them.
+/// Queue and pose from one reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct QueueSnapshot {
-    /// When the look ended.
+    /// Instant at which the reading ended.
     pub(super) at: ArmInstant,
     pub(super) current: u64,
     pub(super) left: u32,
@@ -23,43 +27,44 @@ pub(super) struct QueueSnapshot {
 }
 
 impl QueueSnapshot {
-    /// True if the other look has read the same.
+    /// True if the other reading has the same values.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let read = |look: &Self| (look.current, look.left, look.pose);
         read(self) == read(other)
     }
 }
 
-/// What an ended stream has not seen finished, and what is known of it.
+/// Commands that an ended stream has not seen finished, and what is known of them.
 #[derive(Debug)]
 pub struct Leftover(Stream);
 
 impl Leftover {
-    /// The commands that are not known to be finished and confirmed, in order, with the indices of those that are known
-    /// to have been taken. A few that the stream put in by itself between two chunks of the laser are among them.
+    /// Commands not known to be finished and confirmed, in order, with the indices of
+    /// those known to have been taken. Commands that the stream inserted between two chunks of the
+    /// laser are included.
     pub fn items(&self) -> impl Iterator<Item = (Option<u64>, &Item)> {
         (self.0.entries.iter()).map(|entry| (entry.index(), &entry.item))
     }
 
-    /// How many there are.
+    /// Number of these commands.
     #[must_use]
     pub fn len(&self) -> usize {
         self.0.entries.len()
     }
 
-    /// Whether there are none.
+    /// True if there are no such commands.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.entries.is_empty()
     }
 
-    /// Whether anything of it may have gone to the arm.
+    /// True if any of them may have been sent to the arm.
     #[must_use]
     pub fn has_begun(&self) -> bool {
         self.0.first.is_some() || !self.0.entries.iter().all(Entry::is_waiting)
     }
 
-    /// Index of the command that was seen finished last.
+    /// Index of the command that was last seen finished.
     #[must_use]
     pub fn current(&self) -> u64 {
         self.0.reader.current
@@ -67,8 +72,8 @@ impl Leftover {
 }
 
 impl Leftover {
-    /// The queue was stopped and cleared since, on a line on which a laser may have burnt: what the arm had not finished is
-    /// not done, and [`Stream::resume`] begins with it.
+    /// Declares that the queue was stopped and cleared since, on a line on which a laser may have
+    /// burnt. [`Stream::resume`] then begins with the first command that the arm had not finished.
     #[must_use]
     pub fn cleared(mut self) -> Self {
         self.0.cleared = self.has_begun();
@@ -77,8 +82,9 @@ impl Leftover {
 }
 
 impl Stream {
-    /// What is not known to be finished and confirmed. Commands that the connection has not ended yet are in doubt; the
-    /// stream that goes on with them takes their answers.
+    /// Ends the stream and returns the commands not known to be finished and confirmed.
+    /// Commands that the connection has not ended yet are in doubt; the resumed stream takes their
+    /// answers.
     #[must_use]
     pub fn leftover(mut self) -> Leftover {
         if self.phase != Phase::Over {
@@ -87,11 +93,13 @@ impl Stream {
         Leftover(self)
     }
 
-    /// Goes on where another stream ended, on the same arm. It first finds out what became of what that one sent, and
-    /// waits until the arm has finished what it had; then the arm must stand where its last finished command leaves it,
-    /// within 0.5 mm and degrees, and the first command that was not taken is the next to go. What does not add up ends the
-    /// stream with a reason, and nothing is sent. Alarms are not its business. More may be offered if the interrupted stream
-    /// had not been told that no more comes.
+    /// Continues where another stream ended, on the same arm.
+    ///
+    /// The new stream first finds out the fate of what was sent and waits until the arm has
+    /// finished what it had. The arm must then be at the end of its last finished command, within
+    /// 0.5 mm and degrees; the first command that was not taken is sent next. If the readings do
+    /// not add up, the stream ends with a reason and sends nothing. It does not look at alarms.
+    /// More commands may be offered if the interrupted stream was not declared finished.
     #[must_use]
     pub fn resume(leftover: Leftover, settings: StreamSettings) -> Self {
         let begun = leftover.has_begun();
@@ -117,23 +125,23 @@ impl Stream {
         stream
     }
 
-    /// The stream ends: what it was about decides how it is resumed.
+    /// Remembers the phase in which the stream ends, which decides how it is resumed.
     pub(super) fn note_interruption(&mut self) {
         self.was = match self.phase {
-            // It had not found out.
+            // The stream ended before it had found out.
             Phase::Resolve(_) | Phase::Over => self.was,
             _ if self.gap => Phase::Settle,
             phase => phase,
         };
     }
 
-    /// A look while it is found out what became of what was sent.
+    /// Evaluates a reading while the fate of what was sent is found out.
     pub(super) fn resolve(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) {
         let glance = self.reader.snapshot(now);
         let QueueSnapshot { current, left, .. } = glance;
         self.phase = Phase::Resolve(Some(glance));
         let stands = self.stands(now, before);
-        // An arm in a WAIT stands as well: the looks go on until all is accounted for.
+        // An arm in a WAIT stands still as well: keep reading until everything is accounted for.
         self.look_again(now);
         if !stands {
             return;
@@ -149,7 +157,8 @@ impl Stream {
         }
     }
 
-    /// The queue was cleared, and the arm stands: the current index tells what is done, and all else waits again.
+    /// Resumes on a cleared queue with the arm at rest: the current index shows what is done, all
+    /// else waits again.
     fn take_up(&mut self, current: u64) {
         let last = self.last.unwrap_or(self.base);
         let gone = self.entries.iter().filter(|entry| !entry.is_waiting());
@@ -177,7 +186,7 @@ impl Stream {
         }
     }
 
-    /// Whether indices say nothing because the queue was or may have been cleared.
+    /// True if indices prove nothing because the queue was or may have been cleared.
     fn must_recover(&self) -> bool {
         let recovering = matches!(
             self.was,
@@ -186,19 +195,20 @@ impl Stream {
         recovering || self.gaps > 0 && self.expected.is_none()
     }
 
-    /// The arm stands still: accounts for everything by the last index it gave.
+    /// Accounts for all commands by the last index given, with the arm at rest.
     fn account(&mut self, current: u64, left: u32) {
         let queued = u64::from(self.credit.places.saturating_sub(left));
+        // As in `index_tracker`: after a Clear the base stands in for the current index.
         let tail = current.max(self.base).saturating_add(queued);
         let last = self.last.unwrap_or(self.base);
         let gone = self.entries.iter().filter(|entry| !entry.is_waiting());
         let doubtful = gone.filter(|entry| entry.index().is_none()).count() as u64;
         let unsure = (self.unconfirmed().count() as u64).saturating_sub(doubtful);
         let (from, to) = (last.saturating_sub(unsure), last.saturating_add(doubtful));
-        // The first index that an arm gives is 1 or 2 (model section 14); none has come yet.
+        // The first index of an arm is 1 or 2 (model section 14), and none has come yet.
         if self.base == 0 && self.last.is_none() {
             match (current, doubtful) {
-                // As if it were 1: the answer to the next command corrects it.
+                // Assume 1: the reply to the next command corrects it.
                 (0, _) => self.guessed = true,
                 (_, 1) if tail == 2 => {
                     self.base = 1;
@@ -217,7 +227,7 @@ impl Stream {
         }
         let none = unsure == 0 && tail == last;
         if tail != to && !none {
-            // Something may be missing in the middle.
+            // A command may be missing in the middle.
             return if self.may_go_back() {
                 self.go_back()
             } else {
@@ -234,13 +244,14 @@ impl Stream {
         }
         let loading = matches!(self.was, Phase::Load | Phase::Stand(_) | Phase::Start);
         if loading && self.check_pose(current) {
-            // It stands although commands wait: the queue was not started yet.
+            // The arm stands although commands wait: the queue was not started yet.
             self.phase = Phase::Load;
             self.tell_resumed(found);
         }
     }
 
-    /// All up to `tail` was taken, and nothing else; returns how many of these had been in doubt.
+    /// Marks all commands up to `tail` as taken and all others as not. Returns how many had been in
+    /// doubt.
     fn adopt(&mut self, last: u64, tail: u64) -> usize {
         let mut next = last.saturating_add(1);
         let mut found = 0;
@@ -273,7 +284,7 @@ impl Stream {
         self.found
     }
 
-    /// The arm has finished all it had.
+    /// Continues with an arm that has finished all it had.
     fn go_on(&mut self, found: usize) {
         if self.check_pose(u64::MAX) {
             (self.credit.strangers, self.stopped, self.group) = (0, false, None);
@@ -286,14 +297,15 @@ impl Stream {
         }
     }
 
-    /// What is not certain may all be done once more: clears the queue and goes back to the last certain vertex.
+    /// Clears the queue and returns to the last confirmed vertex, because all unconfirmed commands
+    /// may be repeated.
     fn go_back(&mut self) {
         if !self.may_go_back() {
             let (confirmed, found) = (self.confirmed, self.reader.current);
             return self.fail(StreamFailure::Unclear { confirmed, found });
         }
         if self.check_poses() {
-            // The queue is cleared in any case.
+            // The queue is cleared in any case, so late replies do not matter.
             self.entries.change(0..usize::MAX, |entry| {
                 if entry.is_flying() {
                     entry.fate = Fate::Doubtful;
@@ -310,11 +322,11 @@ impl Stream {
         let waiting = self.entries.waiting();
         self.found = 0;
         self.events.push(StreamEvent::Resumed { found, waiting });
-        // Those that were found may have been the last.
+        // The commands found may have been the last.
         self.tell_progress();
     }
 
-    /// Where the arm stands after the command of this index, when that is known.
+    /// Pose of the arm after the command with this index. `None` if unknown.
     fn pose_after(&self, index: u64) -> Option<[f64; 4]> {
         let done = |entry: &&Entry| entry.index().is_some_and(|at| at <= index);
         match self.entries.iter().rev().find(done) {
@@ -323,16 +335,17 @@ impl Stream {
         }
     }
 
-    /// Whether the arm stands where it should after the command of this index. Ends the stream if not.
+    /// True if the arm is at the end of the command with this index. Otherwise ends the stream.
     fn check_pose(&mut self, index: u64) -> bool {
         let expected = self.pose_after(index);
         self.stands_at(expected, [])
     }
 
-    /// As [`check_pose`](Self::check_pose) where it is not certain which commands were carried out: the arm stands where one
-    /// of those leaves it.
+    /// Does the same as [`check_pose`](Self::check_pose) if it is uncertain which commands were
+    /// executed: the arm must be at the end of one of them.
     fn check_poses(&mut self) -> bool {
         let certain = self.reader.current.min(self.confirmed.unwrap_or(self.base));
+        // Copied to the stack, because `stands_at` may fail the stream.
         let ends: [_; KEPT] = {
             let mut unconfirmed = self.unconfirmed().map(|entry| entry.item.end);
             std::array::from_fn(|_| unconfirmed.next())
@@ -356,6 +369,7 @@ impl Stream {
                 self.fail(StreamFailure::Pose { expected, found });
                 false
             }
+            // The caller has looked at the arm.
             _ if self.settings.trust_pose => true,
             _ => {
                 self.fail(StreamFailure::PoseUnknown { found });

@@ -1,9 +1,9 @@
-//! The motion gate in every order in which two holders, their guards, other programs, stops and a line that breaks can come to
-//! it, up to a depth at which each of the bugs that are planted in it is found.
+//! Exhaustive test of the motion gate: every order of events from two holders, their guards, other
+//! programs, stops and a line that breaks, up to a depth at which each planted bug is found.
 
 mod model;
 mod mutant;
-// One search is for all state machines of the repository.
+// One search implementation serves all state machines of the repository.
 #[path = "../../../magician-station/tests/lease/search.rs"]
 mod search;
 
@@ -11,9 +11,9 @@ use self::model::Model;
 use self::mutant::BUGS;
 use self::search::{finds_all, search};
 
-/// Events, one after the other, within which each planted bug is found.
+/// Depth, in events, within which each planted bug is found.
 const DEPTH: usize = 5;
-/// Events within which the gate has none.
+/// Depth, in events, to which the gate is explored.
 const FURTHER: usize = 6;
 
 #[test]

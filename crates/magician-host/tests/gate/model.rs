@@ -1,4 +1,4 @@
-//! An arm, its motors and those who want to move it, as small as can be around the gate.
+//! Smallest possible model of an arm, its motors, and the programs that move it, around the gate.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -12,9 +12,9 @@ use magician_protocol::{Ctrl, Flag, FrameBuf, Stepper, Writable};
 use crate::mutant::{Bug, Mutant};
 use crate::search::Explored;
 
-/// Jogs that are known to their guards at a time.
+/// Number of jogs with a guard at a time.
 const GUARDS: usize = 2;
-/// Moments that a jog goes on without being kept up.
+/// Hold time of a jog, moments.
 pub(crate) const KEEP: Micros = 2;
 /// Holder of jogs in pieces.
 const IN_PIECES: Holder = Holder(2);
@@ -25,28 +25,28 @@ const DIRECTIONS: [JogDirection; 3] = [Axis::X.plus(), Axis::X.minus(), Axis::Y.
 /// Event of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// A jog is asked for. False: its command cannot go out when its turn comes.
+    /// A jog is requested. False if its command cannot be sent when its turn comes.
     Ask(Holder, JogDirection, bool),
     Keep(JogId),
-    /// It is kept up at its deadline, before the driver has noticed that it has passed.
+    /// It is kept up at its deadline, before the driver has noticed the deadline.
     KeepLate(JogId),
-    /// The jog under way is bounded, so many moments from now.
+    /// The current jog is bounded, this many moments from now.
     Bound(JogId, Micros, JogEnd),
-    /// The guard of a jog that is over keeps it up; a bound is found for one.
+    /// The guard of an ended jog keeps it up, or a bound is found for such a jog.
     KeepStale,
     BoundStale,
     Release(JogId),
     /// A frame of a jog that belongs to no guard.
     Raw(JogDirection),
-    /// The same from a program that is passed on.
+    /// The same from a program whose frames are passed on.
     Pass(JogDirection),
     Motor(Stepper, Turn),
     Stop,
-    /// The driver reads two equal poses behind a stop, or gives up.
+    /// The driver reads two equal poses after a stop, or gives up.
     Rested(bool),
     /// A caller reads two equal poses.
     Stands,
-    /// Some time passes.
+    /// Time passes.
     Moment,
     LoseLine,
     FindLine,
@@ -55,7 +55,7 @@ pub(crate) enum Event {
 }
 
 impl Event {
-    /// True if what it may end is a jog whose deadline has come.
+    /// True if it may end a jog whose deadline has passed.
     fn is_of_time(self) -> bool {
         let bounds = matches!(self, Self::Bound(..) | Self::BoundStale);
         bounds || matches!(self, Self::Moment | Self::KeepLate(_) | Self::KeepStale)
@@ -78,9 +78,9 @@ pub(crate) enum Turn {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Arm {
     Stands,
-    /// `None`: a jog of another program.
+    /// Jog of a guard. `None` for one of another program.
     Jogs(Option<JogId>, Holder, JogDirection),
-    /// A jog that went past the gate.
+    /// A jog that bypassed the gate.
     Unknown,
     Brakes,
 }
@@ -89,21 +89,21 @@ enum Arm {
 struct Guard {
     holder: Holder,
     direction: JogDirection,
-    /// True if its command can go out.
+    /// True if its command can be sent.
     goes: bool,
     kind: JogKind,
-    /// Moments until it was not kept up.
+    /// Moments until its hold time ends.
     left: Micros,
-    /// Moments until it comes to a bound, the earliest of all.
+    /// Moments until its earliest bound.
     bound: Option<(Micros, JogEnd)>,
     released: bool,
-    /// A stop came after it was asked for.
+    /// True if a stop came after it was requested.
     stopped: bool,
     begun: bool,
 }
 
 impl Guard {
-    /// Why its time is over, if it is.
+    /// Reason if its time is over.
     fn due(&self) -> Option<JogEnd> {
         let bound = self.bound.filter(|(left, _)| *left == 0);
         if self.left == 0 {
@@ -117,9 +117,9 @@ impl Guard {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 struct Motor {
     runs: bool,
-    /// This connection started it.
+    /// True if this connection started it.
     own: bool,
-    /// The queue holds a command that starts or stops it.
+    /// True if the queue holds a command that starts or stops it.
     waits: Option<bool>,
 }
 
@@ -128,14 +128,14 @@ struct Motor {
 pub(crate) struct Model {
     gate: Mutant,
     now: Micros,
-    /// The jog that the line was lost under was one in pieces.
+    /// True if the line was lost during a jog in pieces.
     lost_pieces: bool,
     arm: Arm,
     motors: [Motor; 2],
     guards: BTreeMap<JogId, Guard>,
     line: bool,
     open: bool,
-    /// The stop of a jog has to go out, or was, and the arm is not seen at rest yet.
+    /// True if the stop of a jog is to be sent, or was sent and the arm was not seen at rest yet.
     ending: bool,
 }
 
@@ -297,7 +297,7 @@ impl Model {
             Event::LoseLine => {
                 self.line = false;
                 if matches!(self.arm, Arm::Jogs(Some(_), IN_PIECES, _)) {
-                    // They end by themselves.
+                    // Pieces end by themselves.
                     self.arm = Arm::Brakes;
                 }
                 self.gate.gate.lose_line();
@@ -314,7 +314,7 @@ impl Model {
                 let off = self.gate.held_motors(moving);
                 self.gate.gate.close();
                 self.switch_off(&off);
-                // The driver's last frames stop what moves besides.
+                // The driver's last frames also stop other motion.
                 self.arm = Arm::Stands;
             }
         }
@@ -348,7 +348,7 @@ impl Model {
             Turn::Foreign => (motor.runs, motor.own) = (true, false),
         }
         if turn == Turn::QueuedOn {
-            // The queue runs: it has begun by the time at which anything else happens.
+            // The queue runs: the command has begun before anything else happens.
             (motor.runs, motor.own, motor.waits) = (true, true, None);
         }
         if turn != Turn::Foreign {
@@ -495,7 +495,7 @@ impl Explored for Model {
             Turn::QueuedOff,
             Turn::Foreign,
         ];
-        // The outputs are alike: the first that turns is the first of both.
+        // The outputs are equivalent, so only the first is tried.
         let first = self.motors[0] == Motor::default() && self.motors[1] == Motor::default();
         for output in OUTPUTS.into_iter().take(if first { 1 } else { 2 }) {
             out.extend(turns.map(|turn| Event::Motor(output, turn)));

@@ -1,4 +1,4 @@
-//! The gate with a bug planted in it.
+//! The gate with a planted bug.
 
 use magician_host::connection::Micros;
 use magician_host::gate::{
@@ -11,41 +11,41 @@ use crate::model::KEEP;
 /// Planted bug.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Bug {
-    /// A raw jog goes out as it came.
+    /// A raw jog is sent unchanged.
     RawJog,
-    /// A jog of another axis replaces the one under way.
+    /// A jog of another axis replaces the current one.
     JogOverJog,
-    /// A stop leaves the motors alone.
+    /// A stop does not switch the motors off.
     BeltForgotten,
-    /// The end of a connection leaves the motors that it started alone.
+    /// The end of a connection does not switch off the motors that it started.
     BeltOutlivesHolder,
-    /// A guard that is dropped does not end its jog.
+    /// Dropping a guard does not end its jog.
     HolderDies,
-    /// A jog that was let go of while the arm came to rest begins.
+    /// A jog that was released while the arm came to rest begins.
     ReleasedBegins,
-    /// A jog that waits begins although a stop came.
+    /// A waiting jog begins although a stop was sent.
     WaitingOutlivesStop,
-    /// A jog whose deadline has passed goes on.
+    /// A jog continues beyond its deadline.
     NoDeadline,
-    /// A fence and the end of an axis do not bound a jog.
+    /// Fence and end of an axis do not bound a jog.
     NoBound,
     /// A later bound extends a jog.
     BoundExtends,
-    /// A jog that is kept up too late goes on.
+    /// A jog that is kept up too late continues.
     LateKeepRevives,
-    /// The guard of a jog that is over keeps up the one under way.
+    /// The guard of an ended jog keeps up the current one.
     KeepOfAnother,
-    /// A bound of a jog that is over ends the one under way.
+    /// A bound of an ended jog ends the current one.
     BoundOfAnother,
-    /// Whatever ends a jog in time, it was not kept up.
+    /// Every end of a jog is reported as not kept up.
     ReasonLost,
-    /// The end of pieces is owed over the next line, as that of the arm's own jog is.
+    /// The stop of pieces is sent over the next line, like that of the arm's own jog.
     PiecesOwed,
-    /// An arm that was not seen at rest counts as one that was.
+    /// An arm that was not seen at rest counts as at rest.
     RestUnseen,
-    /// A reversal that did not go out leaves the jog before without a holder.
+    /// A reversal that was not sent leaves the previous jog without a holder.
     ReversalLost,
-    /// The guard of a jog is not told that it is over.
+    /// The guard of a jog is not notified of its end.
     OverUntold,
 }
 
@@ -53,7 +53,7 @@ const HELD: &str = "what moves without an end has a holder";
 const REASON: &str = "a jog ends for the reason of its deadline";
 const REST: &str = "a jog begins at rest, or reverses on its axis";
 
-/// Each bug, and the law that it breaks first.
+/// Each bug, with the law that it breaks first.
 pub(crate) const BUGS: [(Bug, &str); 18] = [
     (Bug::RawJog, HELD),
     (Bug::JogOverJog, REST),
@@ -78,14 +78,14 @@ pub(crate) const BUGS: [(Bug, &str); 18] = [
     (Bug::OverUntold, "a guard is told the end of its jog"),
 ];
 
-/// The methods of [`Gate`], with at most one bug.
+/// Methods of [`Gate`], with at most one bug.
 #[derive(Clone, Hash)]
 pub(crate) struct Mutant {
     pub(crate) gate: Gate,
     pub(crate) motors: Motors,
     bug: Option<Bug>,
     waiting: Option<JogRequest>,
-    /// The latest bound of the jog under way.
+    /// Latest bound of the current jog.
     latest: Option<Micros>,
 }
 
@@ -100,7 +100,7 @@ impl Mutant {
         }
     }
 
-    /// The same state with its instants counted from `now`.
+    /// The same state with instants relative to `now`.
     pub(crate) fn rebased(&self, now: Micros) -> Self {
         Self {
             gate: self.gate.rebased(now),
@@ -118,13 +118,13 @@ impl Mutant {
         frame_jogs(frame) && !self.has(Bug::RawJog)
     }
 
-    /// The jog under way instead of the one that is meant.
+    /// Current jog instead of the one meant.
     fn mistaken(&self, jog: JogId, bug: Bug) -> JogId {
         let running = self.gate.running().filter(|_| self.has(bug));
         running.unwrap_or(jog)
     }
 
-    /// True if it goes on.
+    /// True if it continues.
     pub(crate) fn keep(&mut self, jog: JogId, now: Micros) -> bool {
         let jog = self.mistaken(jog, Bug::KeepOfAnother);
         if self.has(Bug::LateKeepRevives) {
@@ -212,7 +212,7 @@ impl Mutant {
         }
     }
 
-    /// All effects of an event.
+    /// Effects of an event.
     pub(crate) fn effects(&mut self) -> Vec<GateEffect> {
         let mut out = Vec::new();
         while let Some(effect) = self.gate.poll_effect() {

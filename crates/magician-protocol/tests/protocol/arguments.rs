@@ -1,11 +1,11 @@
-//! What `key=value` arguments are written as, and what is said of those that are none.
+//! Parameters from `key=value` arguments, and the errors for arguments that do not fit.
 
 use magician_protocol::{
     DecodeError, FieldType, Flag, LayoutInfo, MAX_PARAMS, PoList, Row, Scalar, TABLE, Text, Wire,
     Writer, encode_text,
 };
 
-/// The parameters of a command that is set.
+/// Parameters of the set of a command.
 fn set(name: &str, arguments: &[(&str, &str)]) -> Result<Vec<u8>, String> {
     written(Row::find(name).unwrap().set.unwrap(), arguments)
 }
@@ -20,7 +20,7 @@ fn written(info: &LayoutInfo, arguments: &[(&str, &str)]) -> Result<Vec<u8>, Str
 
 #[test]
 fn what_is_left_out_and_has_a_default_is_written_as_that() {
-    // One turn; the points as they are given.
+    // The default is one turn; the points are as given.
     let circle = set(
         "CircleCmd",
         &[("cir_point", "1,0,0,0"), ("to_point", "0,2,0,0")],
@@ -29,7 +29,7 @@ fn what_is_left_out_and_has_a_default_is_written_as_that() {
     assert_eq!(circle.len(), 36);
     assert_eq!(circle[32..], 1_u32.to_le_bytes());
     assert_eq!(circle[..4], 1_f32.to_le_bytes());
-    // Angles of 0, in the arm's own form of nine bytes.
+    // The default is 0 for both angles, in the arm's own form of nine bytes.
     assert_eq!(
         set("ResetPose", &[("manual", "1")]).unwrap(),
         [1, 0, 0, 0, 0, 0, 0, 0, 0]
@@ -115,7 +115,7 @@ fn text_fills_a_frame_with_its_nul_and_no_more() {
     assert_eq!(Text::new("Dobot").unwrap().as_str(), Ok("Dobot"));
 }
 
-/// What comes behind a field that was left out would be read in its place.
+/// Bytes after a field left out would be decoded as that field.
 #[test]
 fn nothing_is_given_behind_what_is_left_out() {
     for row in TABLE {

@@ -1,4 +1,4 @@
-//! What the control byte and the id ask for, in both directions.
+//! Meaning of the control byte and the id, in both directions.
 
 use crate::material::{fields, frame, noted, notes, request};
 use magician_protocol::{DecodeError, Description, Direction, Get, Request, Set};

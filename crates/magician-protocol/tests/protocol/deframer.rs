@@ -1,4 +1,4 @@
-//! What the deframer reports of foreign, damaged and unfinished bytes.
+//! Events of the deframer for foreign, damaged and unfinished bytes.
 
 use magician_protocol::{Deframer, Event, MAX_FRAME, Rejection};
 
@@ -160,7 +160,7 @@ fn silence_ends_before_the_next_bytes() {
             Seen::Frame(3, GET_POSE.to_vec()),
         ]
     );
-    // A frame cut by another write, without a silence, waits as before.
+    // Without a silence, a frame split over two writes waits for its rest.
     assert_eq!(drain(&mut deframer, &GET_POSE[..3]), []);
     assert_eq!(
         drain(&mut deframer, &GET_POSE[3..]),
@@ -216,7 +216,7 @@ fn tiles(stream: &[u8], piece: usize) {
 
 #[test]
 fn the_worst_input_costs_bounded_work() {
-    // Every sum that is computed ends in a frame or in a checksum rejection.
+    // Each checksum computed ends in a frame or a checksum rejection, so events count the work.
     let worst: [&[u8]; 3] = [&[0xAA], &[0xAA, 0xAA, 0xFA], &[0xAA, 0xAA, 0xAA, 0xFA]];
     for pattern in worst {
         let stream: Vec<u8> = pattern.iter().copied().cycle().take(20_000).collect();
@@ -250,7 +250,7 @@ fn state_is_small() {
 
 #[test]
 fn a_false_length_does_not_swallow_whole_frames() {
-    // The Len of the first frame was 3; with 10 the sum happens to be right.
+    // The Len of the first frame was 3; damaged to 10, the checksum matches by chance.
     let first = [0xAA, 0xAA, 0x0A, 0x04, 0x00, 0x00, 0xFC];
     let second = [0xAA, 0xAA, 0x02, 0xF2, 0x01, 0x0D];
     let input = [&first[..], &second, &GET_POSE].concat();
@@ -280,21 +280,21 @@ fn what_looks_like_a_frame_inside_a_good_frame_is_its_content() {
     ] {
         assert_eq!(whole(good.bytes()), [Seen::Frame(0, good.bytes().to_vec())]);
     }
-    // No layout of this command is that long: a Len that was damaged.
+    // No layout of this command is that long: the Len is damaged.
     let false_one = frame(13, &pose);
     assert!(whole(false_one.bytes()).contains(&Seen::Frame(5, GET_POSE.to_vec())));
 }
 
-/// A header with a length below 2 is no frame, whatever sum follows: nothing begins there that could be swallowed.
+/// A header with a length below 2 begins no frame, whatever checksum follows, so none is swallowed.
 #[test]
 fn a_header_of_an_impossible_length_inside_a_good_frame_is_its_content() {
     for inner in [
-        // Length 0, and the sum of nothing.
+        // Length 0, and the checksum of nothing.
         [0xAA, 0xAA, 0x00, 0x00, 0x00, 0x00],
-        // Length 1: an id without Ctrl, and its sum.
+        // Length 1: an id without Ctrl, and its checksum.
         [0xAA, 0xAA, 0x01, 0x0A, 0xF6, 0x00],
     ] {
-        // A get with surplus bytes, which is no usual length.
+        // A get with surplus bytes: not a usual length.
         let params = [&inner[..], &inner[..]].concat();
         let frame =
             magician_protocol::FrameBuf::new(10, magician_protocol::Ctrl(0), &params).unwrap();

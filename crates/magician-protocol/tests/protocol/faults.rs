@@ -1,10 +1,10 @@
-//! What a damaged byte costs: nothing false gets through that the checksum can tell, and the
-//! stream is found again at once.
+//! Cost of a damaged byte: no false frame passes that the checksum can detect, and the deframer
+//! resynchronises at once.
 
 use crate::material::frames;
 use magician_protocol::{Deframer, Description, Event, Frame, Request};
 
-/// Offset and bytes of every frame in `bytes`; the stream ends with a silence.
+/// Offset and bytes of each frame in `bytes`, which end with a silence.
 fn deframe(bytes: &[u8]) -> Vec<(usize, Vec<u8>)> {
     let mut deframer = Deframer::new();
     let mut input = bytes;
@@ -44,7 +44,7 @@ fn every_single_byte_fault_of_every_frame_on_record() {
                     silent += 1;
                 }
                 for (offset, frame) in found {
-                    // The sum covers id, Ctrl and parameters: only a false Len can pass.
+                    // The checksum covers id, Ctrl and parameters, so only a damaged Len can pass.
                     assert!(sums_to_zero(&frame), "{}", recorded.id);
                     assert!(offset != 0 || at == 2, "{} at {at}", recorded.id);
                     let frame = Frame::new(&frame).unwrap();
@@ -64,7 +64,7 @@ fn every_single_byte_fault_of_every_frame_on_record() {
     assert!(decoded * 1000 < faults, "{decoded} of {faults}");
 }
 
-/// What happens to the byte at a place.
+/// Fault of a single byte.
 #[derive(Clone, Copy)]
 enum Fault {
     Replaced(u8),
@@ -72,14 +72,14 @@ enum Fault {
     Dropped,
 }
 
-/// A stretch of a long clean stream: where its frames begin, and its bytes.
+/// Part of a long clean stream: offsets of its frames, and its bytes.
 struct Stretch {
     frames: Vec<(usize, Vec<u8>)>,
     bytes: Vec<u8>,
 }
 
 impl Stretch {
-    /// The frames from `first` on, long enough that a false Len ends inside.
+    /// Takes the frames from `first` on, long enough for any false Len to end inside.
     fn new(all: &[Vec<u8>], first: usize) -> Self {
         let (mut frames, mut bytes) = (Vec::new(), Vec::new());
         for frame in all.iter().cycle().skip(first) {
@@ -92,7 +92,7 @@ impl Stretch {
         Self { frames, bytes }
     }
 
-    /// How many frames a fault costs, and whether chance let a false one through.
+    /// Number of frames lost to a fault, and true if a false frame passed by chance.
     fn cost(&self, at: usize, fault: Fault) -> (usize, bool) {
         let mut bytes = self.bytes.clone();
         match fault {
@@ -101,7 +101,7 @@ impl Stretch {
             Fault::Dropped => drop(bytes.remove(at)),
         }
         let found = deframe(&bytes);
-        // An inserted 0xAA next to a header belongs to it as well as the one it stands beside.
+        // A 0xAA inserted next to a header cannot be told from the header's own byte.
         let same = |(offset, frame): &(usize, Vec<u8>), (at, bytes): &(usize, Vec<u8>)| {
             offset.abs_diff(*at) <= 1 && frame == bytes
         };
@@ -122,7 +122,7 @@ struct Tally {
 
 impl Tally {
     fn add(&mut self, (lost, chance): (usize, bool)) {
-        // The damaged frame, and one good one when a false sum is right by chance.
+        // The damaged frame, and one good frame if a false checksum matches by chance.
         assert!(lost <= 1 + usize::from(chance), "{lost} frames lost");
         self.faults += 1;
         self.lost += lost;

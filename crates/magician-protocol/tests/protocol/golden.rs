@@ -1,6 +1,6 @@
-//! Frames written by hand from the document, for the ids that no recorded frame shows.
+//! Frames written by hand from the document, for ids without a recorded frame.
 //!
-//! Do not change this test, nor its data, to make it pass.
+//! Do not change this test or its data to make it pass.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! Forms that known hosts and controllers send and a strict one would not, by erratum.
+//! Forms that known hosts and controllers send although a strict sender would not, by erratum.
 
 use crate::material::{fields, frame, get_again, noted, notes, request, set_again};
 use magician_protocol::commands::{

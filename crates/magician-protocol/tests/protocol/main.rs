@@ -1,4 +1,5 @@
-//! The table, frames and bytes, one program: `cargo test --test protocol golden::` does those of a file.
+//! Tests of table, frames and bytes in one program: `cargo test --test protocol golden::` runs
+//! those of one file.
 
 mod material;
 

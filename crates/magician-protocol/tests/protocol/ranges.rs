@@ -1,4 +1,4 @@
-//! Values of fields against the ranges of the table.
+//! Values of fields against the ranges of the command table.
 
 use magician_protocol::commands::{
     ClearAlarmsState, CpCmd, CpLeCmd, DeviceSn, IoPwm, JogCommonParams, JogJointParams,
@@ -189,10 +189,10 @@ fn ends_of_a_range_are_within_it() {
         (burn(1, 1e30, 100.0), true),
         (burn(1, f32::NAN, 100.0), false),
         (outputs(&[OUTPUT; 57]), true),
-        // Where the carriage may be depends on the mode: the planner knows.
+        // The rail's range depends on the mode: the planner checks it.
         (rail(1, 2000.0), true),
         (rail(1, f32::NAN), false),
-        // Any byte but 0 is on.
+        // A flag is on for any byte but 0.
         (
             Set::from(SetEndEffectorLaser {
                 enable_ctrl: Flag(7),
@@ -217,7 +217,7 @@ fn ends_of_a_range_are_within_it() {
     );
 }
 
-/// The frame has no room for it either, but the range says it first.
+/// The list does not fit the frame either, but the range is checked first.
 #[test]
 fn list_that_is_too_long_is_told_by_its_length() {
     let command = Set::from(PtpPoWithLCmd {
@@ -277,7 +277,7 @@ fn only_wanted_fields_are_checked() {
     assert_eq!(Set::from(at).check().unwrap_err().field, "ptp_mode");
 }
 
-/// So that a value without a name is out of range, too.
+/// Consequence: a value without a name is out of range.
 #[test]
 fn range_of_an_enum_is_that_of_its_names() {
     let layouts = TABLE.iter().flat_map(|row| [row.query, row.value, row.set]);

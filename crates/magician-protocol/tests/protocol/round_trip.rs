@@ -1,4 +1,4 @@
-//! Bytes to values and back, over every layout, with whatever bytes.
+//! Bytes to values and back, for every layout and arbitrary bytes.
 
 use crate::material::{bytes_of, get_again, set_again, value_again};
 use magician_protocol::{
@@ -25,7 +25,7 @@ fn reply_again(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
     result.map(|()| bytes)
 }
 
-/// Every layout, with the typed decode and encode that go with it.
+/// All layouts, each with its typed decode and encode.
 fn forms() -> Vec<(&'static Row, &'static LayoutInfo, Again)> {
     let mut forms = Vec::new();
     for row in TABLE {
@@ -66,7 +66,7 @@ fn canonical(info: &LayoutInfo, noise: &[u8]) -> Vec<u8> {
     params
 }
 
-/// A reflected value, written as its field lies on the wire.
+/// Wire bytes of a reflected value.
 fn write_back(field: &Field, value: &FieldValue<'_>) -> Vec<u8> {
     let scalar = |scalar: Scalar, value: &FieldValue<'_>| match value {
         FieldValue::Unsigned(number) => number.to_le_bytes()[..scalar.size()].to_vec(),
@@ -96,7 +96,7 @@ fn write_back(field: &Field, value: &FieldValue<'_>) -> Vec<u8> {
     }
 }
 
-/// A reflected value as the command line takes it.
+/// Text of a reflected value as a command-line argument.
 fn argument(value: &FieldValue<'_>) -> String {
     match value {
         FieldValue::Enum(_, byte) => byte.to_string(),
@@ -129,7 +129,7 @@ proptest! {
             prop_assert_eq!(values.is_ok(), typed.is_ok(), "{}", info.name);
             let (Ok(values), Ok(typed)) = (values, typed) else { continue };
             let written: Vec<u8> = values.flat_map(|(f, v)| write_back(f, &v)).collect();
-            // A short form is filled up; text that fills the frame has no room for its NUL.
+            // A short form is padded; text that fills the frame has no room for its NUL.
             let same = typed.starts_with(&written) || written.starts_with(&typed);
             prop_assert!(same, "{}: {written:?} {typed:?}", info.name);
             if info.min_size() < noise.len() && info.forms.is_empty() {
@@ -199,7 +199,7 @@ proptest! {
         prop_assert_eq!((frame.id(), frame.ctrl().0, frame.params()), (id, ctrl, &params[..]));
         let request = Request::decode(&frame);
         let expected = request_by_row(id, Ctrl(ctrl), &params);
-        // As text: NaN is not equal to itself.
+        // Compared as text, since NaN is not equal to itself.
         prop_assert_eq!(format!("{request:?}"), format!("{expected:?}"));
         for direction in [Direction::Request, Direction::Reply] {
             if let Ok(description) = describe(&frame, direction) {
@@ -234,7 +234,7 @@ proptest! {
     }
 }
 
-/// What errata E07 and E12 say of a request, put in other words than the code does.
+/// Second implementation of errata E07 and E12, independent of the code.
 fn request_by_row(id: u8, ctrl: Ctrl, params: &[u8]) -> Result<Request, DecodeError> {
     use magician_protocol::{Get, Set};
     let row = Row::with_id(id).ok_or(DecodeError::UnknownId(id))?;

@@ -1,4 +1,4 @@
-//! The table against `commands.toml`, and against its own rules.
+//! The command table against `commands.toml`, and against its own rules.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use magician_protocol::{
 };
 use toml::{Table, Value};
 
-/// Every id of the Magician family; the rows of other devices are not ours.
+/// All ids of the Magician family; rows of other devices are left out.
 fn documented() -> BTreeMap<u8, Table> {
     let table: Table = toml::from_str(include_str!("../data/commands.toml")).unwrap();
     let commands = table["command"].as_array().unwrap().iter();
@@ -46,7 +46,7 @@ fn rows_say_what_commands_toml_says() {
             (None, _) => "set",
         };
         assert_eq!(access, text("access"), "{}", row.name);
-        // A get-only command says "always immediate".
+        // Get-only commands have the text "always immediate" here.
         let queueable = command["queueable"].as_bool().unwrap_or(false);
         assert_eq!(row.queueable, queueable, "{}", row.name);
         let source = match row.source {
@@ -80,17 +80,17 @@ fn layouts_are_those_of_commands_toml() {
     }
 }
 
-/// Where the table differs from `commands.toml` on purpose.
+/// Intended differences between the table and `commands.toml`.
 const DIFFERENCES: &[(u8, &str, &str)] = &[
     // E20: "accept any length" and the Magician's 16 bytes are one type.
     (20, "value", "alarms_state alarms"),
-    // E23: the document itself lets a host leave the angles out.
+    // E23: the document itself allows hosts to leave the angles out.
     (
         11,
         "set",
         "manual u8, rear_arm_angle f32?, front_arm_angle f32?",
     ),
-    // Model section 15a outranks commands.toml on these two.
+    // Model section 15a takes precedence over commands.toml for these two.
     (161, "value", "mode u8, ctl u8?"),
     (161, "set", "mode u8, ctl u8?"),
     (
@@ -205,7 +205,7 @@ fn layouts_keep_the_rules_of_their_reader() {
 
 #[test]
 fn only_speeds_are_signed() {
-    // `describe` takes every signed number for a stepper's speed (E41).
+    // `describe` treats every signed number as a stepper's speed (E41).
     let speeds = TABLE.iter().flat_map(layouts).flat_map(|info| info.fields);
     let signed = speeds.filter(|field| field.ty == FieldType::Scalar(Scalar::I32));
     assert!(signed.map(|field| field.name).eq(["speed", "speed"]));
@@ -314,14 +314,14 @@ fn commands_that_need_care_say_so() {
     for row in TABLE {
         assert_eq!(row.danger().is_some(), row.dangerous, "{}", row.name);
     }
-    // What moves the arm or counts must not happen twice.
+    // A command that moves the arm or counts must not run twice.
     for row in TABLE.iter().filter(|row| row.name.ends_with("Cmd")) {
         assert!(!row.resendable || row.name == "WAITCmd", "{}", row.name);
     }
     assert!(TABLE.iter().all(|row| row.set.is_some() || row.resendable));
 }
 
-/// An effect agrees with the forms that a row has, and with what else it says.
+/// The effect agrees with the forms of a row and with its other columns.
 #[test]
 fn effects_agree_with_the_rest_of_the_row() {
     for row in TABLE {
@@ -359,8 +359,8 @@ fn effects_agree_with_the_rest_of_the_row() {
     assert_eq!(of(Effect::Consume), [42]);
 }
 
-/// What only looks can be asked once for several hosts. Each look at the trigger of hand teaching may take away what it reads
-/// (errata, open question 11).
+/// A plain read can be shared by several hosts. A read of the hand-teaching trigger may clear what
+/// it reports (errata, open question 11).
 #[test]
 fn every_value_is_only_looked_at_but_the_trigger_of_hand_teaching() {
     for row in TABLE {

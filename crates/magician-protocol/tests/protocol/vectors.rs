@@ -1,4 +1,4 @@
-//! The recorded frames of real arms, real hosts and independent implementations.
+//! Frames recorded from real arms, real hosts and independent implementations.
 
 use crate::material;
 use crate::material::{check, hex, vectors};
@@ -55,7 +55,7 @@ fn invalid_frames_are_rejected_for_the_reason_on_record() {
     }
 }
 
-/// The frames that come out when the bytes come in these pieces.
+/// Frames found when the bytes arrive in these pieces.
 fn deframe(pieces: &[&[u8]]) -> Vec<Vec<u8>> {
     let mut deframer = Deframer::new();
     let mut frames = Vec::new();

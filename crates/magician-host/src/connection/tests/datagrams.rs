@@ -1,4 +1,4 @@
-//! What is lost, late and doubled on a network that is otherwise quick.
+//! Loss, delay and duplication on a network that is otherwise fast.
 
 use magician_protocol::commands::{
     DeviceTime, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
@@ -10,7 +10,7 @@ use super::{SECOND, ready, wait};
 use crate::connection::{Failure, Micros, Request, Settings};
 use crate::pair::{Faults, Pair, index_of};
 
-/// A pair that has seen a few round trips.
+/// A pair with a few measured round trips.
 fn quick(seed: u64) -> Pair {
     let mut pair = ready(Settings::DATAGRAMS, seed);
     for _ in 0..3 {
@@ -26,7 +26,7 @@ fn get<T: Readable<Query = NoArgs>>() -> Request {
     Request::get::<T>(&NoArgs).unwrap()
 }
 
-/// How long it takes.
+/// Duration of a request.
 fn time(pair: &mut Pair, act: impl FnOnce(&mut Pair)) -> Micros {
     let begun = pair.now;
     act(pair);
@@ -38,7 +38,7 @@ fn a_lost_datagram_costs_no_more_than_it_may_be_under_way() {
     for lose in [Pair::lose_next_request, Pair::lose_next_reply] {
         let mut pair = quick(1);
         assert_eq!(pair.host.lifetime(), SECOND / 5);
-        // The same thing is asked again at once.
+        // The same request follows at once.
         lose(&mut pair);
         let took = time(&mut pair, |pair| {
             for _ in 0..3 {
@@ -64,7 +64,7 @@ fn a_slow_network_and_late_answers_lengthen_the_lifetime() {
     pair.ask(get::<DeviceTime>(), SECOND).unwrap();
     let slow = pair.host.lifetime();
     assert!(slow >= 8 * 50_000, "{slow}");
-    // The answer to a command comes when its lifetime is over.
+    // The reply to a command arrives after its lifetime.
     let mut pair = quick(3);
     pair.delay_replies(230_000);
     let ticket = pair.host.submit(wait(1).deadline(pair.now + 5 * SECOND));
@@ -94,11 +94,11 @@ fn a_command_that_came_twice_is_taken_and_told_even_if_its_first_answer_is_lost(
     assert_eq!(pair.reports, [(4, 4)]);
 }
 
-/// An arm at rest: its queue was seen empty, and then its current index.
+/// An arm at rest: its queue was seen empty, and then its current index was read.
 fn at_rest(settings: Settings, dropped: u32) -> Pair {
     let mut pair = Pair::new(settings, Faults::default(), 5);
     pair.count_from(1);
-    // An earlier program has used the arm, and cleared its queue.
+    // An earlier program has used the arm and cleared its queue.
     let mut before = Pair::new(Settings::ORDERED, Faults::default(), 6);
     before.count_from(1);
     let orders: [FrameBuf; 3] = [
@@ -131,7 +131,7 @@ fn an_arm_at_rest_settles_the_fate_of_the_first_command() {
                     lose(&mut pair);
                     let first = pair.ask(wait(takes), 3 * SECOND);
                     if let (Err(fate), true, 0) = (&first, dropped > 0, takes) {
-                        // It has ended with a number that might be a stranger's.
+                        // The command has ended, with a number that might be another host's.
                         assert!(matches!(fate, Failure::Uncertain { from: Some(1), .. }));
                         continue;
                     }
@@ -149,7 +149,8 @@ fn an_arm_at_rest_settles_the_fate_of_the_first_command() {
 #[test]
 fn an_index_that_was_read_before_the_queue_was_empty_is_no_base() {
     let mut pair = at_rest(Settings::ORDERED, 0);
-    // Another host's command: read as running, then the queue is empty, and the index was not read since.
+    // Another host's command: seen running, then the queue is empty, and the index was not read
+    // since.
     let order = *wait(50).frame();
     pair.arm.exchange(magician_sim::LinkId(0), order.bytes());
     pair.ask(get::<QueuedCmdLeftSpace>(), SECOND).unwrap();

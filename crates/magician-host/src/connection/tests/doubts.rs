@@ -1,4 +1,4 @@
-//! Queued commands whose answer is lost, wrong or late.
+//! Queued commands with a lost, wrong or late reply.
 
 use magician_protocol::commands::{DeviceName, QueuedCmdCurrentIndex};
 use magician_protocol::{Ctrl, NoArgs};
@@ -125,7 +125,7 @@ fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
     }
     pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
         .unwrap();
-    // The line loses one request of a batch: which one is unknown.
+    // The line loses one request of a batch; which one is unknown.
     let tickets: Vec<_> = (0..4)
         .map(|_| pair.host.submit(shared(0).deadline(deadline)))
         .collect();
@@ -146,7 +146,7 @@ fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
 pub(super) fn a_request_lost_in_a_window_is_not_made_up_for_behind_the_next() {
     let mut pair = lawful(4, 17);
     let deadline = pair.now + 20 * SECOND;
-    // Two commands of different ids: the answer to the second proves the first lost.
+    // Two commands of different ids: the reply to the second proves the first lost.
     let first = pair.host.submit(shared(1).deadline(deadline));
     let suck = magician_protocol::commands::SetEndEffectorSuctionCup {
         enable_ctrl: magician_protocol::Flag::ON,

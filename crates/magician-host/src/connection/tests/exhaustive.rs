@@ -1,9 +1,12 @@
-//! Every way in which a short program can go wrong: a queue of a few places, a few commands, and a line that may lose,
-//! double and hold up each frame, a controller that may be reset and a queue that may be cleared at each instant. All
-//! choices are tried, with a bounded number of mishaps in one run; the connection is the real one.
+//! Exhaustive exploration of short programs on a bad line.
 //!
-//! The property: each command is taken once and in its order, or its fate is reported as not known. What is reported as
-//! not taken was not taken; what is confirmed stands in the place that it claims.
+//! The model has a queue of a few places, a few commands, and a line that may lose, duplicate and
+//! delay each frame; the controller may be reset and the queue cleared at each instant. All choices
+//! are explored, with a bounded number of faults per run. The connection is the real one.
+//!
+//! The property: each command is taken once and in order, or its fate is reported as unknown.
+//! Commands reported as not taken were not taken; confirmed commands have the index that they
+//! claim.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -19,13 +22,13 @@ use crate::connection::{
 };
 use crate::pair::index_of;
 
-/// A run is over by then.
+/// Tick by which every run has ended.
 const END: u64 = 600;
 
 /// Ticks without a line.
 const AWAY: u64 = 6;
 
-/// A queued command with a number of its own; every third has another id.
+/// A numbered queued command; every third has another id.
 fn command(number: u32) -> Request {
     let id = if number.is_multiple_of(3) {
         CpCmd::ROW.id
@@ -35,7 +38,7 @@ fn command(number: u32) -> Request {
     Request::raw(id, Ctrl::QUEUED, &number.to_le_bytes()).unwrap()
 }
 
-/// What may happen, and how often in one run.
+/// Possible faults, with their largest numbers in one run.
 #[derive(Clone, Copy, Debug)]
 struct Scope {
     settings: Settings,
@@ -43,18 +46,19 @@ struct Scope {
     places: usize,
     takes: u64,
     mishaps: u32,
-    /// Frames may come twice (datagrams).
+    /// True if frames may be duplicated (datagrams).
     doubles: bool,
     resets: bool,
     clears: bool,
-    /// The cable may be pulled; it is back after [`AWAY`] ticks.
+    /// Number of times that the cable may be pulled; it is back after [`AWAY`] ticks.
     cuts: bool,
-    /// Nothing was accepted before: of the arm it is only known that it rests. As many numbers were given to commands that an
-    /// earlier connection dropped.
+    /// True if nothing was accepted before, so that only rest is known of the arm, and as many
+    /// indices were given to commands that an earlier connection dropped.
     fresh: Option<u64>,
-    /// A read is submitted behind each command, not behind one alone.
+    /// True if a read is submitted behind each command, not only behind one.
     reads: bool,
-    /// Against errata E06, the controller answers reads before commands that came with them.
+    /// True if the controller breaks errata E06 and answers reads before commands that arrived with
+    /// them.
     reads_first: bool,
 }
 
@@ -70,24 +74,24 @@ struct World {
     tick: u64,
     host: Connection,
     toy: Toy,
-    /// Frames that were just put on the line; what becomes of them is chosen one by one.
+    /// Frames just put on the line, whose fates are chosen one by one.
     undecided: VecDeque<(Direction, FrameBuf)>,
-    /// Frames on their way, and the ticks at which they come.
+    /// Frames under way, with the ticks at which they arrive.
     lines: [VecDeque<(u64, FrameBuf)>; 2],
     mishaps: u32,
-    /// This tick was chosen to be without a reset and a clear.
+    /// True if this tick was chosen to be without a reset and a Clear.
     calm: bool,
     tickets: HashMap<Ticket, u32>,
     fates: HashMap<u32, Result<u64, Failure>>,
     confirmed: Vec<u32>,
     reported: bool,
-    /// Resets that were noticed. What was told before one is not confirmed any more.
+    /// Resets that were noticed. Earlier results are no longer confirmed.
     resets: u32,
     doubled: bool,
-    /// A Clear was sent.
+    /// True if a Clear was sent.
     cleared: bool,
     finishing: bool,
-    /// When the cable is put back.
+    /// Tick at which the cable is reconnected.
     back: Option<u64>,
 }
 
@@ -97,7 +101,7 @@ impl World {
             scope,
             tick: 0,
             host: Connection::new(Settings {
-                // What doubled last shows in the left space alone.
+                // A duplicate of the last command shows only in the left space.
                 capacity: if scope.doubles {
                     scope.places as u32
                 } else {
@@ -107,6 +111,7 @@ impl World {
             }),
             toy: Toy {
                 places: scope.places,
+                // Short, because set-up waits for an empty queue and `scope.takes` may be long.
                 takes: 1,
                 next: 1 + scope.fresh.unwrap_or(0),
                 current: 0,
@@ -117,6 +122,7 @@ impl World {
             },
             undecided: VecDeque::new(),
             lines: [VecDeque::new(), VecDeque::new()],
+            // No faults during set-up.
             mishaps: u32::MAX,
             calm: true,
             tickets: HashMap::new(),
@@ -132,6 +138,7 @@ impl World {
         world.look();
         world.settle();
         if scope.fresh.is_none() {
+            // Enough accepted commands for the connection to know that the arm follows the law.
             for number in 1..=4 {
                 world.submit(number, command(number));
                 world.settle();
@@ -148,6 +155,7 @@ impl World {
         for number in 5..5 + scope.commands {
             world.submit(number, command(number).repeatable());
             if number == 6 || scope.reads {
+                // The three reads differ, as a reply goes to the oldest request of its id.
                 let read = match number % 3 {
                     0 => Request::get::<DeviceTime>(&NoArgs),
                     1 => Request::get::<QueuedCmdLeftSpace>(&NoArgs),
@@ -169,7 +177,7 @@ impl World {
         self.tickets.insert(ticket, number);
     }
 
-    /// Reads what shows a stranger's commands and settles those before.
+    /// Reads values that reveal another host's commands and settle earlier ones.
     fn look(&mut self) {
         let deadline = self.now() + 200 * TICK;
         for read in [
@@ -181,7 +189,7 @@ impl World {
         }
     }
 
-    /// Runs without mishaps until nothing is left to do.
+    /// Runs without further faults until nothing is left to do.
     fn settle(&mut self) {
         self.listen();
         while !(self.host.is_idle() && self.undecided.is_empty() && self.toy.queue.is_empty()) {
@@ -198,12 +206,13 @@ impl World {
         let line = &mut self.lines[way as usize];
         let mut at = self.tick + 1 + late;
         if self.scope.settings.ordered {
+            // A delayed frame holds back those behind it.
             at = at.max(line.back().map_or(0, |(at, _)| *at));
         }
         line.push_back((at, frame));
     }
 
-    /// One tick passes.
+    /// Advances by one tick.
     fn pass(&mut self) {
         self.tick += 1;
         self.calm = false;
@@ -212,6 +221,7 @@ impl World {
             self.host.restored();
         }
         let mut requests: Vec<_> = std::iter::from_fn(|| self.take(Direction::ToArm)).collect();
+        // The sort is stable, so only reads and commands change places.
         if self.scope.reads_first {
             requests.sort_by_key(|request| request.frame().ctrl().queued());
         }
@@ -255,7 +265,7 @@ impl World {
         self.check_confirmed();
     }
 
-    /// What is confirmed stands where it claims to.
+    /// Asserts that confirmed commands have the index that they claim.
     fn check_confirmed(&mut self) {
         let Some(confirmed) = self.host.confirmed_index() else {
             return;
@@ -275,18 +285,21 @@ impl World {
         }
     }
 
-    /// Whether an index may be told as another one: the first of an arm at rest, which may be too low by what was dropped.
+    /// True if an index may be reported differently: the first one of an arm at rest, which may be
+    /// too low by the number of dropped commands.
     fn is_told(&self, index: u64, told: u64) -> bool {
         (told..=told + self.scope.fresh.unwrap_or(0)).contains(&index)
     }
 
-    /// All that may come next; none when the run is over.
+    /// All possible next states; empty when the run is over.
     fn successors(mut self) -> Vec<Self> {
+        // Several frames of one instant are decided one by one, which gives all combinations.
         if let Some((way, frame)) = self.undecided.pop_front() {
             return self.decide(way, &frame);
         }
         if !self.calm && !self.finishing && self.mishaps < self.scope.mishaps {
             self.calm = true;
+            // At most one reset, Clear or cut per tick.
             let mut all = Vec::new();
             if self.scope.resets {
                 let mut other = self.clone();
@@ -320,18 +333,20 @@ impl World {
                 self.judge();
                 return Vec::new();
             }
+            // Final reads confirm the last indices.
             self.finishing = true;
             self.look();
             self.listen();
             return vec![self];
         }
+        // Every run ends, so a livelock is a fault.
         assert!(self.tick < END, "no end: {}", self.story());
         self.pass();
         self.listen();
         vec![self]
     }
 
-    /// The cable is pulled. What the arm said already may wait in an adapter until it is back.
+    /// Pulls the cable. Replies already sent may wait in an adapter until it is back.
     fn cut(&mut self, answers_survive: bool) {
         self.mishaps += 1;
         let [to_arm, to_host] = &mut self.lines;
@@ -362,6 +377,7 @@ impl World {
                 for late in [0, 2] {
                     let mut other = self.clone();
                     other.mishaps += 1;
+                    // Only a duplicated queued command can be executed twice.
                     other.doubled |= way == Direction::ToArm && frame.frame().ctrl().queued();
                     other.put(way, *frame, 0);
                     other.put(way, *frame, late);
@@ -374,10 +390,11 @@ impl World {
         all
     }
 
-    /// The property, at the end of a run.
+    /// Asserts the property at the end of a run.
     fn judge(&self) {
         let accepted = &self.toy.accepted;
         let mut numbers: Vec<u32> = accepted.iter().map(|(number, _)| *number).collect();
+        // Sorted numbers have their repeats side by side, where `dedup` finds them.
         let in_order = numbers.is_sorted();
         numbers.dedup();
         let once = numbers.len() == accepted.len();
@@ -386,12 +403,13 @@ impl World {
             _ => None,
         };
         let gap = self.fates.values().filter_map(from).min();
-        // Of what stood in the queue before a reset nothing is left, doubled or not.
+        // Nothing of a queue survives a reset, duplicated or not.
         let reported = self.reported || gap.is_some() || self.resets > 0;
-        // A second copy at the queue's end that was cleared shows when the next command is taken.
+        // A second copy at the end of the queue that was cleared shows when the next command is
+        // taken.
         let last = |number: &u32| accepted.iter().filter(|(taken, _)| taken == number).count() > 1;
         let cleared = self.cleared && accepted.last().is_some_and(|(number, _)| last(number));
-        // One of the first command that has ended looks like a number that was dropped.
+        // A finished copy of the first command looks like a dropped number.
         let first =
             self.scope.fresh.is_some() && accepted.first().is_some_and(|(number, _)| last(number));
         let excused = self.doubled && (reported || cleared || first);
@@ -412,6 +430,7 @@ impl World {
                     let mut taken = taken.map(|(_, taken)| self.is_told(*taken, *index));
                     confirmed && taken.next() == Some(true) && taken.next().is_none() || doubtful
                 }
+                // An unknown fate allows both outcomes, but not two executions.
                 Err(Failure::Uncertain { .. }) => taken.count() <= 1,
                 Err(_) => taken.count() == 0,
             };
@@ -429,11 +448,11 @@ impl World {
     }
 }
 
-/// Tries everything; the number of states and of whole runs.
+/// Explores all states. Returns the number of states and of complete runs.
 fn explore(scope: Scope) -> (u64, u64) {
     let (mut states, mut runs) = (0, 0);
     let mut open = vec![World::new(scope)];
-    // What was submitted goes out.
+    // Submitted requests are sent.
     open[0].listen();
     while let Some(world) = open.pop() {
         states += 1;
@@ -444,7 +463,8 @@ fn explore(scope: Scope) -> (u64, u64) {
     (states, runs)
 }
 
-/// A link whose timeouts are short of its longest delays, so that an answer may come after its timeout.
+/// Link with timeouts shorter than its longest delays, so that a reply may arrive after its
+/// timeout.
 const TIGHT: Settings = Settings {
     initial_timeout: 3 * TICK,
     floor: 3 * TICK,
@@ -486,7 +506,7 @@ const WINDOW: Scope = Scope {
 const DATAGRAMS: Scope = Scope {
     settings: Settings {
         ordered: false,
-        // Eight times the quickest round trip, and as long as the slowest takes.
+        // Eight times the shortest round trip equals the longest one.
         lifetime: 8 * TICK,
         shortest: TICK,
         echo: 4 * TICK,
@@ -509,6 +529,7 @@ fn report(name: &str, scope: Scope) {
     println!(
         "{name}, {commands} commands of {takes} ticks, {places} places, {mishaps} mishaps: {states} states, {runs} runs"
     );
+    // A scope that explores almost nothing would pass every check.
     assert!(runs > 100);
 }
 
@@ -582,7 +603,7 @@ pub(super) fn reads_answered_before_their_commands_leave_no_command_uncertain() 
 
 #[test]
 pub(super) fn over_datagrams_each_command_is_taken_once_or_reported() {
-    // Three mishaps of the line; two of all kinds.
+    // Three faults of the line, or two of all kinds.
     let scope = Scope {
         commands: 2,
         resets: false,
@@ -629,7 +650,7 @@ pub(super) fn the_first_command_of_an_arm_at_rest_is_taken_once_or_reported() {
                 ..SERIAL
             };
             report("serial, at rest", serial);
-            // After a reset so soon the first indices are those of before.
+            // After an early reset the first indices equal those before.
             let datagrams = Scope {
                 settings: DATAGRAMS.settings,
                 doubles: true,
@@ -641,7 +662,8 @@ pub(super) fn the_first_command_of_an_arm_at_rest_is_taken_once_or_reported() {
     }
 }
 
-/// A check that cannot fail proves nothing: without a safeguard the same exploration finds a fault.
+/// A check that cannot fail proves nothing: without a safeguard the same exploration must find a
+/// fault.
 #[test]
 fn the_exploration_finds_what_is_planted() {
     let serial = over_a_serial_line_each_command_is_taken_once_or_reported;

@@ -1,4 +1,4 @@
-//! Many commands over lines that lose, damage, double, delay and reorder.
+//! Many commands over lines that lose, damage, duplicate, delay and reorder.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,13 @@ use super::{SECOND, get_di, ready, wait};
 use crate::connection::{Failure, Law, Request, Settings};
 use crate::pair::{Faults, Pair, index_of};
 
-/// A network that holds datagrams back for longer than its round trips show.
+/// A network that delays datagrams for longer than its round trips suggest.
 const HOLDS: Settings = Settings {
     shortest: Settings::DATAGRAMS.lifetime,
     ..Settings::DATAGRAMS
 };
 
-/// Queued commands, each with a number of its own, and reads whose reply says what was asked.
+/// Numbered queued commands, and reads whose reply identifies the request.
 fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
     let mut fates = HashMap::new();
     let (mut uncertain, mut exchanges) = (0, 0);
@@ -105,8 +105,8 @@ fn a_line_that_doubles_replies_never_doubles_commands() {
         let mut pair = ready(Settings::ORDERED, seed);
         pair.ask(wait(0), SECOND).unwrap();
         pair.accepted.clear();
-        // Only what the arm says is doubled: a request doubled by the line is executed twice by
-        // any controller, and the index of the next command tells.
+        // Only replies are duplicated: a duplicated request is executed twice by any controller,
+        // which the index of the next command reveals.
         pair.set_reply_faults(faults);
         stream(&mut pair, 40, false);
     }
@@ -140,7 +140,7 @@ fn a_line_that_doubles_requests_does_so_never_unnoticed() {
         late_for: 900_000,
         ..Faults::default()
     };
-    // As late as a second copy may be here.
+    // The latest moment for a second copy in this test.
     let settings = Settings {
         echo: SECOND,
         ..HOLDS
@@ -159,7 +159,7 @@ fn a_line_that_doubles_requests_does_so_never_unnoticed() {
         pair.set_faults(Faults::default());
         let settled = pair.now + 10 * SECOND;
         pair.run_until(settled);
-        // Any look at the index would do; a wait or the next run has one.
+        // Any reading of the index would do; a wait or the next run makes one.
         let index = Request::get::<QueuedCmdCurrentIndex>(&NoArgs).unwrap();
         pair.ask(index, 5 * SECOND).unwrap();
         let mut numbers: Vec<_> = pair.accepted.iter().map(|(params, _)| params).collect();

@@ -1,4 +1,5 @@
-//! A line of 115200 baud, to the byte and in virtual time: how full it is, and how soon a stop is on it.
+//! A line of 115200 baud, to the byte and in virtual time: its utilisation, and the delay of a
+//! stop.
 
 use std::time::Duration;
 
@@ -16,27 +17,27 @@ use crate::connection::{
 use crate::pair::Dice;
 
 const BAUD: u32 = 115_200;
-/// A CP command's 23 bytes on the line, us.
+/// Time of the 23 bytes of a CP command on the line, us.
 const CP_TIME: Micros = 1_997;
 
-/// A host on a paced line, with the time at which each frame begins to pass.
+/// A host on a paced line, with the instants at which frames begin to pass.
 pub(super) struct Paced {
     pub(super) host: Connection,
     arm: Runner,
     pub(super) now: Micros,
-    /// When the line to the arm is free, ns.
+    /// Instant at which the line to the arm is free, ns.
     free: u64,
     pub(super) results: Vec<(Ticket, Result<(), Failure>)>,
     pub(super) answered: u32,
     vertex: u32,
     pub(super) waiting: usize,
-    /// When the first byte of the latest stop was on the line.
+    /// Instant of the first byte of the latest stop.
     stop_begins: Option<Micros>,
-    /// The arm takes one frame at a time: another one that comes before the reply is lost.
+    /// True if the arm accepts one frame at a time, and loses others that arrive before the reply.
     pub(super) takes_one: bool,
-    /// Frames that the arm took and has not answered.
+    /// Frames that the arm accepted and has not answered.
     unanswered: u32,
-    /// Frames that were lost so.
+    /// Frames lost for that reason.
     pub(super) lost: u32,
 }
 
@@ -70,8 +71,10 @@ impl Paced {
             unanswered: 0,
             lost: 0,
         };
+        // The queue runs, so the commands of the tests do not fill it.
         paced.ask(Request::set(&QueuedCmdStartExec {}).unwrap());
         paced.ask(Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap());
+        // The window opens only when some commands have shown that the arm follows the law.
         for _ in 0..4 {
             paced.ask(Request::queued(&WaitCmd { timeout: 0 }).unwrap());
         }
@@ -100,6 +103,7 @@ impl Paced {
         }
         while let Some(frame) = self.host.poll_transmit(self.now) {
             let begins = self.free.max(self.now * 1000);
+            // Ten bits per byte, with start and stop bit.
             self.free = begins + frame.bytes().len() as u64 * 10_000_000_000 / u64::from(BAUD);
             if frame.frame().id() == QueuedCmdForceStopExec::ROW.id {
                 self.stop_begins = Some(begins.div_ceil(1000));
@@ -121,7 +125,7 @@ impl Paced {
         }
     }
 
-    /// To the next instant at which something happens, at most to `end`.
+    /// Advances to the next event, at most to `end`.
     pub(super) fn step(&mut self, end: Micros) {
         self.exchange();
         let arm = self.arm.poll_timeout().map(HostInstant::as_micros);
@@ -153,7 +157,8 @@ impl Paced {
     }
 }
 
-/// Commands a second with reads of pose, index and left space at 20 Hz, and the longest that a read took.
+/// Commands per second with reads of pose, index and left space at 20 Hz, and the longest duration
+/// of a read.
 fn rate(window: usize, turnaround: Micros) -> (f64, Micros) {
     let mut paced = Paced::new(window, turnaround, Some(BAUD));
     let begun = paced.now;
@@ -177,6 +182,7 @@ fn rate(window: usize, turnaround: Micros) -> (f64, Micros) {
             assert_eq!(*result, Ok(()));
             if let Some(at) = reads.iter().position(|(read, _)| read == ticket) {
                 slowest = slowest.max(paced.now - reads.swap_remove(at).1);
+                // `feed` counts every result as a segment, and this one is a read.
                 paced.waiting += 1;
             }
         }
@@ -194,6 +200,8 @@ fn four_in_flight_fill_the_line_and_reads_have_their_turn() {
     for turnaround in [0, 500, 1_000] {
         let (rate, slowest) = rate(4, turnaround);
         println!("window 4, turnaround {turnaround} us: {rate} CP/s, reads within {slowest} us");
+        // The line carries 11,520 bytes/s. Requests of the reads take 360, which leaves 485
+        // segments of 23 bytes.
         assert!(rate >= 460.0, "{rate}");
         assert!(slowest < 50_000, "{slowest}");
     }
@@ -201,6 +209,8 @@ fn four_in_flight_fill_the_line_and_reads_have_their_turn() {
 
 #[test]
 fn one_at_a_time_is_as_fast_as_stop_and_wait_can_be() {
+    // A segment takes 37 bytes in both directions and a turnaround. The reads take 80 bytes and
+    // three turnarounds, 20 times a second.
     for (turnaround, computed) in [(0, 268.0), (2_000, 142.0), (4_000, 86.0)] {
         let (rate, slowest) = rate(1, turnaround);
         println!("window 1, turnaround {turnaround} us: {rate} CP/s, reads within {slowest} us");
@@ -208,12 +218,13 @@ fn one_at_a_time_is_as_fast_as_stop_and_wait_can_be() {
     }
 }
 
-/// How long stops wait for the line in a saturated stream, from their submission to their first byte: the longest.
+/// Longest wait of a stop in a saturated stream, from submission to its first byte.
 fn longest_wait(baud: Option<u32>) -> Micros {
     let mut dice = Dice::new(5);
     let mut longest = 0;
     for round in 0..400 {
         let mut paced = Paced::new(4, dice.below(1_000), baud);
+        // Random instants, so that stops come at all phases of a frame.
         let at = paced.now + 20_000 + dice.below(20_000);
         while paced.now < at {
             paced.feed();
@@ -237,6 +248,6 @@ fn a_stop_waits_for_the_frame_under_way_and_a_millisecond() {
     let longest = longest_wait(Some(BAUD));
     println!("a stop waits for at most {longest} us");
     assert!(longest <= CP_TIME + 1_000, "{longest}");
-    // Without pacing it waits for all that was handed to the system.
+    // Without pacing, it waits for everything handed to the operating system.
     assert!(longest_wait(None) > CP_TIME + 1_000);
 }

@@ -1,4 +1,4 @@
-//! The line is lost and found, and the controller is reset.
+//! Lost and restored lines, and resets of the controller.
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{DeviceTime, Pose, QueuedCmdCurrentIndex};
@@ -7,7 +7,7 @@ use super::{SECOND, lawful, ready, shared, wait};
 use crate::connection::{Failure, Request, Settings, Ticket};
 use crate::pair::{Pair, index_of};
 
-/// A command goes out and the cable is pulled before its answer comes; whether the arm has taken it is chosen.
+/// Sends a command and pulls the cable before its reply arrives, with or without the arm taking it.
 fn pulled(taken: bool) -> (Pair, Ticket, u64) {
     let mut pair = ready(Settings::ORDERED, 1);
     for ms in [5_000, 0] {
@@ -79,7 +79,7 @@ fn an_arm_whose_clock_was_never_read_may_have_been_switched_off_meanwhile() {
     pair.pull_cable();
     pair.power_cycle();
     pair.put_cable_back();
-    // Its first index is the one that the other arm gave last.
+    // Its first index equals the last one of the other arm.
     assert_eq!(index_of(&pair.ask(wait(60_000), SECOND).unwrap()), 1);
     assert_eq!(index_of(&pair.ask(wait(60_000), SECOND).unwrap()), 2);
 }
@@ -99,7 +99,7 @@ fn a_doubt_does_not_outlive_its_deadline() {
 fn what_waits_when_the_cable_is_pulled_is_lost_and_a_window_is_uncertain() {
     let mut pair = lawful(4, 3);
     let deadline = pair.now + 20 * SECOND;
-    // Three of them and the read are in flight.
+    // Three commands and the read are in flight.
     let tickets: Vec<_> = (0..10)
         .map(|_| pair.host.submit(shared(1).deadline(deadline)))
         .collect();
@@ -167,8 +167,8 @@ fn a_line_that_broke_many_times_is_settled_at_once_when_it_is_good() {
     let mut pair = ready(Settings::ORDERED, 6);
     pair.ask(wait(0), SECOND).unwrap();
     let pose = Request::get::<Pose>(&NoArgs).unwrap();
-    // Whatever is asked stays unanswered, and the line is lost and found before it counts as lost: in the end every
-    // read that could be a fence is owed an answer.
+    // Requests stay unanswered, and the line is lost and restored before their timeout: in the end
+    // a reply is outstanding for every read that could serve as a fence.
     pair.mute = true;
     for _ in 0..30 {
         let soon = pair.now + 300_000;

@@ -1,4 +1,4 @@
-//! Arms that number their commands in ways of their own, and some that only seem to.
+//! Arms that break the index law, and arms that only seem to.
 
 use std::collections::VecDeque;
 
@@ -12,24 +12,24 @@ use crate::connection::{
     Breach, Connection, Event, Failure, Law, Micros, Request, Settings, Ticket,
 };
 
-/// How an arm may go its own way.
+/// Ways of breaking the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Habit {
     Lawful,
     StepsOfTwo,
-    /// The answer carries the index of what was executed last.
+    /// The reply carries the index of the command executed last.
     NumberedWhenExecuted,
-    /// The current index is 2^64 - 1 all the time.
+    /// The current index is always 2^64 - 1.
     CurrentIsNothing,
-    /// The current index is 0 when nothing is queued.
+    /// The current index is 0 while nothing is queued.
     CurrentStartsOver,
     CurrentStandsStill,
     LeftSpaceStandsStill,
-    /// The running command holds no place.
+    /// The running command occupies no place.
     RunningHoldsNoPlace,
 }
 
-/// An arm that answers at once and executes a command whenever it is told to.
+/// An arm that answers at once, and executes a command on request.
 struct Fake {
     habit: Habit,
     host: Connection,
@@ -123,7 +123,7 @@ impl Fake {
         FrameBuf::new(view.id(), view.ctrl(), &index.to_le_bytes()).unwrap()
     }
 
-    /// Lets the time pass, and everything be said that is to be said.
+    /// Advances time and exchanges all pending frames.
     fn run(&mut self, time: Micros) {
         let end = self.now + time;
         loop {
@@ -173,7 +173,8 @@ impl Fake {
         })
     }
 
-    /// Commands and looks as of a program that keeps a few in the queue; how many commands until the law was broken.
+    /// Sends commands and readings like a program that keeps a few commands queued. Returns the
+    /// number of commands until the law was broken.
     fn learn(&mut self) -> Option<u32> {
         for round in 0..40 {
             let _ = self.command();
@@ -219,7 +220,8 @@ fn an_arm_with_a_habit_of_its_own_is_recognised_and_nothing_is_concluded() {
                 panic!("{habit:?}");
             };
             assert!(breach.to_string().starts_with("the arm"), "{breach}");
-            // What is answered was taken. What is not answered is uncertain at once, and nothing is read.
+            // Answered commands were taken. Unanswered ones are uncertain at once, without
+            // readings.
             fake.execute();
             fake.command().unwrap();
             assert_eq!(fake.host.confirmed_index(), None);
@@ -299,7 +301,7 @@ fn another_host_does_not_break_the_law() {
     for round in 0..60 {
         let _ = fake.command();
         match round % 12 {
-            // It queues a few, it runs them, it clears.
+            // Another host queues some commands, runs them, and clears.
             3 => {
                 for _ in 0..3 {
                     fake.queue.push_back(fake.next);

@@ -1,4 +1,4 @@
-//! Host and arm on one virtual clock: what the connection promises, over good lines and bad ones.
+//! Host and arm on one virtual clock: guarantees of the connection over good and bad lines.
 
 mod datagrams;
 mod doubts;
@@ -33,7 +33,7 @@ fn get_di(address: u8) -> Request {
     .unwrap()
 }
 
-/// A pair whose queue runs and has been seen empty, over a perfect line.
+/// A pair with a perfect line, whose queue runs and was seen empty.
 fn ready(settings: Settings, seed: u64) -> Pair {
     let mut pair = Pair::new(settings, Faults::default(), seed);
     pair.count_from(1);
@@ -49,7 +49,7 @@ fn shared(ms: u32) -> Request {
     wait(ms).repeatable()
 }
 
-/// A pair with this window that has seen the law hold: four commands were accepted.
+/// A pair with this window that has seen the arm follow the law: four commands were accepted.
 fn lawful(window: usize, seed: u64) -> Pair {
     let settings = Settings {
         window,

@@ -1,4 +1,5 @@
-//! A read beside a queued command at window 1: what it saves on a line, and where the controller does not take it.
+//! A read beside a queued command at window 1: the line time it saves, and controllers that do not
+//! accept it.
 
 use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex};
 use magician_protocol::{FrameBuf, NoArgs, Readable};
@@ -7,9 +8,9 @@ use super::SECOND;
 use super::full_line::Paced;
 use crate::connection::{Failure, Micros, Request, Settings, Ticket};
 
-/// Commands between two looks of a stream.
+/// Commands between two readings of a stream.
 const PER_LOOK: u32 = 28;
-/// Bytes of a CP command and its reply on the line, us.
+/// Time of a CP command and its reply on the line, us.
 const CP_TIME: Micros = 3_212;
 
 fn serial(reads_beside: bool) -> Settings {
@@ -20,15 +21,15 @@ fn serial(reads_beside: bool) -> Settings {
     }
 }
 
-/// A stream with a look every [`PER_LOOK`] commands, and the pose so often a second.
+/// Result of a stream with a reading every [`PER_LOOK`] commands, and poses at a given rate.
 struct Run {
-    /// Commands a second.
+    /// Commands per second.
     rate: f64,
-    /// Reads that were answered.
+    /// Answered reads.
     reads: usize,
     slowest_read: Micros,
     failures: Vec<Failure>,
-    /// Most frames in flight.
+    /// Largest number of frames in flight.
     lost: u32,
 }
 
@@ -86,7 +87,7 @@ fn run(settings: Settings, turnaround: Micros, poses: u64, takes_one: bool, seco
     run
 }
 
-/// The rate of a loop that writes a command, waits for its reply and does nothing else.
+/// Rate of a loop that only writes a command and waits for its reply, commands per second.
 fn write_read_loop(turnaround: Micros) -> f64 {
     1e6 / (CP_TIME + turnaround) as f64
 }

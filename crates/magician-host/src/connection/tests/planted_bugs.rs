@@ -1,4 +1,4 @@
-//! Each safeguard is needed: without it a check fails.
+//! Proof that each safeguard is needed: without it, a check fails.
 
 use super::super::planted_bug::{PlantedBug, is_noticed};
 

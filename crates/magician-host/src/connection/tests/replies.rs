@@ -1,4 +1,4 @@
-//! Which reply answers which request, and when one counts as lost.
+//! Matching of replies to requests, and timeouts.
 
 use magician_protocol::commands::{DeviceTime, HomeCmd, IoDi, Pose};
 use magician_protocol::{Ctrl, NoArgs, Writable};
@@ -23,7 +23,7 @@ fn answers_a_get_and_counts_an_index() {
 #[test]
 fn a_reply_after_its_timeout_is_not_the_answer_to_a_later_request() {
     let mut pair = ready(Settings::ORDERED, 3);
-    // The reply to this one stays under way for two seconds; the caller gives up after 600 ms.
+    // The reply to this request is delayed by two seconds; its caller gives up after 600 ms.
     pair.set_reply_faults(Faults {
         ..Faults::default()
     });
@@ -51,7 +51,7 @@ pub(super) fn an_answer_that_was_lost_costs_the_next_request_no_timeout() {
 #[test]
 pub(super) fn a_frame_that_stays_away_holds_up_no_answer() {
     let mut pair = ready(Settings::ORDERED, 21);
-    // The head of a long frame whose rest was lost would swallow the answers that follow.
+    // The beginning of a long frame, whose rest was lost, would swallow the replies that follow.
     pair.inject(&[0xAA, 0xAA, 0xF0, 0x0A]);
     let later = pair.now + SECOND;
     pair.run_until(later);
@@ -90,7 +90,7 @@ fn a_silent_port_ends_every_call_by_its_deadline() {
         let home = Request::set(&HomeCmd { reserved: 0 }).unwrap();
         assert!(pair.ask(home, SECOND).is_err());
     }
-    // And when the line comes back, it works at once.
+    // When the line is restored, it works at once.
     pair.set_faults(Faults::default());
     assert!(pair.ask(get_di(3), 10 * SECOND).is_ok());
 }

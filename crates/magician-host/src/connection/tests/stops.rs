@@ -1,4 +1,4 @@
-//! Stops, clears and withdrawals: what they overtake, and what never goes out after them.
+//! Stops, clears and withdrawals: what they overtake, and what is never sent after them.
 
 use magician_protocol::commands::{
     JogCommonParams, QueuedCmdForceStopExec, SetEndEffectorLaser, WaitCmd,
@@ -91,7 +91,7 @@ pub(super) fn what_was_lost_before_a_stop_is_not_sent_after_it() {
 
 #[test]
 pub(super) fn a_clear_that_goes_out_again_finds_nothing_that_was_accepted_meanwhile() {
-    // On an ordered link the reading that a cleared queue asks for tells that the answer was lost.
+    // On an ordered link the reading after a Clear shows that the reply was lost.
     let mut pair = ready(Settings::DATAGRAMS, 19);
     let deadline = pair.now + 20 * SECOND;
     let clear = magician_protocol::commands::QueuedCmdClear {};
@@ -151,7 +151,7 @@ fn the_stop_of_a_jog_spares_what_only_sets_something() {
         (jog(JogCommand::Stop), true),
         (Request::set(&QueuedCmdForceStopExec {}).unwrap(), false),
     ] {
-        // What is out is seen to its end.
+        // A request in flight runs to its end.
         pair.host.submit(wait(1).deadline(deadline));
         let speed = pair
             .host
@@ -186,7 +186,7 @@ pub(super) fn a_stop_is_not_confirmed_by_the_answer_to_what_it_stops() {
     pair.delay_replies(400_000);
     let start = pair.ask(jog(JogCommand::Axis1Plus), 200_000);
     assert!(matches!(start, Err(Failure::Uncertain { .. })), "{start:?}");
-    // The stop is lost; what comes back is the late answer to the start.
+    // The stop is lost; the frame that comes back is the late reply to the start.
     pair.lose_next_request();
     let stop = jog(JogCommand::Stop).priority(Priority::Stop);
     let stop = pair.ask(stop, 300_000);

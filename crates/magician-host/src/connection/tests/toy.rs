@@ -7,22 +7,22 @@ use magician_protocol::{FrameBuf, Readable, Writable};
 
 use crate::connection::Micros;
 
-/// Everything happens at multiples of this.
+/// Time of a tick: everything happens at multiples of it.
 pub(super) const TICK: Micros = 10_000;
 
-/// The smallest controller that keeps the index law.
+/// Minimal controller that follows the index law.
 #[derive(Clone, Debug)]
 pub(super) struct Toy {
     pub(super) places: usize,
-    /// Ticks from the beginning of a command to its end.
+    /// Duration of a command, ticks.
     pub(super) takes: u64,
     pub(super) next: u64,
     pub(super) current: u64,
-    /// Commands in the queue, the running one first, by index.
+    /// Indices of the commands in the queue, the running one first.
     pub(super) queue: VecDeque<u64>,
     pub(super) begun: u64,
     pub(super) booted: u64,
-    /// What was accepted, over all resets: which command, with which index.
+    /// Commands accepted over all resets, each with its index.
     pub(super) accepted: Vec<(u32, u64)>,
 }
 
@@ -52,6 +52,7 @@ impl Toy {
                     return FrameBuf::new(id, refused, &[0; 8]).unwrap();
                 }
                 if self.queue.is_empty() {
+                    // An idle controller begins a command when it arrives.
                     self.begun = tick;
                 }
                 let number = u32::from_le_bytes(view.params().try_into().unwrap());
@@ -71,6 +72,7 @@ impl Toy {
                 reply(&(ms as u32).to_le_bytes())
             }
             id if id == QueuedCmdClear::ROW.id => {
+                // The running command is not dropped.
                 self.queue.truncate(1);
                 reply(&[])
             }

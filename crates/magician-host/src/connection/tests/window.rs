@@ -1,4 +1,4 @@
-//! Several commands in flight: what is confirmed, and what a gap leaves.
+//! Several commands in flight: confirmation, and the consequences of a gap.
 
 use magician_protocol::commands::{Pose, PtpCommonParams, WaitCmd};
 use magician_protocol::{Layout, NoArgs, Writable};
@@ -23,7 +23,7 @@ fn number_of(params: &[u8]) -> u64 {
     PtpCommonParams::decode(params).unwrap().velocity_ratio as u64
 }
 
-/// Whatever is confirmed was taken by the arm, once, in order, in the place it claims.
+/// Asserts that confirmed commands were taken once, in order, with the index claimed.
 fn check(pair: &Pair) {
     let Some(confirmed) = pair.host.confirmed_index() else {
         return;
@@ -38,7 +38,7 @@ fn check(pair: &Pair) {
     assert!(confirmed.0 <= taken);
 }
 
-/// Sends numbered commands with reads between them until a gap; the commands confirmed.
+/// Sends numbered commands with reads in between until a gap. Returns the confirmed commands.
 fn stream(pair: &mut Pair, polls: bool) -> (u64, Option<Failure>) {
     let mut tickets: Vec<(u64, Ticket)> = Vec::new();
     for number in BASE + 1..=BASE + 100 {
@@ -49,7 +49,7 @@ fn stream(pair: &mut Pair, polls: bool) -> (u64, Option<Failure>) {
             let read = Request::get::<Pose>(&NoArgs).unwrap();
             pair.host.submit(read.deadline(deadline));
         }
-        // The queue runs: nothing takes long.
+        // The queue runs, and all commands are short.
         while pair.results.len() + 12 < tickets.len() {
             let end = pair.now + SECOND;
             pair.step(end);
@@ -76,7 +76,7 @@ fn stream(pair: &mut Pair, polls: bool) -> (u64, Option<Failure>) {
                 assert_eq!(index_of(&reply), number);
                 confirmed = number;
             }
-            // Told before the gap was seen, and after it in the program.
+            // Reported before the gap was seen, and behind it in the program.
             Ok(_) => {}
             Err(failure @ Failure::Uncertain { from, to }) => {
                 let (from, to) = (from.unwrap(), to.unwrap());
@@ -108,7 +108,7 @@ fn what_is_confirmed_was_taken_in_order_and_in_its_place() {
         let (confirmed, gap) = stream(&mut pair, seed % 2 == 0);
         gaps += u32::from(gap.is_some());
         whole += u32::from(confirmed == BASE + 100);
-        // What was confirmed is the beginning of what the arm took; nothing it took came twice.
+        // Confirmed commands are the beginning of those taken, and none was taken twice.
         let numbers: Vec<u64> = (pair.accepted.iter())
             .map(|(params, _)| number_of(params))
             .collect();
@@ -130,7 +130,7 @@ fn what_is_confirmed_was_taken_in_order_and_in_its_place() {
 #[test]
 fn a_stream_without_reads_is_confirmed_all_the_same() {
     let mut pair = lawful(4, 1);
-    // One answer after the other, and never a moment without a command in flight.
+    // Replies arrive one after the other, with a command in flight at every moment.
     pair.set_reply_faults(Faults {
         stall: 0.9,
         stall_for: 5_000,
@@ -188,7 +188,7 @@ fn only_what_may_be_repeated_shares_the_window() {
     let mixed = [repeatable(1), alone(1), repeatable(1), alone(1)].concat();
     assert_eq!(most_in_flight(&mut lawful(4, 1), mixed), 1);
     assert_eq!(most_in_flight(&mut lawful(1, 1), repeatable(8)), 1);
-    // Before the law was seen to hold, and over datagrams.
+    // Before the arm was seen to follow the law, and over datagrams.
     let settings = Settings {
         window: 4,
         ..Settings::ORDERED
@@ -212,7 +212,7 @@ fn behind_a_gap_nothing_goes_out() {
     let later = pair.now + 5 * SECOND;
     pair.run_until(later);
     let fates: Vec<_> = tickets.iter().map(|ticket| pair.results[ticket]).collect();
-    // The first was lost, and the second answered for it, until a fence showed that one answer was missing.
+    // The first was lost and the second answered for it, until a fence revealed the missing reply.
     let gap = |fate: &&Result<_, _>| matches!(fate, Err(Failure::Uncertain { from: Some(5), .. }));
     assert!(fates.iter().any(|fate| gap(&fate)), "{fates:?}");
     let dropped = fates.iter().rev();

@@ -1,4 +1,4 @@
-//! Settings, on frames alone.
+//! Settings, tested on frames alone.
 
 use magician_protocol::commands::{
     EndEffectorLaser, IoMultiplexing, PtpCommonParams, PtpJump2Params, PtpJumpParams,
@@ -81,7 +81,7 @@ fn what_is_queued_counts_when_it_is_done() {
     rig.sets(ratio(40.0));
     rig.queues(5, ratio(70.0));
     rig.finishes(4);
-    // Between them the arm may change it at any time.
+    // In between, the arm may change it at any time.
     rig.reads(&ratio(40.0));
     assert_eq!(rig.ratio(), None);
     rig.queues(6, ratio(90.0));

@@ -1,4 +1,4 @@
-//! What the picture tells beside what a virtual arm does, for generated programs on a line that may lose answers.
+//! The picture compared with a virtual arm, for generated programs on a line that may lose replies.
 
 use magician_protocol::Set;
 use magician_protocol::commands::{
@@ -11,7 +11,7 @@ use crate::connection::Request;
 use crate::faults::Dice;
 use crate::{ToolBias, build};
 
-/// What a program may switch, by chance.
+/// A random switching command.
 fn any_output(dice: &mut Dice) -> Set {
     match dice.below(9) {
         0 => build::suction(dice.chance(0.5)),
@@ -89,17 +89,17 @@ fn program(seed: u64, lossy: bool) -> u32 {
         }
         step(&mut bench, &mut dice);
     }
-    // Let it end, and put the laser out.
+    // Let it end, and switch the laser off.
     bench.set(QueuedCmdStartExec {});
     bench.wait(60_000_000);
     bench.read::<QueuedCmdCurrentIndex>();
     if lossy {
-        // Nothing else tells that a command which was not answered is not in the queue.
+        // Only this shows that an unanswered command is not in the queue.
         stop(&mut bench);
     } else {
         bench.set(build::laser(false));
     }
-    // An arm that turns round shows each pose twice, and none a third time.
+    // An arm that reverses shows each pose twice, and no pose three times.
     for _ in 0..3 {
         bench.wait(100_000);
         bench.read::<Pose>();

@@ -1,4 +1,4 @@
-//! What the parts of a picture hold together.
+//! Agreement of the parts of a picture.
 
 mod frames;
 mod law;

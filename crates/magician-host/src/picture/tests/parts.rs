@@ -1,4 +1,4 @@
-//! Motion, the queue, homing, motors and readings, beside a virtual arm.
+//! Motion, queue, homing, motors and readings, compared with a virtual arm.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use crate::picture::{PictureEvent, QueueLook, QueuedPace};
 
 const SECOND: Micros = 1_000_000;
 
-/// An arm without alarms whose queue runs. It has done a command: the index after 0 is 2.
+/// An arm without alarms whose queue runs. It has executed a command: the index after 0 is 2.
 fn running() -> PictureRig {
     let mut rig = PictureRig::new(1);
     rig.set(ClearAllAlarmsState {});
@@ -36,7 +36,7 @@ fn current(rig: &PictureRig) -> u64 {
     rig.picture.current_index().unwrap()
 }
 
-/// A look at the queue, as the driver reads it.
+/// A reading of the queue, as the driver makes it.
 fn look(rig: &mut PictureRig) -> QueueLook {
     let before = rig.picture.standing().orders();
     rig.read::<QueuedCmdLeftSpace>();
@@ -286,7 +286,7 @@ fn place_where_the_arm_was_left_holds_until_it_may_have_moved() {
         ..seen
     };
     assert!(rig.picture.standing().pose(rig.pair.now, &later).is_none());
-    // The tip is elsewhere with another tool, and a look tells where.
+    // With another tool the tip is elsewhere, and a reading shows where.
     rig.set(build::tool(crate::ToolBias::PEN));
     assert_eq!(stands(&rig, 0), (false, true));
     left(&mut rig);
@@ -310,6 +310,7 @@ fn alarms_are_believed_for_a_second_unless_one_holds_the_queue_or_they_were_clea
     assert!(!harmless(&rig, 0));
     rig.set(QueuedCmdStartExec {});
     assert!(rig.picture.runs_queue());
+    // A point out of reach raises an alarm that stops the queue.
     rig.queue(build::move_to(900.0, 0.0, 0.0, 0.0));
     rig.wait(SECOND);
     rig.read::<AlarmsState>();

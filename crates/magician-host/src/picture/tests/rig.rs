@@ -11,20 +11,20 @@ use crate::faults::Faults;
 use crate::pair::Pair;
 use crate::picture::{ArmPicture, GripperState, Origin, PictureEvent};
 
-/// Longer than a request takes that is answered.
+/// Time longer than that of an answered request.
 const PATIENCE: Micros = 2_000_000;
 
 /// A host with a picture and a virtual arm in virtual time.
 pub(super) struct PictureRig {
     pub(super) pair: Pair,
     pub(super) picture: ArmPicture,
-    /// Rounds in which the laser burnt, and was told to.
+    /// Rounds in which the laser burned, and in which the picture said so.
     pub(super) burnt: u32,
-    /// Rounds in which the arm moved, and was told to.
+    /// Rounds in which the arm moved, and in which the picture said so.
     pub(super) moved: u32,
-    /// What answers have shown.
+    /// Events that replies have caused.
     pub(super) events: Vec<PictureEvent>,
-    /// What was sent so far.
+    /// Frames sent so far.
     log: Vec<String>,
 }
 
@@ -99,7 +99,7 @@ impl PictureRig {
         }
     }
 
-    /// The end of each command is told once.
+    /// Asserts that the end of each command is reported once.
     fn take_events(&mut self) {
         while let Some(event) = self.picture.poll_event() {
             if let PictureEvent::Finished { first, last } = event {
@@ -118,11 +118,11 @@ impl PictureRig {
         }
     }
 
-    /// A laser that burns was told, and so was an arm that moves.
+    /// Asserts that a burning laser is reported, and a moving arm.
     fn law(&mut self) {
         let state = self.pair.arm.state();
         let motion = self.picture.motion();
-        // A queue that was held lets the command under way end.
+        // A queue that was stopped lets the current command end.
         let may_move = motion.is_moving() || motion.is_braking() || motion.started() == Some(false);
         assert!(
             !state.moving || may_move,
@@ -143,7 +143,7 @@ impl PictureRig {
         self.burnt += u32::from(burns);
     }
 
-    /// Everything is told as it is, once the queue has nothing left and was read.
+    /// Asserts that everything is reported correctly once the queue is empty and was read.
     pub(super) fn agrees(&mut self) {
         self.read::<QueuedCmdCurrentIndex>();
         let state = self.pair.arm.state();
@@ -157,7 +157,7 @@ impl PictureRig {
             self.picture,
             self.log
         );
-        // Once it is unknown, reading does not show which of the two has the pump.
+        // Once it is unknown, readings do not show which of the two has the pump.
         if self.picture.snapshot().lapses == 0 {
             let is = (state.suction.commanded, state.gripper.commanded);
             let gripper = told.gripper.map(|gripper| gripper == GripperState::Closed);

@@ -13,12 +13,12 @@ use crate::pair::Dice;
 pub(super) const MS: Micros = 1_000;
 pub(super) const USB: LinkId = LinkId(0);
 
-/// What the line to the arm does.
+/// Faults of the line to the arm.
 #[derive(Clone, Copy)]
 pub(super) struct Faults {
-    /// Frames lost, per mille, each way.
+    /// Frames lost, per mille, in each direction.
     pub(super) lose: u64,
-    /// Answers that come late, per mille, and by how much at most.
+    /// Replies delayed, per mille, and the longest delay.
     pub(super) late: (u64, Micros),
 }
 
@@ -36,7 +36,7 @@ pub(super) struct ProxyRig {
     pub(super) faults: Faults,
     pub(super) to_arm: VecDeque<(Micros, Vec<u8>)>,
     pub(super) from_arm: VecDeque<(Micros, Vec<u8>)>,
-    /// Every frame that went to the arm.
+    /// All frames sent to the arm.
     pub(super) sent: Vec<FrameBuf>,
     pub(super) events: Vec<Event>,
     pub(super) inboxes: BTreeMap<Client, VecDeque<FrameBuf>>,
@@ -132,7 +132,7 @@ impl ProxyRig {
             } else {
                 0
             };
-            // An ordered line: what is late delays what follows.
+            // An ordered line: a late frame delays those behind it.
             let last = self.from_arm.back().map_or(0, |(at, _)| *at);
             let at = (self.now + MS + late).max(last);
             if self.dice.below(1000) >= self.faults.lose {
@@ -141,7 +141,7 @@ impl ProxyRig {
         }
     }
 
-    /// Goes to the next instant at which something happens, but not beyond `end`.
+    /// Advances to the next event, but not beyond `end`.
     pub(super) fn step(&mut self, end: Micros) {
         let lines = [&self.to_arm, &self.from_arm];
         let arrivals = lines.into_iter().filter_map(|line| line.front());
@@ -165,13 +165,13 @@ impl ProxyRig {
         self.run_until(self.now + time);
     }
 
-    /// What a client has received since it last looked.
+    /// Frames that a client has received since the last call.
     pub(super) fn received(&mut self, number: u32) -> Vec<FrameBuf> {
         let inbox = self.inboxes.get_mut(&Client(number));
         inbox.map_or_else(Vec::new, |inbox| inbox.drain(..).collect())
     }
 
-    /// Asks and waits for the answer.
+    /// Sends a request and waits for the reply.
     pub(super) fn ask(&mut self, number: u32, frame: &FrameBuf) -> FrameBuf {
         self.say(number, frame);
         self.run_for(50 * MS);

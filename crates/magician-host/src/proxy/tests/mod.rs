@@ -1,4 +1,4 @@
-//! Clients, a proxy and a virtual arm: what everybody is told, in virtual time.
+//! Clients, a proxy and a virtual arm in virtual time.
 
 mod bench;
 
@@ -14,13 +14,13 @@ use super::*;
 use crate::pair::Dice;
 use bench::{Faults, MS, NONE, ProxyRig, get, get_output, jog, ratio, set};
 
-/// A client that asks for its own pins one after the other, `window` at a time, and gives up what
-/// is not answered in time.
+/// A client that reads its own pins one after the other, `window` at a time, and gives up after a
+/// timeout.
 struct Asker {
     number: u32,
     window: usize,
     next: u8,
-    /// What it waits for, and since when.
+    /// Pending request, and since when.
     waiting: VecDeque<(u8, Micros)>,
     answered: u32,
     given_up: u32,
@@ -45,7 +45,7 @@ impl Asker {
             let pin = frame.frame().params()[0];
             let at = self.waiting.iter().position(|(asked, _)| *asked == pin);
             let at = at.unwrap_or_else(|| panic!("{} was given pin {pin}", self.number));
-            // In its own order: what stood before it was not answered.
+            // In its own order: the requests before it were not answered.
             self.given_up += at as u32;
             self.waiting.drain(..=at);
             self.answered += 1;
@@ -60,6 +60,7 @@ impl Asker {
             self.given_up += 1;
         }
         while self.waiting.len() < self.window {
+            // No two clients share a pin, so a reply shows whose it is.
             let pin = 1 + self.number as u8 * PINS + self.next;
             self.next = (self.next + 1) % PINS;
             self.waiting.push_back((pin, now));
@@ -85,14 +86,15 @@ fn every_client_gets_its_answers_and_no_others() {
             askers.iter().for_each(|asker| bench.open(asker.number));
             while bench.now < 20_000 * MS {
                 askers.iter_mut().for_each(|asker| asker.turn(&mut bench));
-                // When everything is lost at once only the askers have something to wait for.
+                // If everything is lost at once, only the polling clients have something to wait
+                // for.
                 bench.step(bench.now + 1_000 * MS);
             }
             let counts: Vec<u32> = askers.iter().map(|asker| asker.answered).collect();
             let lost: u32 = askers.iter().map(|asker| asker.given_up).sum();
             if seeds == 1 {
                 assert_eq!(lost, 0);
-                // A round trip of 2 ms, and clients take turns.
+                // A round trip takes 2 ms, and clients take turns.
                 assert!(counts.iter().all(|count| *count >= 3_300), "{counts:?}");
             } else {
                 assert!(counts.iter().all(|count| *count > 5), "{seed}: {counts:?}");
@@ -121,6 +123,7 @@ fn a_second_terminal_costs_the_first_nothing() {
             }
         }
     }
+    // A second has 500 round trips of 2 ms, and both clients share each.
     assert!(counts.iter().all(|count| *count >= 498), "{counts:?}");
     assert!(bench.sent.len() <= 502, "{}", bench.sent.len());
     let shared = |event: &&Event| matches!(event, Event::Reply { shared: true, .. });
@@ -178,7 +181,7 @@ fn what_may_not_be_shared_is_asked_for_each() {
         bench.say(0, &frame);
         bench.say(1, &frame);
         bench.run_for(2_000 * MS);
-        // Between two that are not answered there is a fence.
+        // A fence separates two unanswered requests.
         bench.sent.retain(|frame| frame.frame().id() != 246);
         assert_eq!(bench.sent, [frame; 2]);
     }
@@ -212,7 +215,7 @@ fn who_has_set_something_reads_what_he_set() {
     bench.say(1, &read);
     for percent in 1..=99u8 {
         let percent = f32::from(percent);
-        // Both at once: the look must not be answered by what the watcher asked before the set.
+        // Both at once: the read must not get the reply that the watcher requested before the set.
         bench.say(0, &ratio(percent));
         bench.say(0, &read);
         for _ in 0..20 {
@@ -297,7 +300,7 @@ fn a_stop_whose_first_answer_was_lost_is_answered_the_second_time() {
     assert_eq!(bench.ids_sent(), [242, 246, 242], "with a fence before it");
 }
 
-/// A bench whose client 0 asks for a pin, and whose answer comes so late.
+/// A bench whose client 0 reads a pin, with a reply delayed by this time.
 fn answering_after(late: Micros) -> ProxyRig {
     let mut bench = ProxyRig::with_clients(2);
     bench.ask(0, &get::<Pose>());
@@ -316,7 +319,7 @@ fn unanswered(event: &Event) -> bool {
     matches!(event, Event::Unanswered { .. })
 }
 
-/// Of a pin: a fence's answer may be late as well.
+/// Only of a pin, because the reply to a fence may be late as well.
 fn unclaimed(event: &Event) -> bool {
     let pin = <IoDo as Readable>::ROW.id;
     matches!(event, Event::Unclaimed { frame } if frame.frame().id() == pin)
@@ -431,6 +434,7 @@ fn what_never_comes_is_given_up() {
     let mut bench = ProxyRig::with_clients(1);
     bench.faults.lose = 1_000;
     bench.say(0, &get_output(1));
+    // An unanswered request is given up after a minute.
     bench.run_for(59_000 * MS);
     assert_eq!(count(&bench, unanswered), 0);
     bench.run_for(2_000 * MS);
@@ -450,6 +454,7 @@ fn who_joined_an_answer_that_does_not_come_is_asked_for_himself() {
     bench.run_for(2_000 * MS);
     assert!(bench.received(0).is_empty());
     assert_eq!(bench.received(1).len(), 1);
+    // The fence, 246, shows that the first reply is lost.
     assert_eq!(bench.ids_sent(), [10, 246, 10]);
 }
 

@@ -1,4 +1,4 @@
-//! What a network may double.
+//! Commands that a network may duplicate.
 
 use super::rig::{Rig, SECOND, START, burnt, increment, jump, laser, path, segment, wait};
 use crate::connection::Settings;
@@ -15,7 +15,7 @@ fn only_what_leads_to_a_place_of_its_own_bears_doubling() {
         (increment(START, [0.0, 10.0, 0.0], 1000), false),
         (wait(100, there), false),
         (laser(true, there), false),
-        // Burnt twice is burnt too much.
+        // Burning twice is burning too much.
         (burnt(there, 1000), false),
     ] {
         let command = item.command;
@@ -25,7 +25,7 @@ fn only_what_leads_to_a_place_of_its_own_bears_doubling() {
             "{command:?}"
         );
     }
-    // What sets something is no motion, but a dark one under a laser that is lit burns.
+    // A setting is not a motion, but even a dark one burns under a lit laser.
     assert!(!Entry::new(segment(there, 1000), true).bears_doubling());
 }
 

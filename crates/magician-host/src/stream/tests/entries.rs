@@ -1,4 +1,4 @@
-//! What is counted as it changes is what counting all of it gives.
+//! The running counts equal a full count.
 
 use magician_protocol::Set;
 
@@ -38,7 +38,7 @@ fn fate(dice: &mut Dice, index: u64) -> Fate {
     }
 }
 
-/// The counts for any marks, from the list.
+/// Counts for any marks, computed from the list.
 fn check(entries: &Entries, current: u64, confirmed: Option<u64>) {
     assert!(entries.is_counted(), "{entries:?}");
     let unfinished = || (entries.iter()).filter(|one| one.index().is_some_and(|at| at > current));
@@ -88,7 +88,7 @@ fn the_counts_follow_every_change() {
                 _ => {
                     current = dice.number() % 200;
                     confirmed = (!dice.number().is_multiple_of(3)).then(|| dice.number() % 200);
-                    // A mark that is not set yet costs time and nothing else.
+                    // A mark not set yet costs time and nothing else.
                     check(&entries, current, confirmed);
                     entries.mark(current, confirmed);
                 }

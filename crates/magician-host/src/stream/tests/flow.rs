@@ -51,11 +51,12 @@ fn nothing_is_lost_doubled_or_swapped_at_window_1_however_bad_the_line() {
         assert_eq!(rig.taken(&program), all(&program), "seed {seed}");
         assert_eq!(rig.done(&program), (0..program.len()).collect::<Vec<_>>());
     }
+    // The connection repeats most of what is lost, so doubt must stay rare.
     assert!(interrupted < 12, "{interrupted}");
 }
 
-/// Runs a program and returns the most motion in the arm, the most commands, and the longest time without work between
-/// the first and the last command.
+/// Runs a program. Returns the longest motion in the arm, the largest number of commands, and the
+/// longest time without work between the first and the last command.
 fn watch(program: &[Item], settings: StreamSettings) -> (u64, usize, u64) {
     let mut rig = started(Rig::new(Settings::ORDERED, settings, program));
     let (mut most, mut most_count, mut idle) = (0, 0, 0);
@@ -69,6 +70,7 @@ fn watch(program: &[Item], settings: StreamSettings) -> (u64, usize, u64) {
             idle += rig.pair.now - before;
         }
         let (time, count) = rig.queued(program);
+        // Two commands are allowed however long they take.
         if count > 2 {
             most = most.max(time);
         }
@@ -86,11 +88,11 @@ fn never_more_than_the_horizon_and_never_fewer_than_two() {
             .map(|at| jump([220.0, y(at) + at as f64 / 100.0, 20.0], time))
             .collect()
     };
-    // Moves that take 1.5 s: two at a time, and no pause between.
+    // Moves of 1.5 s: two at a time, without a pause in between.
     let (_, count, idle) = watch(&jumps(1_500_000, 8), StreamSettings::default());
     assert_eq!(count, 2);
     assert_eq!(idle, 0);
-    // The duration of these is unknown.
+    // Commands of unknown duration.
     let (_, count, _) = watch(&jumps(u64::MAX, 5), StreamSettings::default());
     assert_eq!(count, 2);
     // As many as the horizon holds.
@@ -105,7 +107,7 @@ fn never_more_than_the_horizon_and_never_fewer_than_two() {
     };
     let (time, _, _) = watch(&waits(100).collect::<Vec<_>>(), shorter);
     assert!((400_000..=500_000).contains(&time), "{time}");
-    // Short ones fill the queue and never more.
+    // Short commands fill the queue and never more.
     let (time, count, _) = watch(&path(300, 1.5, 15_000), StreamSettings::default());
     assert!(time <= 32 * 15_000);
     assert_eq!(count, 32);
@@ -161,7 +163,7 @@ fn a_caller_who_only_fills_the_queue_finds_it_as_it_was() {
         start: false,
         ..StreamSettings::default()
     };
-    // More than the horizon, but no more than there are places.
+    // More than the horizon, but not more than there are places.
     let program: Vec<_> = (1..40).map(|at| wait(500 + at, [0.0; 3])).collect();
     let mut rig = Rig::new(Settings::ORDERED, settings, &program);
     while rig.pair.now < 5 * SECOND {
@@ -185,6 +187,7 @@ fn an_idle_stream_asks_nothing_and_a_waiting_one_seldom() {
     let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
     rig.run(30 * SECOND).unwrap();
     let polls = rig.pair.heard.len();
+    // At most 12 requests per second during a wait of 20 s.
     assert!(polls < 20 * 12, "{polls}");
 }
 
@@ -197,7 +200,7 @@ fn what_cannot_be_queued_is_refused_and_so_is_what_has_no_room() {
         ..laser(false, [0.0; 3])
     };
     assert_eq!(stream.offer(item), Err(Refused::NotQueueable));
-    // A frame has room for 57 outputs, but not beside a place on the rail.
+    // A frame has room for 57 outputs, but not together with a rail position.
     let outputs = |count: usize| Item {
         command: PtpPoWithLCmd {
             ptp_mode: PtpMode::MovlXyz,
@@ -235,7 +238,7 @@ fn a_queue_that_somebody_clears_ends_the_stream() {
     while rig.pair.now < 2 * SECOND {
         rig.turn(2 * SECOND);
     }
-    // At the arm itself: this host knows nothing of it.
+    // Directly at the arm, unknown to this host.
     let clear = magician_protocol::FrameBuf::new(245, magician_protocol::Ctrl::SET, &[]).unwrap();
     rig.pair.arm.receive(magician_sim::LinkId(7), clear.bytes());
     let failure = rig.run(60 * SECOND).unwrap_err();

@@ -1,7 +1,8 @@
-//! A line of 115200 baud, to the byte and in virtual time: whether short segments keep coming although the host pauses.
+//! A line of 115200 baud, to the byte and in virtual time: a supply of short segments with pauses
+//! of the host.
 //!
-//! The virtual arm slows down when its queue gets short, because it must be able to stop at the end. Here an arm is
-//! wanted that does not: every segment takes its time, whatever follows.
+//! The virtual arm slows down when its queue gets short, because it must be able to stop at the
+//! end. These tests use an arm that does not: every segment takes its time, whatever follows.
 
 use std::collections::VecDeque;
 
@@ -15,13 +16,13 @@ use crate::connection::{Connection, Event, Micros, Settings};
 use crate::stream::{Item, Stream, StreamEvent, StreamSettings};
 
 const PLACES: u64 = 32;
-/// From the last byte of a request to the first of its answer, us.
+/// Time from the last byte of a request to the first of its reply, us.
 const TURNAROUND: Micros = 1_000;
 
 /// One direction of the line.
 #[derive(Default)]
 struct Wire {
-    /// When it is free, ns.
+    /// Instant at which it is free, ns.
     free: u64,
     under_way: VecDeque<(Micros, FrameBuf)>,
 }
@@ -52,7 +53,7 @@ struct Arm {
     given: u64,
     current: u64,
     started: bool,
-    /// When the command under way ends, or when the last one ended.
+    /// Instant at which the current command ends, or the last one ended.
     until: Micros,
     /// Time without work between commands.
     dry: Micros,
@@ -68,6 +69,7 @@ impl Arm {
 
     fn accept(&mut self, now: Micros) -> QueuedCmdIndex {
         if self.current == self.given && self.started {
+            // The time before the first command is no gap.
             self.dry += now.saturating_sub(self.until) * u64::from(self.given > 0);
             self.until = now + self.each;
         }
@@ -104,18 +106,18 @@ impl Arm {
     }
 }
 
-/// A host that does nothing now and then.
+/// A host that pauses now and then.
 struct Host {
     connection: Connection,
     stream: Stream,
     count: u64,
     offered: u64,
     time: Micros,
-    /// How often the stream said that the queue ran dry.
+    /// Number of times that the stream reported a dry queue.
     starved: u64,
     /// Bytes of readings sent.
     polled: usize,
-    /// Readings of left space among them.
+    /// Number of readings of left space among them.
     left: u64,
 }
 
@@ -173,19 +175,20 @@ fn segment(count: u64, time: Micros) -> Item {
     }
 }
 
-/// How a drawing went.
+/// Result of a drawing.
 struct Drawn {
-    /// How long the arm had no work in between, us.
+    /// Time without work in between, us.
     dry: Micros,
-    /// How often the stream said so.
+    /// Number of times that the stream reported it.
     starved: u64,
-    /// The share of the line that readings took.
+    /// Share of the line used by readings.
     polls: f64,
-    /// How often left space was read in a second.
+    /// Readings of left space per second.
     left: f64,
 }
 
-/// Sends so many segments of `each` us in this window, with a host that does nothing for `pause` us once a second.
+/// Sends segments of `each` us in this window, with a host that pauses for `pause` us once a
+/// second.
 fn draw(window: usize, count: u64, each: Micros, pause: Micros) -> Drawn {
     let settings = Settings {
         window,
@@ -217,6 +220,7 @@ fn draw(window: usize, count: u64, each: Micros, pause: Micros) -> Drawn {
         if now >= wakes {
             host.work(now, &mut to_arm, &mut to_host);
         }
+        // A pausing host leaves replies in the buffer of its operating system.
         let hosts = host.next().min(to_host.next()).max(wakes);
         let next = hosts.min(to_arm.next()).min(next_pause);
         assert!(next < Micros::MAX && now < 120 * SECOND, "it stands still");
@@ -237,6 +241,7 @@ fn draw(window: usize, count: u64, each: Micros, pause: Micros) -> Drawn {
 
 #[test]
 fn short_segments_keep_coming_although_the_host_pauses() {
+    // The line carries at most 500 of these segments per second.
     for (rate, pause) in [(450, 10_000), (200, 50_000)] {
         let Drawn {
             dry,
@@ -259,7 +264,8 @@ fn an_arm_that_is_faster_than_the_line_runs_dry_and_it_is_said() {
 
 #[test]
 fn readings_leave_a_full_line_to_the_commands() {
-    // There is always room, and every reading takes the place of a command. In a window they are of use to the connection.
+    // There is always room, and every reading displaces a command. In a window readings serve as
+    // settle points.
     let drawn = draw(1, 4_000, SECOND / 1_000, 0);
     println!(
         "readings {:.4}, left space {:.2}/s",

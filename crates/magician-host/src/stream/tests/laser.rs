@@ -6,7 +6,7 @@ use super::rig::{Rig, SECOND, START, along, burnt, laser, rest_to_rest, segment,
 use crate::connection::{Request, Settings};
 use crate::stream::{Item, StreamSettings};
 
-/// How long the laser of this arm stays lit from now on, without further requests.
+/// Time for which the laser of this arm stays lit without further requests.
 fn burns_on(rig: &Rig) -> u64 {
     let mut arm = rig.pair.arm.clone();
     let begin = arm.now();
@@ -21,8 +21,8 @@ fn burns_on(rig: &Rig) -> u64 {
     last.micros_since(begin)
 }
 
-/// Engraves, and lets the host die in the middle of it, again and again; returns the longest that the laser burned on,
-/// and whether it burned at all.
+/// Engraves, and lets the host die in the middle, again and again. Returns the longest time that
+/// the laser burned on, and true if it burned at all.
 fn engrave(program: &[Item], settings: StreamSettings) -> (u64, bool) {
     let mut rig = Rig::new(Settings::ORDERED, settings, program);
     let (mut longest, mut lit, mut turns) = (0, false, 0_u32);
@@ -50,7 +50,7 @@ fn engrave(program: &[Item], settings: StreamSettings) -> (u64, bool) {
     (longest, lit)
 }
 
-/// A line of the switched laser between two dark ways.
+/// A line of the switched laser between two dark moves.
 fn switched(count: usize, step: f64) -> Vec<Item> {
     let dark = |at: usize| segment(along(step, at), rest_to_rest(step, at));
     let lit = |at: usize| Item {
@@ -64,14 +64,14 @@ fn switched(count: usize, step: f64) -> Vec<Item> {
     program
 }
 
-/// The longest command of a program, us.
+/// Duration of the longest command of a program, us.
 fn longest_of(program: &[Item]) -> u64 {
     program.iter().map(|item| item.time).max().unwrap()
 }
 
 #[test]
 fn a_host_that_dies_leaves_the_switched_laser_dark_within_a_second_and_a_segment() {
-    // Three segments a second, and as many as there are places for.
+    // Three segments per second, and as many as there are places.
     for (step, count) in [(1.0, 40), (0.02, 150)] {
         let program = switched(count, step);
         let (longest, lit) = engrave(&program, StreamSettings::default());
@@ -115,7 +115,8 @@ fn a_path_whose_laser_is_not_trusted_goes_in_chunks_too() {
     assert!(longest <= 1_000_000 + longest_of(&path), "{longest}");
 }
 
-/// Runs a program and sees that what puts the switched laser out waits in the queue whenever it burns.
+/// Runs a program and asserts that the command which switches the laser off is queued whenever it
+/// burns.
 fn is_never_lit_without_its_end(rig: &mut Rig) {
     let mut lit = false;
     while !rig.stream.is_over() {
@@ -152,7 +153,7 @@ fn a_short_engraving_behind_commands_of_others_is_not_started_in_parts_either() 
     is_never_lit_without_its_end(&mut rig);
 }
 
-/// The speed limit of a path at which a segment of so many millimetres lasts so long.
+/// Speed limit at which a segment of this length takes this long.
 fn slow(rig: &mut Rig, speed: f32) {
     let speeds = CpParams {
         plan_acc: 100.0,
@@ -167,7 +168,7 @@ fn slow(rig: &mut Rig, speed: f32) {
 
 #[test]
 fn a_long_segment_that_burns_is_cut_into_pieces_of_a_second() {
-    // Where the end of a path is not dark by itself, one without power is put there.
+    // If the end of a path is not dark by itself, a segment without power is added.
     for dark_at_rest in [true, false] {
         let settings = StreamSettings {
             dark_at_rest,
@@ -180,7 +181,7 @@ fn a_long_segment_that_burns_is_cut_into_pieces_of_a_second() {
 fn long_segments_are_cut(settings: StreamSettings) {
     let [x, _, z] = START;
     let from = segment([x, 1.0, z], 400_000);
-    // 60 mm at 3 mm/s: 20 s of burning in one command.
+    // 60 mm at 3 mm/s: 20 s of burning in a single command.
     let way = [-20.0, 55.0, 13.2];
     let long = burnt([x + way[0], 1.0 + way[1], z + way[2]], 20_000_000);
     let back = Item {

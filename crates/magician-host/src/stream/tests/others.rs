@@ -1,4 +1,5 @@
-//! What other hands do meanwhile: they fill the queue, clear it, use the same connection, or give the program up.
+//! Other actors: programs that fill the queue, clear it, use the same connection, or give the
+//! program up.
 
 use magician_protocol::commands::{QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{Ctrl, FrameBuf, Readable, Writable};
@@ -19,7 +20,7 @@ fn a_full_queue_is_asked_for_its_places_before_anything_is_sent_to_it_again() {
     while rig.pair.now < 2 * SECOND {
         rig.turn(2 * SECOND);
     }
-    // Another program takes every place that gets free.
+    // Another program takes every place that becomes free.
     let theirs = FrameBuf::new(110, Ctrl::QUEUED, &[100, 0, 0, 0]).unwrap();
     let (mut heard, mut asked, mut refused) = (rig.pair.heard.len(), true, 0);
     while rig.pair.now < 6 * SECOND && !rig.stream.is_over() {
@@ -49,7 +50,7 @@ fn nothing_goes_into_a_queue_from_which_commands_are_missing() {
     }
     let clear = FrameBuf::new(QueuedCmdClear::ROW.id, Ctrl::SET, &[]).unwrap();
     rig.pair.arm.receive(LinkId(7), clear.bytes());
-    // The first look at it has begun with left space; nothing went out since that came.
+    // The first reading began with left space, and nothing was sent since its reply.
     let cleared = rig.pair.heard.len();
     let reads = |frame: &FrameBuf| frame.frame().id() == QueuedCmdCurrentIndex::ROW.id;
     while !rig.pair.heard[cleared..].iter().any(reads) {
@@ -76,7 +77,7 @@ fn what_has_not_gone_out_when_a_program_is_given_up_does_not_go_out() {
         if rig.stream.is_over() {
             break;
         }
-        // Another caller uses the connection, and the arm does not answer it.
+        // Another caller uses the connection, and the arm does not answer.
         rig.pair.mute = true;
         let theirs = Request::raw(110, Ctrl::QUEUED, &[5, 0, 0, 0]).unwrap();
         rig.pair.host.submit(theirs.deadline(60 * SECOND));

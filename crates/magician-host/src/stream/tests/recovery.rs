@@ -27,8 +27,8 @@ fn recoveries(rig: &Rig) -> usize {
     rig.events.iter().filter(recovered).count()
 }
 
-/// The line that was drawn is the program's: each command was done once and in its turn, and what was lost lies on a line
-/// that was drawn.
+/// Asserts that the program's line was drawn: each command ran once and in order, and lost ones lie
+/// on a line that was drawn.
 fn same_line(done: &[usize], program: &[Item]) {
     assert!(done.is_sorted_by(|one, next| one < next), "{done:?}");
     assert_eq!(done.last(), Some(&(program.len() - 1)), "{done:?}");
@@ -62,12 +62,14 @@ fn several_travel_at_once() {
     assert_eq!(recoveries(&rig), 0);
 }
 
-/// A path of which the arm does eight in the time between two looks, so that four travel at once while it runs.
+/// A path of which the arm executes eight segments between two readings, so that four are in flight
+/// at once while it runs.
 fn quick() -> Vec<Item> {
     path(120, 0.48, 20_000)
 }
 
-/// Runs until so many commands are taken, four in flight and more to follow at once, and loses a request or a reply.
+/// Runs until a number of commands is taken, with four in flight and more ready, and loses a
+/// request or a reply.
 fn with_loss(program: &[Item], request: bool, after: usize) -> Rig {
     let mut rig = four(program);
     let flows = |rig: &Rig| rig.stream.flying() == 4 && rig.stream.credit() > 2;
@@ -83,7 +85,7 @@ fn with_loss(program: &[Item], request: bool, after: usize) -> Rig {
     rig
 }
 
-/// While the queue is filled, and while the arm runs.
+/// Loss while the queue is filled, and while the arm runs.
 const LOSSES: [(bool, usize); 5] = [(true, 10), (false, 10), (true, 47), (false, 48), (true, 90)];
 
 #[test]
@@ -99,7 +101,7 @@ fn a_loss_between_others_leaves_the_line() {
     }
 }
 
-/// Strokes with sharp corners, lifted over to the next one, and a few short segments along a line.
+/// Strokes with sharp corners and lifts between them, and some short segments along a line.
 fn corners() -> Vec<Item> {
     let mut places = Vec::new();
     for stroke in 0..6 {
@@ -112,7 +114,9 @@ fn corners() -> Vec<Item> {
         places.extend((1..=5).map(|at| [x - 2.0 + 0.3 * f64::from(at), y + 1.0, 0.0]));
         places.push([x - 0.5, y + 1.0, 9.0 + f64::from(stroke)]);
     }
-    // Corners take a fraction of that: the queue runs dry, and what follows a loss is begun before the loss shows.
+    // Corners take a fraction of that: the queue runs dry, and a command behind a loss begins
+    // before the loss shows. Only the short segments and the last lift have fractional x
+    // coordinates.
     let time = |[x, ..]: &[f64; 3]| if x.fract() == 0.0 { 3 * SECOND } else { 1_000 };
     places
         .into_iter()
@@ -188,6 +192,7 @@ fn a_bad_line_is_recovered_from_until_the_rest_goes_one_by_one() {
         same_line(&rig.done(&program), &program);
         back += recoveries(&rig);
     }
+    // With less than one recovery per seed the line would be too good for this test.
     assert!(back > 8, "{back}");
 }
 
@@ -230,6 +235,7 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
             same_line(&done, &program);
         }
     }
+    // If all runs failed, none would show that each command is done exactly once.
     assert!(failed < 10, "{failed}");
 }
 
@@ -248,6 +254,8 @@ fn a_line_that_breaks_at_any_instant_of_a_recovery_is_gone_on_from() {
                 break;
             }
             rig.interrupt();
+            // Three lengths of interruption in turn, as all three at each instant would triple the
+            // runs.
             let back = rig.pair.now + [0, 40_000, 2 * SECOND][turns % 3];
             rig.pair.run_until(back);
             rig.resume();
@@ -275,6 +283,7 @@ fn a_line_that_breaks_at_any_instant_of_a_path_is_gone_on_from() {
         rig.resume();
         rig.run(120 * SECOND).unwrap();
         same_line(&rig.done(&program), &program);
+        // Every ninth instant limits the number of runs.
         turns += 9;
     }
     assert!(turns > 200, "{turns}");
@@ -284,7 +293,8 @@ fn a_line_that_breaks_at_any_instant_of_a_path_is_gone_on_from() {
 fn an_arm_that_is_reset_while_its_queue_drains_gets_no_more_of_the_program() {
     let program = quick();
     let mut rig = four(&program);
-    // It has done something, so that it can count lower; and it stands where it stands after a reset.
+    // The arm has executed something, so its count can go back; after the reset it stands where it
+    // did.
     let start = Request::set(&QueuedCmdStartExec {}).unwrap();
     rig.pair.ask(start, SECOND).unwrap();
     let wait = Request::raw(110, Ctrl::QUEUED, &[10, 0, 0, 0]).unwrap();
@@ -329,6 +339,7 @@ fn a_queue_with_commands_of_others_is_never_cleared_nor_stopped() {
                 });
             }
             let others_wait = rig.pair.arm.state().queue.current_index < 21;
+            // StopExec, ForceStopExec and Clear act on the commands of others, too.
             let steered = |frame: &FrameBuf| [241, 242, 245].contains(&frame.frame().id());
             assert!(!others_wait || !rig.pair.heard.iter().any(steered));
         };
@@ -337,7 +348,7 @@ fn a_queue_with_commands_of_others_is_never_cleared_nor_stopped() {
                 assert_eq!(rig.started[..20], (2..=21).collect::<Vec<_>>());
                 same_line(&rig.done(&program), &program);
             }
-            // Before the others have finished the fate of a command is unknown.
+            // Until the others have finished, the fate of a command is unknown.
             Some(failure) => assert!(
                 matches!(failure, StreamFailure::Request(Failure::Uncertain { .. })),
                 "{failure}"

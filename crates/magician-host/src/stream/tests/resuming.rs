@@ -4,7 +4,7 @@ use super::rig::{Rig, SECOND, along, laser, mixed, rest_to_rest, segment};
 use crate::connection::Settings;
 use crate::stream::{Item, StreamFailure, StreamSettings};
 
-/// Runs a program and breaks the line at the given turn; `None` when it was over by then.
+/// Runs a program and breaks the line at the given turn. `None` if the program was over by then.
 fn broken(program: &[Item], turn: usize) -> Option<Rig> {
     let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), program);
     for _ in 0..turn {
@@ -20,7 +20,7 @@ fn broken(program: &[Item], turn: usize) -> Option<Rig> {
     Some(rig)
 }
 
-/// As [`broken`], and the line is back after a while, which depends on the turn.
+/// As [`broken`], with the line restored after a time that depends on the turn.
 fn resumed(program: &[Item], turn: usize) -> Option<Rig> {
     let mut rig = broken(program, turn)?;
     let back = rig.pair.now + [0, 30_000, 400_000, 3 * SECOND][turn % 4];
@@ -94,7 +94,7 @@ fn an_engraving_interrupted_at_any_instant_goes_on_and_ends_dark() {
         .collect();
     let mut turn = 0;
     while let Some(mut rig) = broken(&program, turn) {
-        // No host comes back: the arm ends dark.
+        // No host comes back: the arm must end dark.
         let end = rig.pair.now + 4 * SECOND;
         let mut arm = rig.pair.arm.clone();
         arm.advance(ArmInstant::from_micros(end));

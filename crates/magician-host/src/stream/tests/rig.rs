@@ -13,17 +13,17 @@ use crate::pair::{Faults, Pair};
 use crate::stream::{Item, Stream, StreamEvent, StreamFailure, StreamSettings};
 
 pub(super) const SECOND: u64 = 1_000_000;
-/// Where the arm stands when it is switched on.
+/// Pose of the arm at power-up.
 pub(super) const START: [f64; 3] = [259.104, 0.0, -8.485];
 
 pub(super) struct Rig {
     pub(super) pair: Pair,
     pub(super) stream: Stream,
     pub(super) settings: StreamSettings,
-    /// What the caller still has to offer.
+    /// Commands that the caller has yet to offer.
     pub(super) feed: VecDeque<Item>,
     pub(super) events: Vec<StreamEvent>,
-    /// How many commands of the program the controller has taken, as was told last.
+    /// Number of commands of the program that the controller has taken, as last reported.
     pub(super) told: u64,
     /// Indices in the order in which the arm began them.
     pub(super) started: Vec<u64>,
@@ -42,7 +42,7 @@ impl Rig {
         }
     }
 
-    /// Everything that happens at the next instant at which something does, but not beyond `end`.
+    /// Processes the next event, but not beyond `end`.
     pub(super) fn turn(&mut self, end: u64) {
         self.advance();
         let due = self.stream.poll_timeout().unwrap_or(end);
@@ -76,13 +76,14 @@ impl Rig {
 
     pub(super) fn deliver(&mut self) {
         let mut ended: Vec<_> = self.pair.results.drain().collect();
+        // The order in a `HashMap` is random, and a test must be repeatable.
         ended.sort_by_key(|(ticket, _)| *ticket);
         for (ticket, result) in ended {
             (self.stream).answered(self.pair.now, ticket, &result, &mut self.pair.host);
         }
     }
 
-    /// Until the stream is over.
+    /// Runs until the stream is over.
     pub(super) fn run(&mut self, patience: u64) -> Result<(), StreamFailure> {
         let end = self.pair.now + patience;
         while !self.stream.is_over() {
@@ -106,7 +107,7 @@ impl Rig {
         }
     }
 
-    /// The line breaks.
+    /// Breaks the line.
     pub(super) fn interrupt(&mut self) {
         self.stream.interrupt(Failure::Lost);
         self.pair.pull_cable();
@@ -115,13 +116,13 @@ impl Rig {
         self.deliver();
     }
 
-    /// The line is there again, and the program goes on.
+    /// Restores the line and continues the program.
     pub(super) fn resume(&mut self) {
         self.pair.put_cable_back();
         self.go_on();
     }
 
-    /// The program goes on on the line as it is.
+    /// Continues the program on the line as it is.
     pub(super) fn go_on(&mut self) {
         let stream = std::mem::replace(&mut self.stream, Stream::new(self.settings));
         while let Some(event) = self.stream.poll_event() {
@@ -131,9 +132,10 @@ impl Rig {
         self.stream = Stream::resume(stream.leftover(), self.settings);
     }
 
-    /// What the arm took, as places in the program; `None` for what is not of it.
+    /// Commands that the arm took, as positions in the program. `None` for commands outside of it.
     pub(super) fn taken(&self, program: &[Item]) -> Vec<Option<usize>> {
         let bytes: Vec<_> = program.iter().map(params).collect();
+        // Commands are told apart by their bytes, so those of a program must all differ.
         let place = |taken: &Vec<u8>| bytes.iter().position(|bytes| bytes == taken);
         self.pair
             .accepted
@@ -142,7 +144,7 @@ impl Rig {
             .collect()
     }
 
-    /// What the arm carried out, in order, as places in the program.
+    /// Commands that the arm executed, in order, as positions in the program.
     pub(super) fn done(&self, program: &[Item]) -> Vec<usize> {
         let taken = self.taken(program);
         let place = |index: &u64| {
@@ -156,7 +158,7 @@ impl Rig {
         self.started.iter().filter_map(place).collect()
     }
 
-    /// The times of what the arm has in its queue, and how many that are.
+    /// Total time of the commands in the arm's queue, and their number.
     pub(super) fn queued(&self, program: &[Item]) -> (u64, usize) {
         let current = self.pair.arm.state().queue.current_index;
         let queued = self.pair.accepted.iter().zip(self.taken(program));
@@ -173,7 +175,7 @@ pub(super) fn params(item: &Item) -> Vec<u8> {
     frame.frame().params().to_vec()
 }
 
-/// The queue runs already.
+/// Settings for a queue that runs already.
 pub(super) fn started(mut rig: Rig) -> Rig {
     rig.pair
         .ask(Request::set(&QueuedCmdStartExec {}).unwrap(), SECOND)
@@ -217,7 +219,7 @@ pub(super) fn burnt([x, y, z]: [f64; 3], time: u64) -> Item {
     }
 }
 
-/// A step from the end of the command before, which is at `from`.
+/// An increment from the end of the previous command, which is at `from`.
 pub(super) fn increment(from: [f64; 3], by: [f64; 3], time: u64) -> Item {
     let end = [from[0] + by[0], from[1] + by[1], from[2] + by[2]];
     let command = CpCmd {
@@ -258,12 +260,12 @@ pub(super) fn laser(on: bool, at: [f64; 3]) -> Item {
     }
 }
 
-/// A point this far along a zigzag, so that every point of it is another one.
+/// A point this far along a zigzag, all of whose points are different.
 pub(super) fn along(step: f64, count: usize) -> [f64; 3] {
     bent(7.0, step, count)
 }
 
-/// The same with lines that bend as a sine of this length does.
+/// The same with lines that bend like a sine of this length.
 fn bent(length: f64, step: f64, count: usize) -> [f64; 3] {
     let there = count as f64 * step;
     [
@@ -273,7 +275,7 @@ fn bent(length: f64, step: f64, count: usize) -> [f64; 3] {
     ]
 }
 
-/// How long a segment takes from rest to rest at 100 mm/s^2, us: more than it takes between others.
+/// Duration of a segment from rest to rest at 100 mm/s^2, us: longer than between other segments.
 pub(super) fn rest_to_rest(step: f64, count: usize) -> u64 {
     let (from, to) = (along(step, count - 1), along(step, count));
     let squares = from
@@ -283,14 +285,14 @@ pub(super) fn rest_to_rest(step: f64, count: usize) -> u64 {
     (2e6 * (squares.sum::<f64>().sqrt() / 100.0).sqrt()) as u64
 }
 
-/// Segments of a zigzag of lines that are so nearly straight that they share a window.
+/// Segments of a zigzag of lines straight enough to share a window.
 pub(super) fn path(count: usize, step: f64, time: u64) -> Vec<Item> {
     (1..=count)
         .map(|at| segment(bent(150.0, step, at), time))
         .collect()
 }
 
-/// A program of all kinds, of which every command is another one.
+/// A program of commands of all kinds, all of them different.
 pub(super) fn mixed() -> Vec<Item> {
     let mut at = [210.0, 0.0, 0.0];
     let mut all = vec![jump(at, 400_000)];

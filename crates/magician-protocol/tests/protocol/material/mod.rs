@@ -1,4 +1,4 @@
-//! The recorded frames that several tests stand on, and how their values are compared.
+//! Recorded frames shared by the tests, and comparison of their values.
 #![allow(unreachable_pub)]
 
 use magician_protocol::{
@@ -10,7 +10,7 @@ use toml::{Table, Value};
 pub const VECTORS: &str = include_str!("../../data/vectors.toml");
 pub const GOLDEN: &str = include_str!("../../data/golden.toml");
 
-/// A frame from another program, and its values.
+/// A frame recorded from another program, and its values.
 pub struct Recorded {
     pub id: String,
     pub bytes: Vec<u8>,
@@ -43,7 +43,7 @@ impl Recorded {
         u8::try_from(self.fields[key].as_integer().unwrap()).unwrap()
     }
 
-    /// Whether a strict sender writes the frame like this.
+    /// True if a strict sender writes the frame like this.
     pub fn canonical(&self) -> bool {
         self.fields
             .get("semantic")
@@ -76,7 +76,7 @@ pub fn golden() -> Vec<Recorded> {
     frames.iter().map(recorded).collect()
 }
 
-/// Every valid frame on record.
+/// All valid recorded frames.
 pub fn frames() -> Vec<Recorded> {
     let all = vectors().into_iter().chain(golden());
     all.filter(Recorded::valid).collect()
@@ -88,7 +88,8 @@ pub fn hex(text: &str) -> Vec<u8> {
         .collect()
 }
 
-/// Asserts that a valid frame reads as recorded and, when it is canonical, writes back the same.
+/// Asserts that a valid frame decodes to the recorded values and, if canonical, encodes to the same
+/// bytes.
 pub fn check(recorded: &Recorded) {
     let id = &recorded.id;
     let mut deframer = Deframer::new();
@@ -135,7 +136,7 @@ pub fn check(recorded: &Recorded) {
     }
 }
 
-/// Whether a value is the one that was written down.
+/// True if a value equals the recorded one.
 pub fn same(value: &FieldValue<'_>, written: &Value) -> bool {
     match (value, written) {
         (FieldValue::Float(x), written) => {
@@ -171,7 +172,7 @@ pub fn same(value: &FieldValue<'_>, written: &Value) -> bool {
     }
 }
 
-/// The frame, taken apart into typed values and put together again.
+/// Decodes a frame to typed values and encodes them again.
 pub fn encoded_again(frame: &Frame<'_>, direction: Direction) -> Vec<u8> {
     let mut params = [0; magician_protocol::MAX_PARAMS];
     let mut writer = Writer::new(&mut params);
@@ -199,7 +200,7 @@ fn encode_reply(frame: &Frame<'_>, writer: &mut Writer<'_>) {
 
 macro_rules! value_again {
     ($($name:ident)+) => {
-        /// Reads the value that a get of `id` answers, and writes it again.
+        /// Decodes the reply to a get of `id` and encodes it again.
         pub fn value_again(
             id: u8,
             params: &[u8],
@@ -218,7 +219,7 @@ macro_rules! value_again {
 
 magician_protocol::for_each_readable!(value_again);
 
-/// Writes a value with `encode`, as bytes.
+/// Bytes that `encode` writes.
 pub fn bytes_of(encode: impl FnOnce(&mut Writer<'_>)) -> Vec<u8> {
     let mut params = [0; magician_protocol::MAX_PARAMS];
     let mut writer = Writer::new(&mut params);
@@ -251,7 +252,7 @@ pub fn notes(id: u8, ctrl: u8, params: &[u8], direction: Direction) -> Vec<&'sta
         .collect()
 }
 
-/// The one note of a request says the erratum.
+/// Asserts that a request has exactly one note, which names the erratum.
 pub fn noted(id: u8, ctrl: u8, params: &[u8], erratum: &str) {
     let notes = notes(id, ctrl, params, Direction::Request);
     assert!(notes.len() == 1 && notes[0].contains(erratum), "{notes:?}");
