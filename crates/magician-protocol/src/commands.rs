@@ -2,7 +2,7 @@
 //! from it.
 //!
 //! The rows are the 74 commands of the vendor's document (V1.1.3, four of V1.1.5) and 16 known from
-//! vendor headers, corrected by the errata named in rows and comments (docs/ERRATA.md). Lengths are
+//! vendor headers, corrected by the errata named in rows and comments (docs/reference/ERRATA.md). Lengths are
 //! mm, angles degrees. The syntax of a row is documented at the macro in `table.rs`.
 //!
 //! The file is long because it is the table: every wire layout is in one place.

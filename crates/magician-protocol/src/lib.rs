@@ -14,7 +14,7 @@
 //! * [`ArmInstant`] and [`HostInstant`] are instants of the arm's clock and of the host's clock.
 //!
 //! Lengths are mm and angles degrees throughout. "Document" in a comment means the vendor's
-//! description of the protocol; numbers such as E37 are its errata, listed in `docs/ERRATA.md` of
+//! description of the protocol; numbers such as E37 are its errata, listed in `docs/reference/ERRATA.md` of
 //! the repository.
 //!
 //! ```

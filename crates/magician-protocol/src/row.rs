@@ -152,7 +152,7 @@ pub struct Row {
     pub source: Source,
     /// Confidence in the layout.
     pub confidence: Confidence,
-    /// Errata that correct the document (docs/ERRATA.md): `E22`, `E18 to E20`; empty if it is
+    /// Errata that correct the document (docs/reference/ERRATA.md): `E22`, `E18 to E20`; empty if it is
     /// right.
     pub errata: &'static str,
     /// True if a set may be queued.

@@ -20,7 +20,7 @@
 //!   start.
 //!
 //! There are two kinds of jogs ([`JogKind`]), and measurements on the virtual arm
-//! (docs/MEASUREMENTS.md, "Jogs") show that neither can replace the other. The arm has no path in
+//! (docs/evidence/MEASUREMENTS.md, "Jogs") show that neither can replace the other. The arm has no path in
 //! joint space, so a joint rests between pieces: J1 falls to 10 % of full speed there. Pieces also
 //! start 5 to 16 times later, and along a line load it 12 to 25 times as much. But the arm's own
 //! jog continues when the program dies. A fence is not a third kind, but a bound on the arm's own
