@@ -1,3 +1,5 @@
+//! Writer of plan files.
+
 use std::collections::HashMap;
 use std::io::{self, Write};
 
@@ -10,10 +12,10 @@ use super::{FORMAT, VERSION, WITH_PARTS};
 use crate::{Action, Grip, Part, Plan, Step, Tool, Travel};
 
 impl Plan {
-    /// Writes it as a file that [`from_json`](Self::from_json) reads back as the same plan.
+    /// Writes the plan as a file that [`from_json`](Self::from_json) reads back as the same plan.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn write_to(&self, writer: &mut impl Write) -> io::Result<()> {
         let names = Names::of(self);
         write!(writer, "{{")?;
@@ -53,11 +55,11 @@ impl Plan {
         writer.write_all(b"\n]}\n")
     }
 
-    /// The file as a text.
+    /// Returns the file as a text.
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut bytes = Vec::new();
-        // A vector takes everything.
+        // Writing to a vector cannot fail.
         let _ = self.write_to(&mut bytes);
         String::from_utf8(bytes).unwrap_or_default()
     }
@@ -73,7 +75,8 @@ fn value(writer: &mut impl Write, of: &impl Serialize) -> io::Result<()> {
     of.serialize(&mut serializer).map_err(io::Error::from)
 }
 
-/// Numbers as short as they can be: whole ones without a point, tiny and huge ones with an exponent.
+/// Formats numbers as short as possible: whole numbers without a point, tiny and huge ones with an
+/// exponent.
 struct Short;
 
 impl Formatter for Short {
@@ -94,7 +97,7 @@ impl Formatter for Short {
     }
 }
 
-/// A number; NaN and infinities as strings.
+/// A number. NaN and infinities are written as strings.
 struct Number<T>(T);
 
 impl Serialize for Number<f32> {
@@ -139,12 +142,13 @@ impl Serialize for ToolName {
     }
 }
 
-/// How steps tell their names: by the text, where reading that leads back to the same list of names.
+/// Spelling of names in steps. A step gives the text of its name if reading all steps rebuilds the
+/// same list of names, else the index.
 struct Names<'p> {
     list: &'p [String],
-    /// The first of each text.
+    /// Index of the first occurrence of each text.
     first: HashMap<&'p str, usize>,
-    /// The list cannot be told from the steps.
+    /// True if the file must list the names because the steps cannot rebuild the list.
     are_listed: bool,
 }
 
@@ -172,7 +176,7 @@ impl<'p> Names<'p> {
         }
     }
 
-    /// The text, if it stands for this index and no other.
+    /// Returns the text of a name if it identifies this index.
     fn text(&self, index: usize) -> Option<&'p str> {
         let text = self.list.get(index)?.as_str();
         (self.first.get(text) == Some(&index)).then_some(text)
@@ -284,7 +288,7 @@ impl Serialize for PartLine<'_> {
     }
 }
 
-/// The fields of a command under the names that the protocol's table gives them.
+/// Fields of a command under the names of the protocol's table.
 struct CommandValues<'c>(&'c Set);
 
 impl Serialize for CommandValues<'_> {
