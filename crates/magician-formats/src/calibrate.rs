@@ -380,7 +380,8 @@ impl Tip {
                 "turn it by half a turn and touch the same point again"
             )));
         }
-        // Each pose plus the offset, turned by r, is the same point: (R(r1) - R(r2)) offset = p2 - p1.
+        // Each pose plus the offset, turned by r, is the same point:
+        // (R(r1) - R(r2)) offset = p2 - p1.
         let [(sin1, cos1), (sin2, cos2)] = [r1, r2].map(|r: f64| libm::sincos(r.to_radians()));
         let (c, s) = (cos1 - cos2, sin1 - sin2);
         let (dx, dy) = (x2 - x1, y2 - y1);
@@ -454,7 +455,8 @@ mod tests {
 
     #[test]
     fn reader_before_the_arm_has_the_sheet_upright() {
-        // The reader stands at +x and has +y to the right: the lower edge is the far one from the base.
+        // The reader stands at +x and has +y to the right: the lower edge is the far one from the
+        // base.
         let [left, right, top] = [
             [290.0, -100.0, -60.0],
             [290.0, 100.0, -60.0],

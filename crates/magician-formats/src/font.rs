@@ -36,8 +36,10 @@ fn bundled() -> Database {
 }
 
 /// Replacement for the glyph `.notdef` as stored in `glyf`: a triangle of one unit, too small to be
-/// seen. The bytes are one contour, its bounding box, its last point, no instructions, and three
-/// on-curve points with positive one-byte steps.
+/// seen.
+///
+/// The bytes are one contour, its bounding box, its last point, no instructions, and three on-curve
+/// points with positive one-byte steps.
 pub(crate) const SPECK: [u8; 23] = [
     0, 1, 0, 0, 0, 0, 0, 1, 0, 1, 0, 2, 0, 0, 0x37, 0x37, 0x37, 0, 1, 0, 0, 0, 1,
 ];

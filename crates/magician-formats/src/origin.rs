@@ -52,9 +52,10 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
-    /// Number of characters that begin before each multiple of [`EACH`] bytes. A file may be one
-    /// long line, and counting its columns from the beginning each time would be quadratic. Empty
-    /// if the text is ASCII, where every byte is a character.
+    /// Number of characters that begin before each multiple of [`EACH`] bytes.
+    ///
+    /// A file may be one long line, and counting its columns from the beginning each time would be
+    /// quadratic. Empty if the text is ASCII, where every byte is a character.
     counts: Vec<usize>,
     /// Byte offset of each line.
     starts: Vec<usize>,

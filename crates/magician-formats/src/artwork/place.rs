@@ -21,10 +21,10 @@ const MARGIN: f64 = 1e-4;
 /// Tolerance for fitting into a room, mm. It absorbs the rounding of coordinates in files.
 const ROUNDING: f64 = 1e-3;
 
-/// Bisection steps when fitting at a given position, and when growing artwork at a position found
-/// by [`Reach::best_place`]. 16 steps resolve 1/65,536 of the size; growing starts from a good
-/// size, so 10 are enough.
+/// Bisection steps when fitting at a given position: they resolve 1/65,536 of the size.
 const HALVINGS: usize = 16;
+/// Bisection steps when growing artwork at a position found by [`Reach::best_place`]. Growing
+/// starts from a good size, so fewer steps are enough.
 const GROWING: usize = 10;
 
 /// A sheet of paper in front of the arm, as measured.

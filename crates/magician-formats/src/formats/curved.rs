@@ -216,7 +216,8 @@ impl Content {
 struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// Mixes in a number with two instructions, as FxHash does: a drawing has millions of numbers.
+    /// Mixes in a number with two instructions, as `FxHash` does: a drawing has millions of
+    /// numbers.
     fn take(&mut self, bits: u64) {
         self.0 = (self.0.rotate_left(5) ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }

@@ -88,9 +88,10 @@ pub struct GcodeOptions {
     /// assumed at their origin at the start, with Z 0 at the surface until the program gives a Z.
     /// `start` is ignored.
     pub placed: bool,
-    /// S word of full laser power. If `None`, the first of these: `$30` of the program before the
-    /// laser is switched on; the value in LightBurn's comments; 255 where M106 is the laser; 1000
-    /// if no S exceeds it.
+    /// S word of full laser power.
+    ///
+    /// If `None`, the first of these: `$30` of the program before the laser is switched on; the
+    /// value in LightBurn's comments; 255 where M106 is the laser; 1000 if no S exceeds it.
     pub s_max: Option<f64>,
     /// Speed of a laser that burns before the program gives an F, mm/s.
     pub laser_speed: f64,

@@ -27,8 +27,9 @@ impl Pallet {
     }
 
     /// Creates a pallet in any orientation from three of its positions (x, y, z; mm), as in the
-    /// vendor's software: the first, the last of its row, and the first of the last row. The others
-    /// are spaced evenly between them.
+    /// vendor's software: the first, the last of its row, and the first of the last row.
+    ///
+    /// The others are spaced evenly between them.
     #[must_use]
     pub fn corners(
         rows: usize,

@@ -30,8 +30,9 @@ const TURN: f64 = 30.0;
 pub type Above = ([f64; 2], f64);
 
 impl Reach {
-    /// Returns a position at a height above a point, from which a straight move leads to it. It may
-    /// be shifted towards the base or away from it. If there is none, the highest reachable
+    /// Returns a position at a height above a point, from which a straight move leads to it.
+    ///
+    /// It may be shifted towards the base or away from it. If there is none, the highest reachable
     /// position above the point.
     #[must_use]
     pub fn over(&self, end: Above, height: f64) -> Above {

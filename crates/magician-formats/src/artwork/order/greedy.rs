@@ -6,9 +6,10 @@ use super::super::Stroke;
 use super::TourStop;
 use super::kd_tree::{Entry, KdTree};
 
-/// Largest number of vertices of a closed stroke that are tried as its start. A choice: more
-/// vertices improve the tour little, because [`rotate_closed`](super::improve::rotate_closed) tries
-/// all of them later.
+/// Largest number of vertices of a closed stroke that are tried as its start.
+///
+/// A choice: more vertices improve the tour little, because
+/// [`rotate_closed`](super::improve::rotate_closed) tries all of them later.
 const MOST_CORNERS: usize = 64;
 
 /// Returns the tour, which begins with the stroke nearest to the lower left corner.

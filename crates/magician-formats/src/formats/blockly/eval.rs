@@ -1,4 +1,4 @@
-//! What value blocks give.
+//! Evaluation of value blocks.
 
 use super::machine::{Machine, finite};
 use super::tree::Block;
@@ -6,7 +6,7 @@ use super::value::{BlockValue, arithmetic, compare, constant, function, modulo};
 use super::{refused, robot};
 use crate::Diagnostic;
 
-/// Standard blocks that give a value.
+/// Standard value blocks.
 const VALUES: [&str; 16] = [
     "logic_boolean",
     "logic_compare",
@@ -31,7 +31,7 @@ impl Machine<'_> {
         VALUES.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
     }
 
-    /// What hangs in an input; nothing if nothing does.
+    /// Evaluates the block in an input; `None` if there is none.
     pub(super) fn value(
         &mut self,
         block: &Block,
@@ -49,8 +49,8 @@ impl Machine<'_> {
         self.evaluate(index, inner, depth + 1).map(Some)
     }
 
-    /// The number in an input or a field by one of these names. Where the studio's block has nothing it uses a number of its
-    /// own, and so do we, with a note.
+    /// Returns the number in the first of these inputs or fields. If all are missing, the default
+    /// of the studio's block is used, with a note.
     pub(super) fn number(
         &mut self,
         index: usize,
@@ -80,7 +80,7 @@ impl Machine<'_> {
         Ok(otherwise)
     }
 
-    /// As [`number`](Self::number), for standard blocks: 0 for what is missing, without a note.
+    /// Returns an operand of a standard block. A missing one is 0, as in Blockly, without a note.
     fn operand(&mut self, block: &Block, name: &str, depth: u32) -> Result<f64, Diagnostic> {
         let Some(value) = self.value(block, name, depth)? else {
             return Ok(0.0);
@@ -173,7 +173,7 @@ impl Machine<'_> {
         finite(block, number)
     }
 
-    /// The second is only looked at where it matters; one that is missing does not matter.
+    /// Evaluates AND or OR with short-circuiting. A missing operand is ignored.
     fn operation(
         &mut self,
         block: &Block,

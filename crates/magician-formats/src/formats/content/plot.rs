@@ -94,8 +94,10 @@ impl<'t> Scanner<'t> {
     }
 
     /// Skips an escape sequence: `ESC . letter numbers :` of plotters, or `ESC % number letter` and
-    /// similar ones of printers. `ESC % number A` ends a plot within printer data, and so does `ESC
-    /// E` if another plot follows.
+    /// similar ones of printers.
+    ///
+    /// `ESC % number A` ends a plot within printer data, and so does `ESC E` if another plot
+    /// follows.
     fn escape(&mut self) {
         let start = self.at;
         self.at += 1;

@@ -12,9 +12,10 @@ const NEAR: f64 = 1e-4;
 /// End of a line: twice its index, plus 1 for its last point.
 type End = usize;
 
-/// Joins lines of the same layer and colour where exactly two ends meet. At a junction of three the
-/// file does not say which lines belong together. A joined line takes the position and origin of
-/// its first part.
+/// Joins lines of the same layer and colour where exactly two ends meet.
+///
+/// At a junction of three the file does not say which lines belong together. A joined line takes
+/// the position and origin of its first part.
 pub(super) fn joined(strokes: Vec<Stroke>) -> Vec<Stroke> {
     let partners = partners(&strokes);
     let mut slots: Vec<Option<Stroke>> = strokes.into_iter().map(Some).collect();

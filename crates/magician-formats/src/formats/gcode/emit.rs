@@ -79,9 +79,10 @@ impl<'o> Emitter<'o> {
         self.plan.push(Action::Move { to, by }, origin);
     }
 
-    /// Moves to the start of the program with all joints, because no straight way is known. A run
-    /// on an arm approaches it from above. The laser is switched off first, because what burnt
-    /// before began at an unknown position.
+    /// Moves to the start of the program with all joints, because no straight way is known.
+    ///
+    /// A run on an arm approaches it from above. The laser is switched off first, because a burn
+    /// before it began at an unknown position.
     pub(super) fn enter(&mut self, to: [f64; 3], origin: Origin) {
         self.darken(origin);
         self.start = None;

@@ -16,8 +16,8 @@ use super::{SourceLine, behind_number};
 use crate::formats::span::SpanDiagnostic;
 use crate::{Diagnostic, DiagnosticCode};
 
-/// Number of lines that a program may execute beyond its own length. A choice above any real drawing,
-/// which stops endless loops.
+/// Number of lines that a program may execute beyond its own length. A choice above any real
+/// drawing, which stops endless loops.
 const MOST_REPEATED: u64 = 300_000;
 /// Number of bytes for which a long line counts as one more, so that the limit bounds time and not
 /// only lines.

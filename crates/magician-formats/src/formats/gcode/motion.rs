@@ -19,7 +19,8 @@ const G10_UNKNOWN: &str =
     "G10 L20 is left out where the arm's position is unknown: coordinates stay the arm's";
 /// Word of an arc's centre along each axis.
 const CENTRES: [u8; 3] = *b"IJK";
-/// Largest coordinate, mm. Beyond it 32-bit coordinates cannot resolve a thousandth of a millimetre.
+/// Largest coordinate, mm. Beyond it 32-bit coordinates cannot resolve a thousandth of a
+/// millimetre.
 const FARTHEST: f64 = 1e6;
 /// Largest difference of both radii of an arc even at a coarse tolerance, mm.
 pub(super) const ROUNDED: f64 = 0.5;

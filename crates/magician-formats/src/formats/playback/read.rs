@@ -450,9 +450,11 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         })
     }
 
-    /// Parses the end of an arc. Studios 1.7 to 1.9 write style 3 for an arc and 1.4 writes 4; what
-    /// style 3 was in 1.4 is unknown. So only a row with a second point is an arc. A second point
-    /// of zeros, as other styles have, does not count.
+    /// Parses the end of an arc.
+    ///
+    /// Studios 1.7 to 1.9 write style 3 for an arc and 1.4 writes 4; the meaning of style 3 in 1.4
+    /// is unknown. So only a row with a second point is an arc. A second point of zeros, as other
+    /// styles have, does not count.
     fn second(&self, style: u8, notes: &mut Vec<Diagnostic>) -> Result<[f32; 4], Diagnostic> {
         let mut any = false;
         for number in 6..=9 {

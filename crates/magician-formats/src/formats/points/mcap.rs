@@ -18,7 +18,7 @@ const CHUNK: u8 = 0x06;
 const NANOS: f64 = 1e9;
 const MILLIMETRES: f64 = 1000.0;
 
-/// The part used of a foxglove.PoseInFrame, m.
+/// The part used of a `foxglove.PoseInFrame`, m.
 #[derive(Deserialize)]
 struct PoseInFrame {
     pose: Pose,

@@ -4,7 +4,7 @@
 //! * CSV, as converted from playback files (`X,Y,Z,R,Velocity,Acceleration,Suction`): one point per
 //!   line, by column name. In known files of this kind *Velocity* and *Acceleration* contain the
 //!   pauses of the original, so they are ignored; a pause is read from a column *Pause* or
-//!   *PauseTime*.
+//!   `PauseTime`.
 //! * JSON (`{"rows": {"row0": {"MotionStyle": "MOVL", "X": 200, ..}}}`, or the rows at the top
 //!   level): the same by member name, and arcs, which end at `_X` to `_R`.
 //! * Recordings (`magician record`, `run --record`): CSV with a column `t`, and MCAP with `/pose`.

@@ -212,8 +212,9 @@ fn drawing(
 }
 
 /// Factor by which a drawing is enlarged for usvg, so that letters along a path are placed
-/// precisely at the size drawn: usvg places them within about half a pixel. A power of 2 changes
-/// only the exponent of numbers.
+/// precisely at the size drawn: usvg places them within about half a pixel.
+///
+/// A power of 2 changes only the exponent of numbers.
 fn times_larger(chords: &Chords) -> f64 {
     let finest = PIXEL / (2.0 * chords.tolerance());
     libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MOST_TIMES))))

@@ -61,7 +61,7 @@ pub(super) struct Source {
 pub(super) enum Page {
     /// Width or height, in any unit.
     Sized,
-    /// Only the viewBox.
+    /// Only the `viewBox`.
     ViewBox,
     /// None.
     Unknown,
