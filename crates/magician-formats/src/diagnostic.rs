@@ -23,7 +23,7 @@ pub struct Diagnostic {
     pub help: Option<Message>,
     /// Remedies, which each front end words for its users: [`advice`](Self::advice).
     pub remedies: Vec<Remedy>,
-    /// What this build or call lacks to read the file, if the file itself is fine.
+    /// Prerequisite that this build or call lacks, if the file itself is fine.
     pub missing: Option<Missing>,
 }
 
@@ -96,7 +96,7 @@ impl DiagnosticCode {
     }
 }
 
-/// What is missing to read a file. Once it is supplied, the [`Diagnostic`] does not occur.
+/// Prerequisite for reading a file. Once it is supplied, the [`Diagnostic`] does not occur.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Missing {
@@ -143,7 +143,7 @@ impl Diagnostic {
         self
     }
 
-    /// Sets what is missing.
+    /// Sets the missing prerequisite.
     #[must_use]
     pub fn with_missing(mut self, lack: Option<Missing>) -> Self {
         self.missing = lack;
@@ -191,7 +191,7 @@ impl Diagnostic {
             )
     }
 
-    /// True if the height of the work surface is missing. Measuring it takes a homed arm.
+    /// True if the height of the work surface is missing. Measuring it requires a homed arm.
     #[must_use]
     pub fn lacks_surface(&self) -> bool {
         let measures = Act::Do(Action::CalibrateSurface);

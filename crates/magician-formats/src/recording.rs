@@ -21,8 +21,8 @@ pub(crate) const HELD: f64 = 0.5;
 /// Number of readings to collect before thinning them. A choice: it bounds memory and keeps the
 /// cost linear in the length of the recording.
 const CHUNK: usize = 2048;
-/// Range of speeds in a plan, mm/s. A slower motion is sped up because nobody wants to wait for it;
-/// the upper bound is the arm's (model section 6).
+/// Range of speeds in a plan, mm/s. The lower bound is a choice that keeps the run short; the upper
+/// one is the arm's (model section 6).
 const SPEEDS: [f64; 2] = [1.0, 300.0];
 /// Range of accelerations in a plan, mm/s2.
 const ACCELERATIONS: [f64; 2] = [50.0, 400.0];
@@ -89,7 +89,7 @@ struct Stretch {
     length: f64,
     /// Smallest and largest angle of J4, deg.
     j4: [f64; 2],
-    /// Readings: up to `thinned` those that remain, then those still to be thinned.
+    /// Readings: those before the index `thinned` are thinned already, the others are not.
     readings: Vec<PoseReading>,
     thinned: usize,
 }

@@ -241,7 +241,7 @@ pub struct TestGrid {
     pub labels: Vec<Vec<[f64; 2]>>,
 }
 
-/// One cell of a test grid.
+/// A cell of a test grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TestCell {

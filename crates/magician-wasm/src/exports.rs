@@ -28,7 +28,7 @@ unsafe extern "C" {
 /// treats the module as a command, and every export would run the constructors and destructors.
 static BEGUN: Once = Once::new();
 
-/// Allocates memory; null if there is none left. The export `free` is that of the C library, which
+/// Allocates memory; null if it is exhausted. The export `free` is that of the C library, which
 /// knows the size of each block (`build.rs`), because a module cannot export two functions of that
 /// name.
 #[unsafe(no_mangle)]

@@ -1,8 +1,8 @@
 //! `arm.wasm`: a station with its arms in one WebAssembly module, without threads, sockets, files
 //! or a clock of its own.
 //!
-//! A worker of a page drives it in turns. What a client elsewhere sends over a socket, the page
-//! passes to [`PageStation::rpc`].
+//! A worker of a page drives it in turns. Text that a client elsewhere sends over a socket is
+//! passed to [`PageStation::rpc`] by the page.
 //!
 //! # The module
 //!

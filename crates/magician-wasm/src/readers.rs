@@ -11,7 +11,7 @@ fn layout(count: usize) -> Option<Layout> {
     Layout::array::<u8>(count).ok().filter(|_| count > 0)
 }
 
-/// Allocates memory; null if there is none left.
+/// Allocates memory; null if it is exhausted.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn alloc(count: usize) -> *mut u8 {
     match layout(count) {

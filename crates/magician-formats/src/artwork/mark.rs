@@ -317,8 +317,8 @@ impl StepWriter<'_> {
         };
         self.travel((*first, 0.0), origin);
         self.along(*first, others, origin, |to| Action::Burn { to, power });
-        // Firmware probably turns the laser off at the end of a path, but this is unconfirmed: send
-        // it.
+        // The firmware probably switches the laser off at the end of a path. This is unconfirmed,
+        // so a command is sent.
         self.plan.push(Action::Laser(false), origin);
         let last = others.last().unwrap_or(first);
         self.at = Some(((*last, 0.0), origin));
@@ -394,7 +394,7 @@ impl StepWriter<'_> {
         self.reach.over(end, self.marking.lift + APPROACH)
     }
 
-    /// Lifts a pen that is not up.
+    /// Lifts the pen unless it is already up. Has no effect on a laser.
     fn lift_pen(&mut self) {
         if self.marking.power.is_none() {
             self.leave();

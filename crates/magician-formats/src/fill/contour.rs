@@ -3,7 +3,8 @@
 use super::region::Region;
 use crate::artwork::distance;
 
-/// Largest distance of rings that are joined, in spacings.
+/// Largest distance of rings that are joined, in spacings. The next ring is one spacing away along
+/// an edge, and farther at corners.
 const NEAR: f64 = 1.5;
 
 /// Insets at which a part narrower than twice the first is tested for its middle line, in spacings.

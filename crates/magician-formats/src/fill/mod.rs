@@ -68,9 +68,11 @@ pub struct Filling {
 }
 
 impl Filling {
-    /// Widths of a pen's line and of a laser's beam, mm.
+    /// Width of a pen's line, mm.
     const PEN: f64 = 0.8;
+    /// Width of a laser's beam, mm.
     const BEAM: f64 = 0.2;
+    /// Default direction of the lines, degrees: it avoids being parallel to the usual edges.
     const ANGLE: f64 = 45.0;
 
     /// Returns the complete options, with defaults for a laser if `burns`, else for a pen.

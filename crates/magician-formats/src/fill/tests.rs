@@ -153,7 +153,7 @@ fn rings_cover_shapes_and_nothing_beside_them() {
     }
 }
 
-/// Whatever width remains between the last two rings.
+/// Covers different widths between the last two rings.
 #[test]
 fn the_middle_of_a_band_is_drawn_once() {
     for inner in [15.0, 15.3, 15.6, 15.9, 16.2, 16.5] {
@@ -243,7 +243,7 @@ fn hairline_gets_one_line() {
     }
 }
 
-/// The bar of a t or the leg of a k: narrower and shorter than the pen, beside a wider part.
+/// The bar of a t or the leg of a k is narrower and shorter than the pen, beside a wider part.
 #[test]
 fn bars_beside_a_wider_part_are_drawn() {
     let stem = |length: f64, height: f64| {

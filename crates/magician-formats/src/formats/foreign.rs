@@ -10,7 +10,7 @@ struct Kind {
     endings: &'static [&'static str],
     /// Name in a sentence.
     what: &'static str,
-    /// How to convert it to a supported format.
+    /// Advice on converting it to a supported format.
     help: &'static str,
 }
 

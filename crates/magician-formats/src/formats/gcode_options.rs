@@ -57,15 +57,15 @@ impl fmt::Display for Dialect {
     }
 }
 
-/// How arcs (G2, G3) of a pen are executed. A laser's arcs are always lines, because the arm has no
+/// Execution of a pen's arcs (G2, G3). A laser's arcs are always lines, because the arm has no
 /// laser power on an arc.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Arcs {
-    /// As arcs of the arm, which stops at both ends of each.
+    /// Arcs of the arm, which stops at both ends of each.
     #[default]
     Arcs,
-    /// As lines within the tolerance, without stops.
+    /// Lines within the tolerance, without stops.
     Lines,
 }
 
@@ -105,7 +105,7 @@ pub struct GcodeOptions {
     pub travel_acceleration: f64,
     /// Acceleration along lines and arcs, mm/s2.
     pub acceleration: f64,
-    /// How a pen's arcs are executed.
+    /// Execution of a pen's arcs.
     pub arcs: Arcs,
     /// True if G28 homes the arm. Otherwise it is left out, because homing turns the base all the
     /// way to its switch.

@@ -100,7 +100,7 @@ impl PauseCause {
     /// All causes.
     pub const ALL: [Self; 2] = [Self::Part, Self::Program];
 
-    /// Its name in files and interfaces.
+    /// Name in files and interfaces.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

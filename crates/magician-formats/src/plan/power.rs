@@ -26,7 +26,8 @@ const SHORTEST: f64 = 0.005;
 /// Largest number of cutting rounds. Cutting may slow down the new pieces, which then need cutting
 /// themselves.
 const ROUNDS: usize = 3;
-/// Share of the feed from which it counts as reached.
+/// Share of the feed from which it counts as reached. A choice that covers rounding and differences
+/// too small to be seen.
 const REACHED: f64 = 0.99;
 
 impl Plan {
@@ -249,7 +250,8 @@ fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Dia
     let (mut strokes, mut weak) = (0_u32, 0_u32);
     // The first such stroke, its feed, and the best speed of all of them.
     let mut told: Option<(usize, f64, f64)> = None;
-    // The current stroke: its first step, and the feed and speed of the step that comes closest.
+    // The current stroke: its first step, and the feed and speed of the step that comes closest to
+    // its feed.
     let mut stroke: Option<(usize, f64, f64)> = None;
     let end = std::iter::once((steps.len(), None));
     let each = steps.iter().zip(profiles).enumerate();

@@ -10,7 +10,7 @@ use magician_protocol::commands::EndEffectorParams;
 use super::{Action, Color};
 use crate::Origin;
 
-/// One step of a plan. Equality ignores the colour: steps that do the same are equal.
+/// A step of a plan. Equality ignores the colour: steps that do the same are equal.
 #[derive(Clone, Debug)]
 pub struct Step {
     /// Action.

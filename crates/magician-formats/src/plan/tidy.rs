@@ -192,7 +192,7 @@ impl Gone {
         }
     }
 
-    /// Marks those of the steps that lead somewhere.
+    /// Marks the steps that have a target.
     fn where_led(&mut self, plan: &Plan, steps: impl IntoIterator<Item = usize>) {
         for at in steps {
             self.steps[at] |= plan.steps[at].action.target().is_some();
@@ -221,7 +221,7 @@ impl Gone {
 
 /// A line marked without a break.
 struct Line {
-    /// Its steps from the first that marks to behind the last: marks and speed settings.
+    /// Steps from the first mark to the last, with the speed settings in between.
     steps: Range<usize>,
     start: Point,
     end: Point,
@@ -304,7 +304,7 @@ impl Traced {
     }
 
     /// Returns the steps that lead down to a line and up from it. `None` if anything else happens
-    /// there. Without these steps and the line the tool passes above it.
+    /// there. Once these steps and the line are removed, the tool passes above the line.
     fn ways_of(&self, line: &Line, plan: &Plan) -> Option<(Range<usize>, Range<usize>)> {
         let Range { start, end } = line.steps;
         let nothing = (start..start, end..end);

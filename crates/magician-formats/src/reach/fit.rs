@@ -22,12 +22,12 @@ const MARGIN: f64 = 1e-4;
 /// the drawing in front, so a small gain is not enough.
 const BESIDE: f64 = 1.01;
 /// Tolerance for a drawing to count as in front of the arm: distance from the line straight ahead,
-/// mm.
+/// mm. It absorbs rounding.
 const AHEAD: f64 = 0.01;
 /// Sampling distance along edges during the search, mm. The place found is checked exactly
 /// afterwards.
 const PIECE: f64 = 15.0;
-/// Relative precision of the size.
+/// Relative precision of the size. Far finer than a user can notice.
 const FINE: f64 = 1e-5;
 
 impl Reach {

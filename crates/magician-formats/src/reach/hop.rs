@@ -10,13 +10,16 @@ use magician_motion::{
 
 use super::{Above, Reach};
 
-/// Largest deviation from the straight line where the tool may touch something, mm.
+/// Largest deviation from the straight line where the tool may touch something, mm. A choice well
+/// below the width of a pen's line.
 const ASIDE: f64 = 0.1;
-/// Largest deviation as a share of the height above the surface.
+/// Largest deviation as a share of the height above the surface. A choice: a higher tool may
+/// deviate further without touching the work.
 const SHARE: f64 = 0.25;
 /// Tolerance of heights, mm. It absorbs rounding.
 const ROUNDING: f64 = 1e-4;
-/// Number of points at which a move is sampled.
+/// Number of points at which a move is sampled. A choice: moves between strokes are short and bend
+/// smoothly.
 const PLACES: u64 = 8;
 
 /// Parameters of travel.

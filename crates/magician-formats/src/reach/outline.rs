@@ -10,9 +10,9 @@ use super::Reach;
 const STEP: f64 = 2.0;
 /// Upper bound of the reach of any tool, mm.
 const FARTHEST: f64 = 600.0;
-/// Step of headings, degrees.
+/// Step of headings, degrees. A choice between a smooth outline and time.
 const TURN: i32 = 2;
-/// Precision of the edge, mm or deg.
+/// Precision of the edge, mm or deg. Far finer than any picture shows.
 const FINE: f64 = 1e-6;
 
 impl Reach {

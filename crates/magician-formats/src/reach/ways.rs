@@ -16,14 +16,16 @@ pub const APPROACH: f64 = 50.0;
 const ASIDE: f64 = 0.05;
 const MOST_ASIDE: i32 = 8;
 
-/// Distance of samples along a straight move, mm.
+/// Distance of samples along a straight move, mm. A choice: the exact check before a run finds what
+/// falls between samples.
 const PIECE: f64 = 4.0;
-/// Largest number of samples per move.
+/// Largest number of samples per move. It bounds time for coordinates far out of reach.
 const MOST_PIECES: f64 = 1000.0;
 
-/// Number of samples along a joint move.
+/// Number of samples along a joint move. A choice between accuracy and time.
 const PLACES: u32 = 64;
-/// Largest angle of a straight piece around the base, deg.
+/// Largest angle of a straight piece around the base, deg. Over 30 deg a chord comes closer to the
+/// base than its ends by only 3 %.
 const TURN: f64 = 30.0;
 
 /// A point of the surface, and a height above it, mm.

@@ -162,7 +162,7 @@ fn is_inside_first(strokes: &[Stroke]) -> bool {
     pairs.all(|(inner, outer)| outer.is_none_or(|outer| inner < outer))
 }
 
-/// Orders the strokes for short travel, each after those that lie within it.
+/// Orders the strokes for short travel, each after the strokes within it.
 fn rearranged(strokes: Vec<Stroke>, around: &[Option<usize>], effort: u64) -> Vec<Stroke> {
     let mut within = vec![Vec::new(); strokes.len()];
     let mut outermost = Vec::new();

@@ -6,15 +6,15 @@ use crate::Diagnostic;
 /// Reason why a block cannot be in a plan.
 #[derive(Clone, Copy)]
 enum Reason {
-    /// Its value comes from the arm.
+    /// The value comes from the arm while it runs.
     Sensor,
-    /// Its value comes from the clock or from chance.
+    /// The value comes from the clock or from chance.
     Clock,
-    /// It is for the M1.
+    /// A block for the M1.
     OtherArm,
-    /// It is from DobotLab.
+    /// A block of DobotLab.
     Lab,
-    /// It is for a MagicBox or a module of it.
+    /// A block for a MagicBox or one of its modules.
     MagicBox,
 }
 

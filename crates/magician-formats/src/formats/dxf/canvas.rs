@@ -23,13 +23,14 @@ use crate::formats::{Chords, Fills, ReadOptions};
 use crate::lettering::{Glyph, Lettering};
 use crate::{Artwork, Color, Diagnostic, DiagnosticCode, FilledArea, Origin, Stroke};
 
-/// Largest number of points of all lines.
+/// Largest number of points of all lines. It bounds memory.
 pub(super) const MOST_POINTS: usize = 2_000_000;
-/// Largest number of pairs to read, counting those of blocks once per insertion.
+/// Largest number of pairs to read, counting those of blocks once per insertion. It bounds time for
+/// nested blocks.
 const MOST_PAIRS: usize = 5_000_000;
-/// Largest nesting depth of blocks.
+/// Largest nesting depth of blocks. It protects the stack; real drawings nest a few levels.
 const MOST_DEPTH: usize = 32;
-/// Largest number of notes.
+/// Largest number of notes. A choice: a user does not read more.
 const MOST_NOTES: usize = 50;
 const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
 

@@ -4,7 +4,7 @@ use kurbo::{Affine, Point, Vec2};
 
 use crate::formats::Chords;
 
-/// Largest number of chords per curve.
+/// Largest number of chords per curve. It bounds memory for huge radii.
 const MOST_PIECES: f64 = 100_000.0;
 
 /// An elliptic arc `centre + cos t * one + sin t * other`; t starts at `from` and covers `sweep`,

@@ -6,7 +6,8 @@ use std::collections::HashMap;
 use crate::Stroke;
 use crate::artwork::Style;
 
-/// Grid of end points, mm: ends in the same cell meet.
+/// Grid of end points, mm: ends in the same cell meet. It absorbs the rounding of coordinates in
+/// the file.
 const NEAR: f64 = 1e-4;
 
 /// End of a line: twice its index, plus 1 for its last point.

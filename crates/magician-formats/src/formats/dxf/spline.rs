@@ -5,7 +5,7 @@ use kurbo::{BezPath, PathEl, Point, Vec2};
 /// Largest degree. It bounds the stack array of de Boor's algorithm; CAD programs use 3, rarely
 /// more.
 const MOST_DEGREE: usize = 25;
-/// Largest number of bisections of a piece.
+/// Largest number of bisections of a piece. It bounds time where a curve has a kink.
 const HALVINGS: u32 = 16;
 /// Parameters at which a piece is compared with its chord. They are in no simple ratio, so that a
 /// curve that oscillates does not meet the chord at all of them.

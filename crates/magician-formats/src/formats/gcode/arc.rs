@@ -4,7 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::artwork::distance;
 
-/// Distance below which both ends of an arc coincide, mm: it is a full circle.
+/// Distance below which both ends of an arc coincide, mm: it is a full circle. It absorbs the
+/// rounding of coordinates in the program.
 const SAME: f64 = 1e-4;
 /// Largest relative difference of the radii at both ends. Programs round their coordinates.
 const ROUNDING: f64 = 1e-3;

@@ -6,7 +6,7 @@ use super::lexer::{Item, Words};
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
-/// Largest number of codes on a line.
+/// Largest number of codes on a line. A choice above any program.
 const MOST_CODES: usize = 16;
 
 /// A G or M code.

@@ -8,7 +8,8 @@ use super::motion::AXES;
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
-/// Largest number of holes per line.
+/// Largest number of holes per line. A choice above any program, so that a damaged L cannot fill
+/// the memory.
 const MOST_HOLES: f64 = 1000.0;
 
 /// State shared by the lines of a cycle: values as commanded, mm in program coordinates.

@@ -6,9 +6,9 @@ use crate::formats::span::SpanDiagnostic;
 
 /// Largest nesting depth. It protects the stack of the recursive parser.
 const DEEPEST: u32 = 60;
-/// Tolerance of comparisons.
+/// Tolerance of comparisons. It absorbs the rounding of computed loop variables.
 const EQUAL: f64 = 1e-6;
-/// Tolerance for a parameter number to count as whole.
+/// Tolerance for a parameter number to count as whole. It absorbs the rounding of computed numbers.
 const WHOLE: f64 = 1e-4;
 
 const FUNCTIONS: [&str; 14] = [

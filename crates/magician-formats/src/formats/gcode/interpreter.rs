@@ -22,7 +22,7 @@ const MOST_REPEATED: u64 = 300_000;
 /// Number of bytes for which a long line counts as one more, so that the limit bounds time and not
 /// only lines.
 const BYTES_OF_A_LINE: usize = 25;
-/// Largest depth of calls.
+/// Largest depth of calls. It stops endless recursion.
 pub(super) const DEEPEST: usize = 100;
 
 /// A parsed program, which can be executed repeatedly.

@@ -8,7 +8,7 @@ use crate::formats::span::SpanDiagnostic;
 
 /// Letters after a comma that modify the corner of a line (Fanuc): radius, chamfer, angle.
 const CORNERS: [u8; 3] = *b"RCA";
-/// Largest magnitude of a number, whatever its unit.
+/// Largest magnitude of a number, whatever its unit. Beyond it the file is damaged.
 const GREATEST: f64 = 1e9;
 /// Number of digits that fit into the integer in which they are collected.
 const MOST_DIGITS: u32 = 19;

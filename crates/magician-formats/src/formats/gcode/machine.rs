@@ -21,7 +21,7 @@ use super::survey::{Kind, Survey};
 use crate::formats::span::SpanDiagnostic;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan, Step};
 
-/// Largest number of distinct tools.
+/// Largest number of distinct tools. Each new tool is compared with all others, so it bounds time.
 const MOST_TOOLS: usize = 1000;
 
 /// Modal motion, which a line without a motion code repeats.

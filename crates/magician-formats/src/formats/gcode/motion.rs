@@ -22,11 +22,12 @@ const CENTRES: [u8; 3] = *b"IJK";
 /// Largest coordinate, mm. Beyond it 32-bit coordinates cannot resolve a thousandth of a
 /// millimetre.
 const FARTHEST: f64 = 1e6;
-/// Largest difference of both radii of an arc even at a coarse tolerance, mm.
+/// Largest difference of both radii of an arc even at a coarse tolerance, mm. More is an error in
+/// the program and not rounding.
 pub(super) const ROUNDED: f64 = 0.5;
-/// Largest number of chords per curve.
+/// Largest number of chords per curve. It bounds memory for curves far larger than the arm.
 const MOST_CHORDS: f64 = 10_000.0;
-/// Largest number of turns of an arc.
+/// Largest number of turns of an arc. A choice above any drawing.
 const MOST_TURNS: f64 = 100.0;
 
 impl Machine<'_> {

@@ -11,9 +11,9 @@ use super::{SourceLine, behind_number};
 use crate::Diagnostic;
 use crate::formats::span::SpanDiagnostic;
 
-/// Largest number of O-words.
+/// Largest number of O-words. It bounds memory for generated programs.
 const MOST: usize = 100_000;
-/// Largest nesting depth.
+/// Largest nesting depth. A choice above any program written by hand.
 const DEEPEST: usize = 200;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 
-/// Largest length of a message, characters.
+/// Largest length of a message, characters. A choice that fits a display; the rest is cut off.
 const LONGEST: usize = 200;
 
 /// Returns the pause code of a line, if it has one.

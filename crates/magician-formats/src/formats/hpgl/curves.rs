@@ -2,7 +2,8 @@
 
 use kurbo::{Arc, BezPath, PathEl, Point, Shape, Vec2, flatten};
 
-/// Share of the tolerance for each of the two steps from an arc to lines.
+/// Share of the tolerance for each of the two steps from an arc to lines, so that both together
+/// keep it.
 const HALF: f64 = 0.5;
 
 /// Returns points along an arc without the first; `sweep` is in degrees, counter-clockwise, and

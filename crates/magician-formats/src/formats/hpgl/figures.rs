@@ -8,7 +8,7 @@ use crate::artwork::{circle_through, distance};
 use crate::fill::FillRule;
 use crate::formats::span::SpanDiagnostic;
 
-/// Largest sweep of an arc, degrees.
+/// Largest sweep of an arc, degrees: a hundred turns. A choice that bounds memory.
 const WIDEST: f64 = 36_000.0;
 
 /// Default length of tick marks in both directions, percent of the distance between P1 and P2.
@@ -215,7 +215,7 @@ impl Plotter<'_> {
                 self.fill(vec![ring], FillRule::NonZero, instruction);
                 return Ok(());
             }
-            // It is a separate part of the polygon.
+            // The circle is a separate part of the polygon.
             self.rings.insert(0, ring);
         }
         let (at, down, rings) = (self.at, self.down, std::mem::take(&mut self.rings));

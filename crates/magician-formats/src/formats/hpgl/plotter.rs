@@ -14,9 +14,10 @@ use crate::formats::{Chords, Fills, ReadOptions};
 use crate::lettering::Lettering;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
-/// Largest number of pens that become layers.
+/// Largest number of pens that become layers. A choice above any plotter; further pens have no
+/// layer.
 const MOST_PENS: usize = 100;
-/// Largest coordinate, mm.
+/// Largest coordinate, mm. A choice above any sheet, which detects damaged files.
 const LARGEST: f64 = 1e5;
 
 /// Stroke being drawn.
@@ -49,7 +50,7 @@ pub(super) struct Plotter<'t> {
     pub(super) polygon: Option<usize>,
     /// Strokes of the last polygon.
     pub(super) edges: Vec<Stroke>,
-    /// Its vertices, including those reached with the pen up.
+    /// Vertices of the last polygon, including those reached with the pen up.
     pub(super) rings: Vec<Vec<[f64; 2]>>,
     /// True if its outline was drawn.
     pub(super) outlined: bool,

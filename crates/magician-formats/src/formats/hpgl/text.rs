@@ -18,7 +18,7 @@ const ABSOLUTE: [f64; 2] = [0.187, 0.269];
 /// Width of a capital of the font, in its heights, and largest stretch of a letter beyond that.
 const CAPITAL: f64 = 14.0 / 21.0;
 const WIDEST: f64 = 1.3;
-/// Largest number of characters of a label.
+/// Largest number of characters of a label. It bounds memory if the terminator is missing.
 const LONGEST: usize = 10_000;
 
 /// Style of labels.

@@ -26,11 +26,11 @@ use crate::{Diagnostic, DiagnosticCode, Raster};
 use crop::Window;
 use large::Smaller;
 
-/// Largest side to decode at once, pixels.
+/// Largest side to decode at once, pixels. Larger images are scaled down while they are decoded.
 const MOST_SIDE: u32 = 30_000;
 /// Largest number of pixels to decode at once.
 const MOST_PIXELS: u64 = 64_000_000;
-/// Largest memory for decoding, bytes.
+/// Largest memory for decoding, bytes. A damaged header must not make the decoder allocate more.
 const MOST_MEMORY: u64 = 512 << 20;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {

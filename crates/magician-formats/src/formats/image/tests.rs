@@ -189,7 +189,7 @@ fn images_of_any_size_are_made_smaller_while_they_are_read() {
     assert_eq!((image.width, image.height), (20_000, 250));
     assert_eq!(image.grey.len(), 20_000 * 250);
     assert_eq!((image.grey[0], image.grey[19_999]), (0, 255));
-    // Its size on paper is unchanged.
+    // The size on paper is unchanged.
     let [width, height] = image.size(crate::raster::Size::Natural).unwrap();
     assert!(
         (width - 8000.0).abs() < 1e-6 && (height - 100.0).abs() < 1e-6,
@@ -334,7 +334,7 @@ fn a_jpeg_of_four_inks_is_read() {
         "{:?}",
         &image.grey[..16]
     );
-    // It has no luma plane, so a large one is decoded with its colours.
+    // CMYK has no luma plane, so a large image is decoded with its colours.
     assert!(!large::has_brightness(CMYK) && large::has_brightness(&photo(1)));
 }
 

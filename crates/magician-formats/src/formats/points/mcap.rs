@@ -1,5 +1,5 @@
-//! Reader of recordings as MCAP: messages of `/pose` (<https://mcap.dev/spec>, foxglove.PoseInFrame
-//! as JSON).
+//! Reader of recordings as MCAP: messages of `/pose` (<https://mcap.dev/spec>,
+//! `foxglove.PoseInFrame` as JSON).
 //!
 //! The records are parsed here and not by the library that writes them, because it panics on chunks
 //! with inconsistent lengths.

@@ -16,24 +16,30 @@ use crate::recording::{HELD, LONGEST};
 use crate::simplify::kept_where;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Parsed, Plan, Travel};
 
-/// Distance within which the tool stands still, mm.
+/// Distance within which the tool stands still, mm. A choice: large enough for noise, too small to
+/// swallow slow motion.
 const STILL: f64 = 0.05;
-/// Number of periods after which a standstill counts as a rest.
+/// Number of periods after which a standstill counts as a rest. A choice: ending the path for a
+/// rest costs a ramp down and up.
 const STANDS: usize = 3;
 /// Length below which a segment takes the arm no time, mm.
 const NO_WAY: f64 = 1e-3;
 /// Duration of a segment, s: one period of the arm, which rounds to whole periods.
 const PERIOD: f64 = ArmModel::MAGICIAN.law.period_us() as f64 / 1e6;
-/// Step of the search for the phase of the arm's periods, s.
+/// Step of the search for the phase of the arm's periods, s. A choice between precision and time.
 const PHASE_STEP: f64 = 0.001;
 /// Share of a period that covers the rounding of times to microseconds.
 const ROUNDING: f64 = 1e-4;
-/// Ratio of unevenness below which times of periods are accepted instead of the times as read.
+/// Ratio of unevenness below which times of periods are accepted instead of the times as read. A
+/// choice: only a clear gain justifies changing the times.
 const EVENER: f64 = 0.5;
 /// Largest share by which a segment is longer than a period of the recording in order to catch up.
-/// The arm is then faster than recorded by this share.
+///
+/// The arm is then faster than recorded by this share. A choice between catching up soon and
+/// keeping the recorded speed.
 const MOST_CATCH_UP: f64 = 0.5;
-/// Share by which the arm hurries before a turn of J4, so that it is in time afterwards.
+/// Share by which the arm hurries before a turn of J4, so that it is in time afterwards. A choice
+/// that keeps the motion close to the recorded one.
 const AHEAD: f64 = 0.25;
 /// Delay within which the arm is in time, s. Segments then stay even.
 const IN_TIME: f64 = 1e-4;

@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::formats::content::points::numbers;
 use crate::{Action, Diagnostic, Lines, Parsed, Plan, Travel};
 
-/// Height above its ends from which a stroke is approached and left, mm.
+/// Height above its ends from which a stroke is approached and left, mm. A choice that clears usual
+/// work.
 const LIFT: f32 = 10.0;
 
 /// A vertex of a stroke, with its range in the text.

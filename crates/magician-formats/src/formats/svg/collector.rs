@@ -30,7 +30,7 @@ const MOST_CORNERS: usize = 5_000_000;
 /// Factor by which curves are flattened more finely for measuring dashes. Chords are shorter than
 /// their curve, and the difference accumulates up to the last dash.
 const DASHED: f64 = 8.0;
-/// Largest coordinate, mm.
+/// Largest coordinate, mm. A choice above any sheet, which detects damaged files.
 const FARTHEST: f64 = 100_000.0;
 
 /// Walks the elements and collects strokes.

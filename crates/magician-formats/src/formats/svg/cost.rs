@@ -13,7 +13,7 @@ use super::circles::in_a_circle;
 use super::source::is;
 use crate::{Diagnostic, Origin};
 
-/// Largest number of elements after expanding all references.
+/// Largest number of elements after expanding all references. It bounds memory and time.
 const MOST: f64 = 2_000_000.0;
 /// Largest nesting depth, including references. It protects the stack of recursive functions in
 /// usvg.

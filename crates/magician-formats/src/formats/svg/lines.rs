@@ -6,9 +6,10 @@ use usvg::tiny_skia_path::{Path, PathSegment};
 use crate::curves::tidy;
 pub(super) use crate::curves::{Line, flatten};
 
-/// Largest number of dashes per path.
+/// Largest number of dashes per path. It bounds memory for tiny dashes on long lines.
 const MOST_DASHES: f64 = 100_000.0;
-/// Distance within which a point counts as lying on a drawn line, mm.
+/// Distance within which a point counts as lying on a drawn line, mm. It absorbs the rounding of
+/// 32-bit coordinates in usvg.
 pub(super) const NEAR: f64 = 1e-3;
 
 /// Tolerances, mm at the size of the file.

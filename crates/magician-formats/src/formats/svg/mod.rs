@@ -43,13 +43,14 @@ use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
 use crate::encoding::{Otherwise, decode};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
-/// Largest size of a file, bytes.
+/// Largest size of a file, bytes. It bounds memory, of which the parsed document takes a multiple.
 const LARGEST: usize = 64 << 20;
 /// Size of a pixel, mm: 96 per inch (CSS Values and Units 3, section 6.2).
 const PIXEL: f64 = 25.4 / 96.0;
-/// Distance beyond the page that still counts as on it, mm.
+/// Distance beyond the page that still counts as on it, mm. A choice: frames are often drawn on the
+/// very edge.
 const BESIDE: f64 = 1.0;
-/// Largest factor by which a drawing is enlarged for usvg.
+/// Largest factor by which a drawing is enlarged for usvg, whose numbers have 32 bits.
 const MOST_TIMES: f64 = 4096.0;
 /// Stack for usvg, bytes, because it reads nested elements recursively.
 #[cfg_attr(target_family = "wasm", allow(dead_code))]

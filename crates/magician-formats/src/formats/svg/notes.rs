@@ -4,7 +4,7 @@ use magician_host::message;
 
 use crate::Diagnostic;
 
-/// Largest number of distinct notes.
+/// Largest number of distinct notes. A choice: a user does not read more.
 const MOST: usize = 50;
 
 /// Notes with their number of occurrences.

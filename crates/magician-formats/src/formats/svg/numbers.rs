@@ -27,7 +27,7 @@ const MEASURES: [&str; 21] = [
     "dy",
     "markerWidth",
 ];
-/// Power of ten from which a number is refused.
+/// Power of ten from which a number is refused. A choice far above any sheet in any unit.
 const BEYOND: i64 = 9;
 
 /// Returns the first such number of an element.

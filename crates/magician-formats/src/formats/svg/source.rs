@@ -22,7 +22,7 @@ const DRAWING: [&str; 13] = [
     "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "use", "g", "a",
     "svg", "switch",
 ];
-/// Those that draw something themselves.
+/// Elements of [`DRAWING`] that draw lines themselves.
 const SHAPES: [&str; 8] = [
     "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text",
 ];
@@ -71,7 +71,7 @@ pub(super) enum Page {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Element {
     pub(super) origin: Origin,
-    /// Its id, or its tag.
+    /// Id of the element, or its tag.
     pub(super) name: String,
     /// Index of its outermost layer from 1; 0 outside all layers.
     pub(super) layer: usize,

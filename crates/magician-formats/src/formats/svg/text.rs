@@ -239,7 +239,7 @@ fn missing(text: &Text) -> String {
     missing
 }
 
-/// Returns the wishes of a text that are not fulfilled: another font, bold, italic.
+/// Returns the font properties that a text asks for and does not get: family, bold, italic.
 fn differences(text: &Text) -> Vec<String> {
     let mut asked = Vec::new();
     let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());

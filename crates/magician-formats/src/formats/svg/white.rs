@@ -12,7 +12,7 @@ use super::source::Element;
 use crate::formats::White;
 use crate::{DiagnosticCode, Stroke};
 
-/// Largest number of samples per line.
+/// Largest number of samples per line. A choice: enough to decide whether half of it is visible.
 const SAMPLES: usize = 32;
 /// Largest number of edges to test in total. Beyond it lines count as visible.
 const MOST_WORK: usize = 50_000_000;

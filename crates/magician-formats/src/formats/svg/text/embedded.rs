@@ -23,7 +23,7 @@ use crate::formats::Fills;
 use crate::lettering::{Glyphs, SvgFont};
 use crate::{Diagnostic, DiagnosticCode, Lines, font};
 
-/// Largest number of fonts per drawing.
+/// Largest number of fonts per drawing. It bounds time, because each becomes a font file in memory.
 const MOST: usize = 256;
 
 /// Fonts in a drawing.
