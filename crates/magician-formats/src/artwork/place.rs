@@ -178,6 +178,7 @@ impl Artwork {
             Some((scale, at)) if layout.fit || scale == layout.scale => {
                 Ok((placer.put(scale, at), None))
             }
+            // Place it anyway, as large as wanted, so that the caller can show what does not fit.
             _ => {
                 let middle = [f64::midpoint(near, far), 0.0];
                 let at = placer.middle(layout.scale);

@@ -46,6 +46,7 @@ impl Chords {
         let usual = ReadOptions::default();
         let drawn = match options.tolerance {
             tolerance if tolerance.is_finite() => tolerance.max(FINEST),
+            // NaN or infinity: use the default instead of refusing to draw.
             _ => usual.tolerance,
         };
         Self {

@@ -56,6 +56,7 @@ impl RailCourse {
         let along = motion.command().map(|command| build::with_rail(command, l));
         Ok(match along {
             Some(Ok(along)) => Action::from(along),
+            // Only point-to-point moves have a form with the rail.
             _ => motion,
         })
     }

@@ -84,6 +84,7 @@ fn marked(font: &Hershey, letter: Glyph, mark: Mark) -> Glyph {
     };
     let slant = match mark.position() {
         Position::Beside => 0.0,
+        // A mark above or below shifts with the slant of the letter.
         _ => font.slant(),
     };
     let lines = mark.lines().mapped(|[x, y]| [x + slant * y, y]);

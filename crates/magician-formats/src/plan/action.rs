@@ -314,6 +314,7 @@ fn named(command: &Set) -> Option<Action> {
                     line: false,
                 },
                 PtpMode::MovlXyzInc => Action::Shift { by: to, line: true },
+                // Joint increments and jumps with a straight line have no action of their own.
                 _ => return None,
             }
         }
@@ -339,6 +340,7 @@ fn named(command: &Set) -> Option<Action> {
         Set::SetEndEffectorLaser(laser) => Action::Laser(laser.on.is_on()),
         Set::WaitCmd(wait) => Action::Wait(wait.timeout),
         Set::HomeCmd(_) => Action::Home,
+        // All other commands keep their own form.
         _ => return None,
     })
 }

@@ -144,6 +144,7 @@ fn cut(
         let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
         let ways = match (profile, step.feed.filter(|_| lit)) {
             (Some(profile), Some(feed)) => cuts(profile, feed.into()),
+            // Dark segments and those without a feed have nothing to adjust.
             _ => Vec::new(),
         };
         let fits = !ways.is_empty() && ways.len() <= *room;

@@ -143,6 +143,7 @@ impl Tree {
                 }
                 "value" | "statement" => Hook::In(index, name),
                 "next" => Hook::After(index),
+                // Comments, mutations and positions have no effect on the program.
                 _ => continue,
             };
             // A block in a value input replaces its shadow.

@@ -87,6 +87,7 @@ impl<'p> Drawing<'p> {
                 "OBJECTS" => drawing.objects(body),
                 "BLOCKS" => drawing.blocks(body)?,
                 "ENTITIES" => drawing.entities = body,
+                // Classes and thumbnails draw nothing.
                 _ => {}
             }
         }

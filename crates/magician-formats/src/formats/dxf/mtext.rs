@@ -81,6 +81,7 @@ pub(super) fn draw<'p>(
     let at = place.map * Affine::translate((x, y));
     let map = match turned.map(|pair| pair.code) {
         Some(11) => at * turn,
+        // An angle (code 50), or no direction: relative to the x axis of the entity's plane.
         _ => at * plane(&own, 0.0)? * turn,
     };
     let paragraph = Paragraph {

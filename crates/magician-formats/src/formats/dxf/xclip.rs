@@ -44,6 +44,7 @@ impl Clip {
         let first = numbers.len().checked_sub(24);
         let to_block = match first.and_then(|first| numbers.get(first..first + 12)) {
             Some(&[a, c, _, e, b, d, _, f, ..]) => Affine::new([a, b, c, d, e, f]),
+            // Without matrices the boundary is in the coordinates of the block.
             _ => Affine::IDENTITY,
         };
         let to = *map * to_block;

@@ -78,6 +78,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             Keyword::Continue => match all[oword.other].keyword {
                 Keyword::Repeat => self.repeat(oword.other),
                 Keyword::While => self.place = all[oword.other].place,
+                // In `do .. while` the condition at the end decides, so go on there.
                 _ => self.place = all[all[oword.other].other].place,
             },
             Keyword::Do | Keyword::EndIf => {}

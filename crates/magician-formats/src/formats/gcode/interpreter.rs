@@ -254,6 +254,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 of: CallKind::Numbered(..),
                 ..
             }) => self.leave(),
+            // Outside a numbered program, M99 restarts the main program on a controller.
             _ => {
                 self.ended = true;
                 let message = "M99 would restart the program: it ends there";

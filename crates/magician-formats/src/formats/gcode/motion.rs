@@ -44,6 +44,7 @@ impl Machine<'_> {
                 520 => self.shift(block),
                 100 if Setting::of(block).is_some() => return self.set_system(block, origin),
                 40 | 281 | 301 => {}
+                // All other codes are modal, and `settings` has handled them.
                 _ => continue,
             }
             return Ok(());

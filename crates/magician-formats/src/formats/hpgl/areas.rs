@@ -35,6 +35,7 @@ impl Plotter<'_> {
                 angle: number(2).unwrap_or(0.0),
                 crossed: kind == 4.0,
             },
+            // Shades and patterns are raster fills, so they count as solid.
             _ => FillType::Solid,
         };
     }

@@ -23,6 +23,7 @@ impl Plotter<'_> {
                 self.close_part();
                 self.rings.push(Vec::new());
             }
+            // PM2, and any unknown number: the plot must not stay in polygon mode.
             _ => {
                 self.close_part();
                 self.polygon = None;
@@ -76,6 +77,7 @@ impl Plotter<'_> {
         }
         let rule = match instruction.numbers.first() {
             Some(1.0) => FillRule::NonZero,
+            // HP-GL/2: even-odd by default.
             _ => FillRule::EvenOdd,
         };
         // Programs usually also draw the outline of what they fill, so do not draw it twice.

@@ -124,6 +124,7 @@ fn pictures(bytes: &[u8]) -> usize {
                 let flags = bytes.get(at + 9).copied().unwrap_or_default();
                 at = behind_data(at + 10 + table(flags) + 1);
             }
+            // The trailer, or damaged data: count the frames so far.
             _ => return count,
         }
     }
@@ -186,6 +187,7 @@ fn decode(
             ImageFormat::Png => large::png(bytes, window),
             ImageFormat::Jpeg if large::has_brightness(bytes) => large::jpeg(bytes, window),
             ImageFormat::Tiff => large::tiff(bytes, window),
+            // Other formats cannot be decoded in parts.
             _ if decoder.total_bytes() > MOST_MEMORY => return Err(DecodeFailure::TooLarge(size)),
             _ => {
                 decoder.set_limits(limits(u32::MAX))?;

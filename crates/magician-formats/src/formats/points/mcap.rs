@@ -176,6 +176,7 @@ impl PoseChannel {
                     self.message(time, content.0)?;
                 }
             }
+            // Schemas, indices, attachments and metadata are not needed.
             _ => {}
         }
         Ok(())

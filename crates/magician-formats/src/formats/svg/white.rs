@@ -78,6 +78,7 @@ impl Whites {
         let middles = line.iter().zip(line.iter().skip(1));
         let middles: Vec<[f64; 2]> = match line.as_slice() {
             [dot] => vec![*dot],
+            // Middles of segments, because an end may lie exactly on an edge.
             _ => middles
                 .map(|(from, to)| [0, 1].map(|axis| f64::midpoint(from[axis], to[axis])))
                 .collect(),
