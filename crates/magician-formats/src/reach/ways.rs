@@ -11,9 +11,10 @@ use crate::artwork::distance;
 /// A joint move lowers the tool on its way if the arm is stretched out and low. A move that ends
 /// this much higher stays above a level surface if the tool starts at least 3 mm above it.
 pub const APPROACH: f64 = 50.0;
-/// Step and number of positions to try towards the base and away from it if the tool cannot be that
-/// high, as a share of the distance from the base.
+/// Step between positions to try towards the base and away from it if the tool cannot be that high,
+/// as a share of the distance from the base.
 const ASIDE: f64 = 0.05;
+/// Number of such steps in each direction.
 const MOST_ASIDE: i32 = 8;
 
 /// Distance of samples along a straight move, mm. A choice: the exact check before a run finds what

@@ -3,6 +3,7 @@
 
 /// Default terminator of a label (ETX). The instruction DT changes it.
 pub(in crate::formats) const END_OF_TEXT: u8 = 3;
+/// Escape character, which starts a sequence for the device.
 pub(in crate::formats) const ESCAPE: u8 = 27;
 
 /// Skips the escape sequences before a plot.

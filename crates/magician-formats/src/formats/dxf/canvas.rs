@@ -32,6 +32,7 @@ const MOST_PAIRS: usize = 5_000_000;
 const MOST_DEPTH: usize = 32;
 /// Largest number of notes. A choice: a user does not read more.
 const MOST_NOTES: usize = 50;
+/// Reason why an entity in paper space is not drawn.
 const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
 
 /// Lines and areas collected so far.

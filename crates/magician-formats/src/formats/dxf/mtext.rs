@@ -12,9 +12,11 @@ use crate::Diagnostic;
 const LINE: f64 = 5.0 / 3.0;
 /// Size of numerator and denominator relative to the text.
 const STACKED: f64 = 0.7;
-/// Height of underline, strike-through and overline, in heights of a capital.
+/// Height of an underline above the baseline, in heights of a capital.
 const UNDER: f64 = -0.2;
+/// Height of a strike-through, in heights of a capital.
 const THROUGH: f64 = 0.5;
+/// Height of an overline, in heights of a capital.
 const OVER: f64 = 1.2;
 
 /// A run of characters with the same format.

@@ -9,9 +9,11 @@ use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
 
-/// First character of digits that others follow, and of the last digit in each base.
+/// First character of digits that others follow.
 const MORE: u8 = 63;
+/// First character of the last digit in base 64.
 const LAST_OF_64: u8 = 191;
+/// First character of the last digit in base 32.
 const LAST_OF_32: u8 = 95;
 /// Largest number of digits. More would exceed any sheet.
 const MOST_DIGITS: u32 = 8;

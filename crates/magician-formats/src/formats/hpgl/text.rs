@@ -8,15 +8,17 @@ use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Stroke};
 
-/// Distance of characters, in widths of a character, and of lines, in heights.
+/// Distance of characters, in widths of a character.
 const ADVANCE: f64 = 1.5;
+/// Distance of lines, in heights of a character.
 const LINE: f64 = 2.0;
 /// Default width and height of a character, percent of the distance between P1 and P2 (HP 7475A).
 const USUAL: [f64; 2] = [0.75, 1.5];
 /// Size of a character after SI without numbers on A4, cm.
 const ABSOLUTE: [f64; 2] = [0.187, 0.269];
-/// Width of a capital of the font, in its heights, and largest stretch of a letter beyond that.
+/// Width of a capital of the font, in its heights: an H is 14 by 21 units.
 const CAPITAL: f64 = 14.0 / 21.0;
+/// Largest stretch of a letter beyond the width of a capital. A choice: wider letters look odd.
 const WIDEST: f64 = 1.3;
 /// Largest number of characters of a label. It bounds memory if the terminator is missing.
 const LONGEST: usize = 10_000;

@@ -10,9 +10,11 @@ use super::recording::{self, Sample};
 use crate::formats::content::points::MAGIC;
 use crate::{Diagnostic, DiagnosticCode, Origin, Parsed, Plan};
 
-/// Opcodes of records.
+/// Opcode of a record that defines a channel.
 const CHANNEL: u8 = 0x04;
+/// Opcode of a message.
 const MESSAGE: u8 = 0x05;
+/// Opcode of a chunk, which contains records.
 const CHUNK: u8 = 0x06;
 
 const NANOS: f64 = 1e9;

@@ -43,9 +43,10 @@ const MOST_CATCH_UP: f64 = 0.5;
 const AHEAD: f64 = 0.25;
 /// Delay within which the arm is in time, s. Segments then stay even.
 const IN_TIME: f64 = 1e-4;
-/// Largest number of periods of a recording: a constant plus an amount per row, so that a small
-/// file with a gap of years does not use up memory.
+/// Largest number of periods of a recording, besides [`PERIODS_OF_A_ROW`]: a small file with a gap
+/// of years must not use up memory.
 const MOST_PERIODS: f64 = 1e6;
+/// Additional number of periods per row, so that long recordings are not refused.
 const PERIODS_OF_A_ROW: f64 = 10.0;
 
 /// Position of the arm at a time.

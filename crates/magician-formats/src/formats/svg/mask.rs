@@ -11,8 +11,10 @@ use super::clip::{Region, Shape};
 use super::collector::matrix;
 use super::lines::{Closeness, NEAR, curves, flatten};
 
-/// Opacity below which paint is invisible, and above which it hides everything below.
+/// Opacity below which paint is invisible.
 const FAINT: f32 = 1e-3;
+/// Opacity above which paint hides everything below. Just below 1, because products of opacities
+/// are rounded.
 const SOLID: f32 = 0.999;
 
 impl Region {

@@ -13,9 +13,10 @@ use crate::formats::Format;
 use crate::lettering::svg_font;
 use crate::lettering::{Glyph, Glyphs};
 
-/// Height of a Latin capital beside these characters, and depth of the square below the baseline,
-/// as shares of the square. Choices that suit the line spacing of Latin text.
+/// Height of a Latin capital beside these characters, as a share of the square. A choice that suits
+/// the line spacing of Latin text.
 const CAP: f64 = 0.75;
+/// Depth of the square below the baseline, as a share of the square. A choice, as above.
 const BELOW: f64 = 0.12;
 /// Side of the square in KanjiVG, where y grows downwards.
 const KANJIVG: f64 = 109.0;

@@ -1,3 +1,5 @@
+//! Samples of G-code with a pen and with a laser, step by step.
+
 use magician::build;
 use magician_formats::Action;
 use magician_formats::formats::GcodeOptions;

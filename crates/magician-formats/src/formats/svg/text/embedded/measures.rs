@@ -7,8 +7,9 @@ use crate::lettering::SvgFont;
 
 /// Units per em: the largest value that the format allows.
 pub(super) const EM: f64 = 16384.0;
-/// Ascent and descent, in these units.
+/// Ascent, in these units.
 const ASCENT: i16 = 13107;
+/// Descent, in these units.
 const DESCENT: i16 = -3277;
 /// Size of a glyph in `glyf`, bytes. It is a speck, because usvg drops a text without any outline.
 /// Glyphs are aligned to four bytes.
