@@ -9,11 +9,13 @@ use crate::{fence, ground, symbols};
 
 /// Height of a row, mm.
 const ROW: f64 = 5.5;
-/// Size of letters, mm, and upper bound of their mean width, as a share of the size.
+/// Size of letters, mm.
 const LETTER: f64 = 3.0;
+/// Upper bound of the mean width of letters, as a share of their size.
 const WIDE: f64 = 0.54;
-/// Gap between a sign and its label, and between entries, mm.
+/// Gap between a sign and its label, mm.
 const GAP: f64 = 1.8;
+/// Gap between entries, mm.
 const APART: f64 = 6.5;
 
 /// Largest number of lines per error.

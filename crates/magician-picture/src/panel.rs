@@ -3,9 +3,11 @@
 use crate::svg::palette::{FAINT, INK};
 use crate::svg::{Anchor, Svg, TextStyle, segments, signed};
 
-/// Spacing of the fine grid, of the labelled grid, and of the labelled grid in a small view, mm.
+/// Spacing of the fine grid, mm.
 const FINE: f64 = 10.0;
+/// Spacing of the labelled grid, mm.
 const COARSE: f64 = 50.0;
+/// Spacing of the labelled grid in a small view, mm.
 const CLOSE: f64 = 20.0;
 /// Largest size of a small view, mm.
 const SMALL: f64 = 160.0;

@@ -2,9 +2,13 @@
 
 use super::{Picture, distance};
 
+/// Colour of the source, below the drawing.
 const SOURCE: [u8; 3] = [190, 196, 203];
+/// Colour of drawn lines that match the source.
 const DRAWN: [u8; 3] = [26, 26, 26];
+/// Colour of lines of the source that are missing in the drawing.
 const MISSING: [u8; 3] = [209, 26, 33];
+/// Colour of drawn lines without a source.
 const EXTRA: [u8; 3] = [240, 140, 20];
 /// Line widths of source and drawing, mm. The drawing is thinner, so that the source stays visible
 /// below.

@@ -7,8 +7,9 @@ use resvg::usvg::{self, Group, Node};
 
 /// Pixels (96 per inch) per millimetre.
 const PIXELS: f64 = 96.0 / 25.4;
-/// Smallest number of pieces of a curve, and the length of its hull for each further piece, mm.
+/// Smallest number of pieces of a curve.
 const PIECES: f64 = 8.0;
+/// Length of a curve's hull for each further piece, mm.
 const PIECE: f64 = 0.2;
 /// Largest number of pieces of a curve.
 const MOST_PIECES: f64 = 10_000.0;

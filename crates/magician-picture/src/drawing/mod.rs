@@ -12,9 +12,9 @@ pub use png::drawing_png;
 use crate::svg::palette::{BURNT, DRAWN, EDGE};
 use crate::svg::{Fine, Svg, fine_path};
 
-/// Width of the pen's line, mm (G).
+/// Width of the pen's line, mm. A choice without a source (G): pens differ.
 const INK_WIDTH: f64 = 0.5;
-/// Width of the laser's line, mm (G).
+/// Width of the laser's line, mm. A choice without a source (G): it depends on focus and material.
 const BURN_WIDTH: f64 = 0.2;
 /// Margin, mm.
 const MARGIN: f64 = 5.0;

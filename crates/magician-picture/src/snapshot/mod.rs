@@ -22,19 +22,23 @@ use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
 
 /// Scale.
 const SCALE: f64 = 0.25;
-/// Parts of the ground, and of the plane through the arm, that are shown, mm.
+/// Part of the ground shown from above, mm.
 const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
+/// Part of the plane through the arm shown from the side, mm.
 const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
 /// Space for title and figures, mm.
 const HEAD: f64 = 18.0;
 /// Half the width of the base, and its depth below the shoulder (model section 1), mm.
 const BODY: [f64; 2] = [ground::HALF_BASE, 138.0];
-/// Thickness of the links from above and from the side, mm. Below: thickness of table and belt.
+/// Thickness of the links from above and from the side, mm.
 const LINKS: [f64; 2] = [26.0, 20.0];
+/// Thickness of table and belt from the side, mm.
 const PLATE: f64 = 8.0;
-/// Colours of links, belt, and table from the side.
+/// Colour of the links.
 const LINK: &str = "#52606d";
+/// Colour of a belt.
 const BELT: &str = "#7d8894";
+/// Colour of a table from the side.
 const TABLE: &str = "#e6dcc6";
 
 /// State of an arm to draw.

@@ -16,8 +16,9 @@ use crate::{ground, layers, section};
 
 /// Scale of both views.
 const SCALE: f64 = 0.37;
-/// Smallest part shown in each view, mm, without its margin. Runs beyond it widen the view.
+/// Smallest part shown from above, mm, without its margin. Runs beyond it widen the view.
 const ABOVE: [[f64; 2]; 2] = [[-78.0, -228.0], [328.0, 228.0]];
+/// Smallest part shown from the side, mm, likewise.
 const SIDE: [[f64; 2]; 2] = [[12.0, -158.0], [338.0, 228.0]];
 /// Height of the name of a view, mm.
 const NAME: f64 = 4.0;
