@@ -128,5 +128,7 @@ impl FilePreparer for PageFiles {
     }
 }
 
+/// Message for a program whose answer exceeds [`LARGEST`].
 const TOO_LARGE: &str = "the program is too large to be run by a page: run it by a station";
+/// Message for an empty answer of the reader.
 const FAILED: &str = "the file reader stopped before it had read the file";

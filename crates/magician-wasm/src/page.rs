@@ -29,12 +29,17 @@ use crate::line::Line;
 use crate::stores::{Calendar, MemoryJobs, MemoryPresets, MemoryPrograms};
 use crate::trace::TraceRing;
 
-/// Kinds of output.
+/// Kind of output: text of a session.
 const TEXT: u8 = 0;
+/// Kind of output: binary frame of a session.
 const FRAME: u8 = 1;
+/// Kind of output: bytes for the line to a real arm.
 const LINE: u8 = 2;
+/// Kind of output: end of a session, with its close code.
 const CLOSE: u8 = 3;
+/// Kind of output: trace file.
 const TRACE: u8 = 4;
+/// Kind of output: file to read.
 const FILE: u8 = 5;
 
 /// Interval of keep-alives for the sessions, us. Over a socket the browser answers pings even while
