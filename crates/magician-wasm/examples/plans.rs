@@ -1,5 +1,5 @@
 //! Writes the samples into a folder, each with the plan that a native station makes of it
-//! (`NAME.made`) or its error (`NAME.error`). Used by `build` to compare with the module.
+//! (`NAME.made`) or its error (`NAME.error`). Used by `try` to compare with the module.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};

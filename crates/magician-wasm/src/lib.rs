@@ -32,7 +32,8 @@
 //! suspended finds its jog stopped and its lease expired.
 //!
 //! Any call may grow the module's memory, which invalidates views on it: create them anew.
-//! `node/shim.mjs` provides its imports, and all of this as functions; `build` makes both modules.
+//! `node/shim.mjs` provides its imports, and all of this as functions. `cargo xtask generate
+//! modules` builds both modules.
 //!
 //! # The other module
 //!
