@@ -213,6 +213,7 @@ impl StepWriter<'_> {
         let before = self.surface;
         self.surface = self.placed.surface.raised(pen.surface_offset);
         self.reach = self.marking.reach(self.surface);
+        // The tool stays where it is, so its height above the new surface differs.
         if let Some(((_, above), _)) = &mut self.at {
             *above += before.height - self.surface.height;
         }
@@ -281,6 +282,7 @@ impl StepWriter<'_> {
     fn hop(&mut self, to: [f64; 2], origin: Origin) {
         let lift = self.marking.lift;
         match self.at {
+            // Compared in 32 bits, in which the arm gets them: an equal point is no move.
             Some((from, _))
                 if self.marking.hop.is_some() && self.point(from) == self.point((to, 0.0)) => {}
             Some(((from, above), last)) if above <= 0.0 => {
@@ -294,6 +296,7 @@ impl StepWriter<'_> {
                 self.travel((to, height), origin);
                 self.leg((to, 0.0), origin);
             }
+            // The pen is up already, or its position is unknown.
             _ => {
                 self.travel((to, lift), origin);
                 self.line((to, 0.0), origin);
@@ -315,6 +318,7 @@ impl StepWriter<'_> {
         let Some((first, others)) = points.split_first() else {
             return;
         };
+        // No lift: a laser marks only along segments with power.
         self.travel((*first, 0.0), origin);
         self.along(*first, others, origin, |to| Action::Burn { to, power });
         // The firmware probably switches the laser off at the end of a path. This is unconfirmed,

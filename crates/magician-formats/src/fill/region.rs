@@ -161,6 +161,8 @@ impl Region {
         let Some(ring) = self.outlines().next() else {
             return Vec::new();
         };
+        // The two vertices farthest from each other, roughly: farthest from any vertex, then from
+        // that one.
         let farthest = |from: usize| {
             let far = |nth: &usize| distance(ring[from], ring[*nth]);
             (0..ring.len()).max_by(|one, other| far(one).total_cmp(&far(other)))

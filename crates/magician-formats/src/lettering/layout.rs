@@ -165,6 +165,7 @@ impl<'f> Setter<'f> {
             }
             let (character, times) = match character {
                 '\t' => (' ', TAB),
+                // Non-breaking spaces stay, because a row must not end at them.
                 '\u{A0}' | '\u{202F}' => (character, 1),
                 space if space.is_whitespace() => (' ', 1),
                 other => (other, 1),
@@ -201,6 +202,7 @@ impl<'f> Setter<'f> {
                 None => {
                     let other = font.fallback()?;
                     let glyph = other.glyph(character, *tolerance)?;
+                    // A blank from another font looks the same, so it is not reported.
                     if !character.is_whitespace() {
                         substituted.push((character, range.clone()));
                     }
@@ -300,10 +302,12 @@ fn broken(
         }
         let end = match allowed {
             Some(end) => end,
+            // No allowed position: break within the word.
             None if end > 0 => end,
             None => return Err(too_wide(rest.first(), width, text)),
         };
         let mut next = rest.split_off(end);
+        // Blanks after a break do not begin the next row.
         let spaces = next.iter().take_while(|cell| cell.is_space()).count();
         next.drain(..spaces);
         rows.push(rest);

@@ -42,6 +42,7 @@ impl Machine<'_> {
             return Ok(None);
         };
         let inner = self.block(index)?;
+        // A disabled block generates no code, so the input is as if empty.
         if inner.disabled {
             return Ok(None);
         }
@@ -139,6 +140,8 @@ impl Machine<'_> {
             "logic_boolean" => return Ok(BlockValue::Truth(block.field("BOOL") == Some("TRUE"))),
             "logic_negate" => {
                 let truth = self.truth(block, "BOOL", depth)?;
+                // As in the code that Blockly generates: a missing operand counts as true before
+                // the negation.
                 return Ok(BlockValue::Truth(!truth.unwrap_or(true)));
             }
             "logic_compare" => {
@@ -189,6 +192,7 @@ impl Machine<'_> {
         if a.is_none() && b.is_none() {
             return Ok(BlockValue::Truth(false));
         }
+        // Short-circuit: the second operand is not evaluated, so it may be a block that is refused.
         if self.truth(block, "A", depth)?.unwrap_or(all) != all {
             return Ok(BlockValue::Truth(!all));
         }

@@ -150,6 +150,7 @@ impl<'p> Canvas<'p> {
                 Diagnostic::new(origin, what).coded(DiagnosticCode::LeftOut)
             })
             .collect();
+        // Hash maps have no order, and notes shall appear in that of the file.
         notes.sort_by(|one, other| {
             (one.origin, one.message.as_str()).cmp(&(other.origin, other.message.as_str()))
         });
@@ -176,6 +177,7 @@ impl<'p> Canvas<'p> {
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
         notes.extend(self.missing.into_iter().map(|(_, note)| note));
+        // Letters are added after joining, so that their lines are not joined to the drawing's.
         let mut strokes = joined(self.strokes);
         strokes.extend(self.letters);
         let layers = self.names.iter().map(|name| Layer {
@@ -231,6 +233,7 @@ impl<'p> Canvas<'p> {
         if record.integer(60)? == 1 {
             return self.leave_out(record, "it is invisible");
         }
+        // Code 67 marks entities in paper space. Those of a block belong wherever it is inserted.
         if !place.is_in_block() && (record.integer(67)? == 1) != self.on_sheet {
             if self.on_sheet {
                 return Ok(());
@@ -349,6 +352,8 @@ impl<'p> Canvas<'p> {
         let spot = place.map * entity::plane(record, z)? * Affine::translate((x, y)) * turn;
         for row in 0..rows {
             for column in 0..columns {
+                // Counted per cell, because an empty block in a huge array would never reach the
+                // limit.
                 self.count(record)?;
                 let cell = Affine::translate((column as f64 * across, row as f64 * up));
                 let from_base = Affine::translate((-block.base[0], -block.base[1]));

@@ -94,6 +94,7 @@ impl Machine<'_> {
         let stray = self.is_stray(block);
         let (from, to) = (self.at, self.target(block)?);
         self.claim(block);
+        // One axis is still unknown: remember the known ones and move once both are given.
         if to[0].is_none() || to[1].is_none() {
             self.at = to;
             self.begin.waiting.get_or_insert(origin);
@@ -105,6 +106,8 @@ impl Machine<'_> {
         let Some(place) = self.place(to, feeds, origin) else {
             return Ok(());
         };
+        // The program defines X and Y here for the first time, so the tool comes from above and not
+        // from wherever the arm is.
         if stray && self.begin.is_own() && (feeds || waited || says_z_later || self.lifts) {
             if waited {
                 self.notes.add_without_start(origin, NAMES_LATER);
@@ -118,6 +121,7 @@ impl Machine<'_> {
             self.before_own(from, place, (stray, feeds), origin);
         } else {
             self.lower();
+            // A feed to where a placed program starts draws nothing, and must not lower the pen.
             if self.options.placed && !self.begin.moved && feeds && self.at == place.map(Some) {
                 return Ok(());
             }
@@ -143,6 +147,7 @@ impl Machine<'_> {
         if stray && feeds {
             self.notes.add(DiagnosticCode::Assumed, origin, FEED_FIRST);
         }
+        // Only a descent is delayed: going up at once is safe.
         let height = self.begin.held.map(|(height, _)| height).or(from[2]);
         let lower = height.filter(|height| *height > z);
         match lower {

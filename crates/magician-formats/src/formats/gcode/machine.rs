@@ -214,6 +214,7 @@ impl<'o> Machine<'o> {
                 return Err(SpanDiagnostic::new(code.range.clone(), message).help(help));
             }
         }
+        // An unknown M code may give any meaning to the letters on its line.
         if block.is_foreign() {
             self.note_codes(block, origin);
             return Ok(());
@@ -245,6 +246,7 @@ impl<'o> Machine<'o> {
             let steps = &self.out.plan.steps;
             self.toolless |= steps.iter().any(|step| step.action.marks());
         }
+        // The first tool counts as mounted, unless something was drawn before it.
         let changes =
             named.is_some() && named != self.tool && (self.tool.is_some() || self.toolless);
         let pauses = changes || block.has(b'M', 6);
@@ -436,6 +438,7 @@ impl<'o> Machine<'o> {
             let message = "the program moves, but never gives X and Y";
             return Err(Diagnostic::new(origin, message).without_start());
         }
+        // The last move may have left the tool held above its commanded height.
         self.lower();
         self.out.laser_off(Origin::NONE);
         if self.toolless {

@@ -61,11 +61,14 @@ impl Powers {
     /// Examines the text of a line, including comments and controller settings.
     pub(super) fn read(&mut self, line: &SourceLine<'_>) {
         let origin = || line.origin(&(0..line.text.trim_end().len()));
+        // A setting after the first switch belongs to another job in the same file.
         if !self.switched
             && let Some(full) = setting(line.text, "$30").filter(|full| *full > 0.0)
         {
             self.setting = Some((full, origin()));
         }
+        // Of several cuts before an S, the smallest percentage implies the largest full power, the
+        // safe side.
         if let Some(percent) = cut(line.text).filter(|percent| *percent > 0.0)
             && self.waiting.is_none_or(|(least, _)| percent < least)
         {
@@ -114,6 +117,7 @@ impl Powers {
             return of(s, Rule::Setting(origin));
         }
         if let Some(cut) = self.cut {
+            // Not below the default and the largest S, so that no burn exceeds 100 %.
             let greatest = self.greatest.unwrap_or(0.0);
             return of(cut.full.max(USUAL).max(greatest), Rule::Cut(cut));
         }
@@ -123,6 +127,7 @@ impl Powers {
         match self.beyond {
             None => of(USUAL, Rule::Usual),
             Some((s, origin)) => {
+                // The default would burn at more than 100 %, and no other value is safe.
                 let message = format!("S{s} is above 1000, but the S of full power is unknown");
                 let help = "it is the S of the laser at full power, $30 of its controller";
                 let pen = (Setting::Dialect, Given::Word("pen"));
@@ -191,6 +196,7 @@ pub(super) fn setting(text: &str, name: &str) -> Option<f64> {
         let rest = text.get(at + name.len()..)?.trim_start();
         number(rest.strip_prefix('=')?.trim_start())
     });
+    // The last assignment counts, as on the controller.
     found.last()
 }
 

@@ -223,6 +223,8 @@ impl File<'_> {
         let mut parts = Vec::new();
         for item in xml::elements(node) {
             let name = item.tag_name().name();
+            // An item with attributes or children could not be written again as text, so keep its
+            // source.
             let plain = item.attributes().len() == 0 && xml::elements(item).next().is_none();
             match numbered(name, "item_") {
                 Some(n) if plain || is_known(n) => {
@@ -424,6 +426,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         let name = self
             .node(1)
             .map(|item| xml::content(item).trim().to_owned());
+        // A value may have been lost, so an empty item is reported.
         for number in 10..=12 {
             if let Some(item) = self.node(number).filter(|_| self.text(number).is_none()) {
                 let message = format!(
@@ -495,6 +498,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             self.node(number)
                 .map_or(Origin::NONE, |item| self.file.at(item.range()))
         };
+        // An arc ends with items 6 to 9; for other styles these are unused zeros.
         let last = if arc { 9 } else { 5 };
         let motion = (self.found.iter())
             .filter(|(number, _)| (2..=last).contains(number))

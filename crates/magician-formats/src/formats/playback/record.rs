@@ -72,6 +72,7 @@ impl<'p> Recorder<'p> {
             left_out: Vec::new(),
             notes: Vec::new(),
         };
+        // Every row has the tool's column, so find out which tool is used before writing any row.
         for (nth, step) in plan.steps.iter().enumerate() {
             match step.action {
                 Action::Gripper(_) => recorder.gripper = Some(Grip::Off),
@@ -192,11 +193,15 @@ impl<'p> Recorder<'p> {
         if !to.iter().chain(&via).all(|value| value.is_finite()) {
             return Err(self.cannot(nth, step, "leads to a coordinate that is not a number"));
         }
+        // The reader takes a second point of zeros for an absent one, so this arc would not come
+        // back.
         if matches!(way, PointMotion::Arc { .. }) && to == [0.0; 4] {
             return Err(self.cannot(nth, step, "is an arc to 0, 0, 0, 0"));
         }
         let name = self.plan.name_of(&step.origin).unwrap_or_default();
         let name = name.trim();
+        // The reader makes up names such as `row3` for unnamed points. They would be wrong in this
+        // file.
         let name = if numbered(name, "row").is_some() {
             ""
         } else {
@@ -264,6 +269,7 @@ impl<'p> Recorder<'p> {
         let arcs = self.points.iter().any(arcs);
         let rows = (0..).zip(self.points);
         Ok(Playback {
+            // Values of DobotStudio 1.9, whose rows `Row::of` writes.
             version: Some("Ver-194".to_owned()),
             dobot_type: Some("Magician".to_owned()),
             rows: rows.map(|(n, point)| Row::of(n, point, arcs)).collect(),

@@ -236,6 +236,8 @@ pub(super) fn plan(
         };
         let motion = rail.lead(motion, row.rail);
         plan.push(motion.map_err(|why| Diagnostic::new(named, why))?, named);
+        // Like playback files, the columns repeat the tool's state in each row; only changes are
+        // actions.
         if let Some(grip) = row.gripper.filter(|grip| gripper != Some(*grip)) {
             uses[0] = uses[0].or(Some(named).filter(|_| grip != Grip::Off));
             plan.push(Action::Gripper(grip), named);
@@ -257,6 +259,8 @@ pub(super) fn plan(
         let message = "this uses the suction cup, another point the gripper; the arm has one tool";
         return Err(Diagnostic::new(origin, message));
     }
+    // With both columns the tool is the one that is ever used. The other column is `off`
+    // throughout.
     plan.tool = match (
         fields.contains(&Field::Gripper),
         fields.contains(&Field::Suction),

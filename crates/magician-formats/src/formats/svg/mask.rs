@@ -84,6 +84,7 @@ fn painted(
                 if let Some(mask) = group.mask() {
                     inner.push(Region::of_mask(mask, own, how.close)?);
                 }
+                // Below a translucent or masked group black does not hide what is under it.
                 let how = MaskSettings {
                     solid: how.solid && group.opacity().get() > SOLID && group.mask().is_none(),
                     ..how
@@ -124,6 +125,8 @@ fn path_of(
     if let Some(stroke) = path.stroke() {
         let does = does(stroke.paint(), stroke.opacity().get(), how)?;
         if does != PaintEffect::Nothing {
+            // tiny-skia flattens caps and joins, so ask for the precision that they need on the
+            // sheet.
             let [a, b, c, d, ..] = to.as_coeffs();
             let scale = libm::hypot(a, b).max(libm::hypot(c, d)).max(1.0);
             let scale = (scale * NEAR / how.close.near) as f32;

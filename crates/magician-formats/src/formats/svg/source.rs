@@ -118,6 +118,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             continue;
         }
         let layer = layers.at(&node);
+        // The content of a pattern would cost time and draw no line, so replace it.
         if is(&node, "pattern")
             && let Some(inside) = inside(&node)
         {
@@ -201,11 +202,13 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             }
             id
         });
+        // The first element with an id counts, as in a browser.
         elements.entry(id).or_insert(element);
     }
     let page = page_of(&root);
     let is_font = root.descendants().any(|node| is(&node, "glyph"));
     let ready = edited(text, edits);
+    // Estimated on the edited text, which is what usvg expands.
     cost::check(&parse(&ready)?)?;
     Ok(Source {
         text: ready,

@@ -21,6 +21,8 @@ impl Plan {
         write!(writer, "{{")?;
         entry(writer, "format", &FORMAT)?;
         write!(writer, ",")?;
+        // The lowest version that can express the plan, so that older readers accept as many files
+        // as possible.
         let silent = self.steps.iter().any(|step| step.action.is_silent());
         let version = if silent { WITH_PARTS } else { VERSION };
         entry(writer, "version", &version)?;
@@ -165,6 +167,7 @@ impl<'p> Names<'p> {
             .iter()
             .filter_map(|step| step.origin.name_index())
         {
+            // In order means that each name first appears after all names before it in the list.
             in_order &= index <= seen;
             seen += usize::from(index == seen);
         }

@@ -142,6 +142,7 @@ impl StrokeCollector<'_> {
                     letters.extend(glyph.lines.iter().map(moved));
                     advance += glyph.advance;
                 }
+                // Same advance as in the layout, so that spacing, anchors and paths stay right.
                 let widened = if advance > 0.0 && own.advance > 0.0 {
                     own.advance / advance
                 } else {
