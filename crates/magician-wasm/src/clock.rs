@@ -55,6 +55,7 @@ impl TurnClock {
         self.passed += left;
         let leap = left.saturating_sub(STEP * STEPS);
         if !leap.is_zero() {
+            // Timers that became due during the leap fire before the last steps pass one by one.
             advance(leap).await;
             rounds(LAST_ROUNDS).await;
             left -= leap;

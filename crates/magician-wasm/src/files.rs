@@ -95,6 +95,7 @@ impl Drop for Asked {
         let count = desk.out.len();
         let id = self.id;
         desk.out.retain(|(asked, _)| *asked != id);
+        // The page has taken the request already, so it must be told.
         if desk.out.len() == count {
             desk.out.push_back((id, Vec::new()));
         }

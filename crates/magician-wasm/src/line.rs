@@ -55,6 +55,7 @@ impl Line {
         wire.from_arm.clear();
         wire.to_arm.clear();
         let waiting = [wire.reader.take(), wire.writer.take()];
+        // Unlock before waking, because a woken task locks it again.
         drop(wire);
         waiting.into_iter().flatten().for_each(Waker::wake);
     }

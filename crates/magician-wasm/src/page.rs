@@ -116,6 +116,7 @@ impl PageStation {
     /// A sentence about the fault in the configuration.
     pub fn open(config: &[u8]) -> Result<Self, String> {
         let config = Config::read(config)?;
+        // Paused, so that only `TurnClock` advances the time.
         let runtime = Builder::new_current_thread()
             .enable_time()
             .start_paused(true)
@@ -185,6 +186,7 @@ impl PageStation {
         }
         let name = std::str::from_utf8(name).ok().and_then(ProgramName::new);
         let name = name.ok_or("that is no name of a program")?;
+        // The library asks for the time, which outside the runtime would be the system's.
         let _context = self.runtime.enter();
         // The page belongs to its user, who may do everything.
         let upload = programs.upload(&name, Role::Teacher, Some(bytes.len() as u64));

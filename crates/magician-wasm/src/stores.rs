@@ -16,6 +16,8 @@ use serde_json::Value;
 use tokio::time::Instant;
 
 fn locked<T>(what: &Mutex<T>) -> MutexGuard<'_, T> {
+    // Values behind these locks are complete between statements, so a poisoned lock is still
+    // usable.
     what.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
