@@ -18,7 +18,7 @@ const GAP: f64 = 1.8;
 /// Gap between entries, mm.
 const APART: f64 = 6.5;
 
-/// Largest number of lines per error.
+/// Largest number of lines per error. Longer errors are cut off.
 const MOST_LINES: usize = 3;
 /// Indentation of continuation lines.
 const INDENT: &str = "\u{a0}\u{a0}\u{a0}";

@@ -132,7 +132,8 @@ impl Extent {
     const MARGIN: f64 = 12.0;
     /// Smallest width and height of a view, mm.
     const LEAST: [f64; 2] = [90.0, 70.0];
-    /// Largest distance from the base that a view covers, mm.
+    /// Largest distance from the base that a view covers, mm. It keeps the picture small if a step
+    /// is far out of reach.
     const FARTHEST: f64 = 420.0;
 
     pub(super) fn show(&mut self, point: [f64; 2]) {
