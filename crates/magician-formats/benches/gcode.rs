@@ -1,4 +1,4 @@
-//! How fast a million lines of G-code are read.
+//! Benchmark: time to read a million lines of G-code.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ fn main() {
     divan::main();
 }
 
-/// A laser's raster: rows of short segments with changing power.
+/// Returns a laser raster: rows of short segments with changing power.
 fn raster() -> String {
     let mut text = String::from("G21\nG90\nG0 X200 Y-50 Z0\nM3 S0\nG1 F3000\n");
     for nth in 0..LINES {

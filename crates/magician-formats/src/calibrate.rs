@@ -1,41 +1,54 @@
-//! The true position of the paper and of the tool's tip, from points that were touched with it.
+//! Calibration from touched points: the pose of the paper, and the position of the tool's tip.
+//!
+//! The user leads the tip to a few points and takes the pose at each. [`FittedSurface`] fits a
+//! plane to touches of the work surface (least squares), [`Sheet::touched`] finds corner, rotation,
+//! tilt and size of a sheet from three of its corners, and [`Tip`] finds the tool's bias from one
+//! point that was touched in two orientations.
+//!
+//! Touches carry an error of some tenths of a millimetre, so each function refuses points whose
+//! geometry would magnify that error into a wrong angle: points too close together, nearly in line,
+//! or orientations too similar. Where the constants below draw that line is a choice.
 
 use magician_host::{ToolBias, message};
 
 use crate::artwork::Sheet;
 use crate::{Diagnostic, Surface};
 
-/// Points that are nearer to one another than this tell little of an angle or a slope, mm.
+/// Smallest distance between touched points, mm. With an error of 0.5 mm per touch the direction
+/// found from points this far apart is about 1 deg off.
 const APART: f64 = 30.0;
-/// Points of a plane whose triangle is lower than this are nearly in line: an error of a touch
-/// would become a slope, mm.
+/// Smallest height of the triangle of touched points, mm. Below it the points are nearly in line,
+/// and the error of one touch would appear as a slope.
 const LEAST_TRIANGLE: f64 = 15.0;
-/// A corner that is farther from a right angle was not one of a sheet, deg.
+/// Largest deviation of a touched corner from a right angle, deg. Beyond it one of the points was
+/// not a corner of the sheet.
 const SKEW: f64 = 5.0;
-/// A sheet that is steeper was not touched where it lies, deg.
+/// Largest tilt of a surface, deg. A steeper result means that a touch missed the surface.
 const TILT: f64 = 15.0;
-/// Orientations that differ by less tell little of the tip, deg.
+/// Smallest turn of J4 between the two touches of a tip, deg. Closer orientations determine the tip
+/// poorly.
 const TURN: f64 = 30.0;
-/// No tip is farther from where another tool's is: two points were touched, mm.
+/// Largest distance between the tip found and that of the tool in force, mm. A choice: no usual
+/// tool sticks out that far, so a larger result means that two different points were touched.
 const FAR: f64 = 200.0;
 
-/// Plane through the places where a tool touched a surface.
+/// Plane fitted to points where the tool touched a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FittedSurface {
-    /// The plane; level for fewer than three touches.
+    /// The plane. Level for fewer than three touches.
     pub surface: Surface,
-    /// Largest distance of a touch from it, straight up or down, mm.
+    /// Largest vertical distance of a touch from the plane, mm.
     pub residual: f64,
 }
 
 impl FittedSurface {
-    /// The plane nearest to the touches, each as x, y, z of the tip, mm: level at their mean height
-    /// for one or two, fitted by least squares from three on.
+    /// Fits a plane to the touches, each the x, y, z of the tip in mm. The plane is level at their
+    /// mean height for one or two touches, and that of least squares from three on.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if there is none, one is not finite, three or more lie within 30 mm or nearly
-    /// in line, or the plane is steeper than 15 deg.
+    /// A [`Diagnostic`] if there are no touches, a coordinate is not finite, three or more touches
+    /// lie within 30 mm or nearly in line, or the plane is steeper than 15 deg.
     pub fn touched(touches: &[[f64; 3]]) -> Result<Self, Diagnostic> {
         if touches.is_empty() || touches.iter().flatten().any(|number| !number.is_finite()) {
             return Err(not_finite());
@@ -63,7 +76,8 @@ impl FittedSurface {
     }
 }
 
-/// The slope of the plane of least squares, which passes through the mean of the points.
+/// Returns the slope of the plane of least squares. That plane passes through the mean of the
+/// points.
 fn slope_about(mean: [f64; 3], points: &[[f64; 3]]) -> [f64; 2] {
     let sum = |one: usize, other: usize| -> f64 {
         let product = |at: &[f64; 3]| (at[one] - mean[one]) * (at[other] - mean[other]);
@@ -74,8 +88,8 @@ fn slope_about(mean: [f64; 3], points: &[[f64; 3]]) -> [f64; 2] {
     [(xz * yy - yz * xy) / det, (yz * xx - xz * xy) / det]
 }
 
-/// Refuses points that say little of a slope: their longest side is short, or the point farthest
-/// from that side is near to it.
+/// Refuses points that determine a slope poorly: their longest side is too short, or the point
+/// farthest from that side is too close to it.
 fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
     let (mut ends, mut longest) = ([[0.0; 3]; 2], 0.0);
     for (nth, &one) in points.iter().enumerate() {
@@ -132,10 +146,10 @@ fn not_finite() -> Diagnostic {
     Diagnostic::of_file(message!("the touched points are not finite numbers"))
 }
 
-/// A corner of a sheet, as its reader has it before them.
+/// Corner of a sheet, as seen by a reader with the sheet before them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SheetCorner {
-    /// Where the corner of the drawing's page lies.
+    /// The corner at the origin of the drawing's page.
     LowerLeft,
     /// The other end of the lower edge.
     LowerRight,
@@ -144,10 +158,10 @@ pub enum SheetCorner {
 }
 
 impl SheetCorner {
-    /// All of them, in the order of [`Sheet::touched`].
+    /// All corners, in the order of [`Sheet::touched`].
     pub const ALL: [Self; 3] = [Self::LowerLeft, Self::LowerRight, Self::UpperLeft];
 
-    /// The name, as in JSON.
+    /// Name, as in JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -158,21 +172,21 @@ impl SheetCorner {
     }
 }
 
-/// Corners of a sheet that is being measured, in any order.
+/// Corners of a sheet that is being measured. They may be touched in any order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TouchedCorners([Option<[f64; 3]>; 3]);
 
 impl TouchedCorners {
-    /// Where a corner was touched, x, y, z of the tip, mm.
+    /// Returns the x, y, z of the tip at a corner, mm; `None` if it was not touched yet.
     #[must_use]
     pub fn at(&self, corner: SheetCorner) -> Option<[f64; 3]> {
         self.0[corner as usize]
     }
 
-    /// The same with this corner touched at x, y, z of the tip, mm.
+    /// Returns the corners with this one touched at x, y, z of the tip, mm.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if a number is not finite, another corner was touched within 30 mm.
+    /// A [`Diagnostic`] if a number is not finite or another corner was touched within 30 mm.
     pub fn with(self, corner: SheetCorner, at: [f64; 3]) -> Result<Self, Diagnostic> {
         if at.iter().any(|number| !number.is_finite()) {
             return Err(not_finite());
@@ -199,10 +213,10 @@ impl TouchedCorners {
         Ok(next)
     }
 
-    /// The sheet; `None` while a corner is missing.
+    /// Returns the sheet, or `None` while a corner is missing.
     ///
     /// # Errors
-    /// As [`Sheet::touched`].
+    /// Those of [`Sheet::touched`].
     pub fn sheet(&self) -> Result<Option<Sheet>, Diagnostic> {
         match self.0 {
             [Some(origin), Some(right), Some(up)] => Sheet::touched([origin, right, up]).map(Some),
@@ -212,12 +226,15 @@ impl TouchedCorners {
 }
 
 impl Sheet {
-    /// The sheet whose corners were touched: lower left, lower right, upper left, each as x, y, z of the tip, mm. Height and
-    /// tilt of its surface, how it is turned, and its size follow.
+    /// Computes a sheet from its touched corners.
+    ///
+    /// The corners are lower left, lower right and upper left, each as x, y, z of the tip, mm. They
+    /// give the height and tilt of the surface, the rotation of the sheet, and its size.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if the points are no numbers, within 30 mm of one another, make no right angle (more than 5 deg off), or
-    /// make a surface steeper than 15 deg; it says what to touch again.
+    /// A [`Diagnostic`] that says what to touch again if a number is not finite, two points lie
+    /// within 30 mm, the corner deviates from a right angle by more than 5 deg, or the surface is
+    /// steeper than 15 deg.
     pub fn touched(corners: [[f64; 3]; 3]) -> Result<Self, Diagnostic> {
         if corners.iter().flatten().any(|number| !number.is_finite()) {
             return Err(not_finite());
@@ -266,7 +283,7 @@ impl Sheet {
         })
     }
 
-    /// The same as exactly as an arm touches, for a file that people read.
+    /// Rounds to the precision of a touch, for files that people read.
     #[must_use]
     pub fn rounded(&self) -> Self {
         Self {
@@ -278,13 +295,13 @@ impl Sheet {
     }
 }
 
-/// The height of a level surface as exactly as an arm touches, mm.
+/// Rounds the height of a level surface to the precision of a touch, mm.
 #[must_use]
 pub fn rounded_height(height: f64) -> f64 {
     round(height, 1e3)
 }
 
-/// A surface as exactly as an arm touches, for a file that people read.
+/// Rounds a surface to the precision of a touch, for files that people read.
 #[must_use]
 pub fn rounded_surface(surface: Surface) -> Surface {
     Surface {
@@ -293,12 +310,13 @@ pub fn rounded_surface(surface: Surface) -> Surface {
     }
 }
 
-/// To so many parts of one. 0 has no sign.
+/// Rounds to multiples of `1 / parts`.
 fn round(value: f64, parts: f64) -> f64 {
+    // Adding 0.0 turns -0.0 into 0.0, so that files do not show "-0".
     libm::round(value * parts) / parts + 0.0
 }
 
-/// The plane through three points that are not on a line.
+/// Returns the plane through three points that are not in line.
 fn plane([p, q, s]: [[f64; 3]; 3]) -> Surface {
     let (u, v) = (minus(q, p), minus(s, p));
     let det = u[0] * v[1] - u[1] * v[0];
@@ -316,7 +334,7 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Degrees from -180 to 180.
+/// Normalises an angle to -180 to 180 deg.
 fn turn(degrees: f64) -> f64 {
     let turned = degrees.rem_euclid(360.0);
     if turned > 180.0 {
@@ -326,22 +344,25 @@ fn turn(degrees: f64) -> f64 {
     }
 }
 
-/// Where a tool's tip is, from one point that it touched in two orientations.
+/// Position of a tool's tip, found from one point that it touched in two orientations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
-    /// How far the tip is from where the bias in force has it, when the tool points ahead (J4 = 0): x ahead, y to the left, mm. It
-    /// turns with the tool.
+    /// Offset of the tip from where the current bias expects it, with J4 = 0: x ahead, y to the
+    /// left, mm. It turns with the tool.
     pub offset: [f64; 2],
-    /// The bias to set for a tool that is used so, with J4 = 0: that in force, and the offset.
+    /// Bias to set for this tool: the bias in force plus the offset.
     pub bias: ToolBias,
 }
 
 impl Tip {
-    /// From a point that was touched twice, the tool turned in between (by J4): each as x, y and r of the pose, mm and deg,
-    /// with `bias` in force. Half a turn tells most.
+    /// Computes the tip from two touches of the same point, with the tool turned by J4 in between.
+    ///
+    /// Each touch is x, y and r of the pose, mm and deg; `bias` is the bias in force. Half a turn
+    /// gives the best accuracy.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if a number is not finite, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
+    /// A [`Diagnostic`] if a number is not finite, the tool was turned by less than 30 deg, or the
+    /// tip would be more than 200 mm off.
     pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Diagnostic> {
         if touches.iter().flatten().any(|number| !number.is_finite()) {
             return Err(not_finite());
@@ -359,7 +380,8 @@ impl Tip {
                 "turn it by half a turn and touch the same point again"
             )));
         }
-        // Each pose plus the offset, turned by r, is the same point: (R(r1) - R(r2)) offset = p2 - p1.
+        // Each pose plus the offset, turned by r, is the same point:
+        // (R(r1) - R(r2)) offset = p2 - p1.
         let [(sin1, cos1), (sin2, cos2)] = [r1, r2].map(|r: f64| libm::sincos(r.to_radians()));
         let (c, s) = (cos1 - cos2, sin1 - sin2);
         let (dx, dy) = (x2 - x1, y2 - y1);
@@ -381,7 +403,7 @@ impl Tip {
         })
     }
 
-    /// The bias to set, as exactly as an arm touches: x, y, z, mm.
+    /// Returns the bias to set (x, y, z, mm), rounded to the precision of a touch.
     #[must_use]
     pub fn rounded_bias(&self) -> [f64; 3] {
         [self.bias.x, self.bias.y, self.bias.z].map(|part| round(part, 1e3))
@@ -433,7 +455,8 @@ mod tests {
 
     #[test]
     fn reader_before_the_arm_has_the_sheet_upright() {
-        // The reader stands at +x and has +y to the right: the lower edge is the far one from the base.
+        // The reader stands at +x and has +y to the right: the lower edge is the far one from the
+        // base.
         let [left, right, top] = [
             [290.0, -100.0, -60.0],
             [290.0, 100.0, -60.0],

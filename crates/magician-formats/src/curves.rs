@@ -1,14 +1,15 @@
-//! Curves as corners.
+//! Flattening of Bézier curves into polylines.
 
 use kurbo::{BezPath, PathEl};
 
-/// Corners nearer than this are one.
+/// Vertices closer than this are merged, in the units of the curve.
 const SAME: f64 = 1e-6;
 
-/// A line of corners; a closed one ends where it begins.
+/// A polyline. A closed one ends with its first vertex.
 pub(crate) type Line = Vec<[f64; 2]>;
 
-/// Corners along curves. `close` has every line end where it begins, as the edge of a filled shape does.
+/// Flattens curves into polylines that stay within `tolerance`. `close` closes every subpath, as
+/// filling does.
 pub(crate) fn flatten(curves: &BezPath, tolerance: f64, close: bool) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     let mut line = Line::new();
@@ -31,7 +32,7 @@ pub(crate) fn flatten(curves: &BezPath, tolerance: f64, close: bool) -> Vec<Line
         PathEl::ClosePath => {
             shut(&mut line);
             finish(&mut line, &mut lines);
-            // What follows begins here without saying so.
+            // A subpath after a close begins at the same point without a MoveTo.
             line.push(begin);
         }
         PathEl::LineTo(to) | PathEl::QuadTo(_, to) | PathEl::CurveTo(_, _, to) => {
@@ -50,7 +51,7 @@ fn shut(line: &mut Line) {
     }
 }
 
-/// Without corners that are where the one before is; a line that goes nowhere becomes a dot.
+/// Removes vertices that coincide with their predecessor. A line without length becomes a dot.
 pub(crate) fn tidy(line: Line) -> Line {
     let closed = line.first() == line.last();
     let mut tidy: Line = Vec::with_capacity(line.len());
@@ -63,7 +64,8 @@ pub(crate) fn tidy(line: Line) -> Line {
         }
     }
     if let (true, Some(first), Some(last)) = (closed, tidy.first().copied(), tidy.last_mut()) {
-        // A dot stays one, and the last corner is the first to the last bit.
+        // Merging may have dropped the closing vertex, so restore it bit for bit. A dot keeps its
+        // single vertex.
         *last = first;
     }
     tidy

@@ -1,3 +1,5 @@
+//! Errors in files and notes about them, with their place and what to do about them.
+
 use std::borrow::Cow;
 use std::fmt;
 
@@ -6,56 +8,57 @@ use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
 
-/// An error in a file, or a note about it: where, what, and what to do about it.
+/// An error in a file, or a note about it: its place, its message and advice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// Where.
+    /// Place in the file.
     pub origin: Origin,
-    /// The id of the element or the name of the point, if it has one.
+    /// Id of the element or name of the point, if it has one.
     pub name: Option<String>,
-    /// Its kind.
+    /// Kind, for programs.
     pub code: DiagnosticCode,
-    /// What.
+    /// Message, one sentence.
     pub message: Message,
-    /// Advice that names nothing to be done to the arm and no option.
+    /// Advice that concerns neither the arm nor an option, such as "save it as UTF-8".
     pub help: Option<Message>,
-    /// What to do about it; a door says it in its own words: [`advice`](Self::advice).
+    /// Remedies, which each front end words for its users: [`advice`](Self::advice).
     pub remedies: Vec<Remedy>,
-    /// What is missing, where nothing is wrong with the file.
+    /// Prerequisite that this build or call lacks, if the file itself is fine.
     pub missing: Option<Missing>,
 }
 
-/// The kind of a [`Diagnostic`], for programs.
+/// Kind of a [`Diagnostic`], for programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum DiagnosticCode {
-    /// Something is wrong.
+    /// An error, or a fault that deserves attention.
     #[default]
     Problem,
-    /// Something of the file is not done.
+    /// Part of the file is not done.
     LeftOut,
-    /// What the file does not say, or says in a way that this arm has not, is taken in a certain way.
+    /// The file leaves something open, or asks for something that this arm lacks; a default is
+    /// used.
     Assumed,
-    /// Where it lies, and how large it is.
+    /// Position and size of the drawing.
     Placed,
-    /// It is drawn in another order.
+    /// The lines are drawn in another order.
     Reordered,
-    /// How strong the laser is.
+    /// Laser power.
     Power,
-    /// How fast the arm is.
+    /// Speed.
     Speed,
-    /// It takes very long.
+    /// The run takes very long.
     Long,
     /// An output of the arm stays switched on.
     LeftOn,
     /// The tool gripped and took nothing.
     NothingPicked,
-    /// It leads where not every arm can go.
+    /// The path leads where not every arm can go.
     Doubtful,
 }
 
 impl DiagnosticCode {
-    /// All of them.
+    /// All codes.
     pub const ALL: [Self; 11] = [
         Self::Problem,
         Self::LeftOut,
@@ -70,7 +73,7 @@ impl DiagnosticCode {
         Self::Doubtful,
     ];
 
-    /// Its name in JSON.
+    /// Name in JSON.
     ///
     /// ```
     /// assert_eq!(magician_formats::DiagnosticCode::LeftOut.name(), "left-out");
@@ -93,19 +96,20 @@ impl DiagnosticCode {
     }
 }
 
-/// What is missing to read a file: with it there is no such [`Diagnostic`].
+/// Prerequisite for reading a file. Once it is supplied, the [`Diagnostic`] does not occur.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Missing {
-    /// Where the arm stands when the program begins: [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
+    /// Position of the arm at the start of the program:
+    /// [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
     Start,
-    /// A feature that this build does not have: a reader of this crate
-    /// ([`Format::feature`](crate::Format::feature)), fonts of files (`font-files`), or pictures.
+    /// A cargo feature absent from this build: a reader of this crate
+    /// ([`Format::feature`](crate::Format::feature)), fonts from files (`font-files`), or pictures.
     Feature(&'static str),
 }
 
 impl Diagnostic {
-    /// At a place.
+    /// Creates a problem at a place in the file.
     #[must_use]
     pub fn new(origin: Origin, message: impl Into<Message>) -> Self {
         Self {
@@ -119,41 +123,41 @@ impl Diagnostic {
         }
     }
 
-    /// Of the file as a whole.
+    /// Creates a problem of the file as a whole.
     #[must_use]
     pub fn of_file(message: impl Into<Message>) -> Self {
         Self::new(Origin::NONE, message)
     }
 
-    /// With the id of its element or the name of its point.
+    /// Sets the id of the element or the name of the point.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = Some(name.into());
         self
     }
 
-    /// As a note of this kind.
+    /// Sets the kind.
     #[must_use]
     pub fn coded(mut self, code: DiagnosticCode) -> Self {
         self.code = code;
         self
     }
 
-    /// Adds what is missing.
+    /// Sets the missing prerequisite.
     #[must_use]
     pub fn with_missing(mut self, lack: Option<Missing>) -> Self {
         self.missing = lack;
         self
     }
 
-    /// With advice that names nothing to be done to the arm and no option: "save it as UTF-8".
+    /// Sets advice that concerns neither the arm nor an option, such as "save it as UTF-8".
     #[must_use]
     pub fn help(mut self, help: impl Into<Message>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// With something to do about it, beside what there is already.
+    /// Adds a remedy.
     ///
     /// ```
     /// use magician_host::{Given, Setting};
@@ -168,14 +172,14 @@ impl Diagnostic {
         self.with(Remedy::new(act, effect))
     }
 
-    /// With this to do about it, beside what there is already.
+    /// Adds a remedy that was made elsewhere.
     #[must_use]
     pub fn with(mut self, remedy: Remedy) -> Self {
         self.remedies.push(remedy);
         self
     }
 
-    /// Says that the height of the work surface is missing.
+    /// Creates the diagnostic for an unknown height of the work surface.
     #[must_use]
     pub fn unknown_surface() -> Self {
         Self::of_file(message!("work surface height unknown"))
@@ -187,14 +191,15 @@ impl Diagnostic {
             )
     }
 
-    /// True if the height of the work surface is missing, which is measured with an arm that is homed.
+    /// True if the height of the work surface is missing. Measuring it requires a homed arm.
     #[must_use]
     pub fn lacks_surface(&self) -> bool {
         let measures = Act::Do(Action::CalibrateSurface);
         self.remedies.iter().any(|remedy| remedy.act == measures)
     }
 
-    /// All that there is to do about it, in the words of a door.
+    /// Returns the advice and all remedies in the words of a front end; `None` if there are
+    /// neither.
     #[must_use]
     pub fn advice(&self, voice: &impl Voice) -> Option<String> {
         let parts = self.help.iter().map(|help| help.as_str().to_owned());
@@ -203,7 +208,8 @@ impl Diagnostic {
     }
 }
 
-/// `line 3, column 5 (outline): what`. A terminal obeys nothing of what is quoted from the file.
+/// Prints `line 3, column 5 (outline): message`. Control characters quoted from the file are
+/// escaped, so that a terminal does not obey them.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Origin { line, column, .. } = self.origin;
@@ -212,7 +218,7 @@ impl fmt::Display for Diagnostic {
             (line, 0) => write!(f, "line {line}")?,
             (line, column) => write!(f, "line {line}, column {column}")?,
         }
-        // An element without an id has an empty name.
+        // SVG elements without an id arrive with an empty name.
         let name = self.name.as_ref().filter(|name| !name.is_empty());
         if let Some(name) = name {
             let space = if self.origin.is_known() { " " } else { "" };
@@ -228,7 +234,7 @@ impl fmt::Display for Diagnostic {
 impl std::error::Error for Diagnostic {}
 
 impl Diagnostic {
-    /// The message with the place before it, as `Display` prints it.
+    /// Returns the message with the place before it, as `Display` prints it, still translatable.
     #[must_use]
     pub fn sentence(&self) -> Message {
         let Origin { line, column, .. } = self.origin;
@@ -256,7 +262,7 @@ impl Diagnostic {
     }
 }
 
-/// As an error of the driver: invalid input.
+/// Becomes an error of the driver with the code of an invalid program.
 impl From<Diagnostic> for magician_host::Error {
     fn from(diagnostic: Diagnostic) -> Self {
         let error = Self::new(

@@ -1,50 +1,57 @@
-//! The text of a file: its encoding and its ends of lines, found out in one place for all formats.
+//! Decoding of text files: character encoding and line ends, for all formats in one place.
 //!
-//! The encoding is that of the byte order mark, else the one that the file declares (`<?xml encoding=..?>`, `$DWGCODEPAGE` of
-//! DXF), else UTF-8 if the bytes are that, else a guess, which a note tells. A carriage return alone ends a line as well. Places
-//! of a [`Diagnostic`] are those of this text, so that every door that shows a line of the file takes it from here.
+//! The encoding is taken from the first of these that exists:
+//!
+//! 1. the byte order mark,
+//! 2. the declaration in the file (`<?xml encoding=..?>`, `$DWGCODEPAGE` of DXF),
+//! 3. UTF-8, if the bytes are valid UTF-8,
+//! 4. a guess that depends on the format ([`Otherwise`]), reported as a note.
+//!
+//! A carriage return alone also ends a line. Places in a [`Diagnostic`] count in the decoded text,
+//! so a front end that shows a line of the file must take it from [`source_text`].
 
 use magician_host::message;
 use std::borrow::Cow;
 
 use crate::{Diagnostic, DiagnosticCode, Lines};
 
-/// Bytes at the beginning in which an encoding may be declared.
+/// Length of the head of a file in which an encoding may be declared, bytes. DXF declares its code
+/// page behind other header variables, so one line is not enough.
 const HEAD: usize = 4096;
 
-/// Reading of bytes that are neither UTF-8 nor declared to be anything else.
+/// Handling of bytes that are not UTF-8 and have no declared encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Otherwise {
-    /// Characters of Windows-1252: what programs of Western Europe write.
+    /// Decode as Windows-1252, the legacy encoding of Western Europe.
     #[cfg_attr(
         not(any(feature = "drawings", feature = "lettering", feature = "programs")),
         allow(dead_code, reason = "only texts that people write are guessed")
     )]
     Western,
-    /// A character for each byte: some formats mean bytes.
+    /// Map each byte to one character, for formats that define bytes.
     #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
     Bytes,
-    /// No text: the format has to be UTF-8.
+    /// Refuse: the format requires UTF-8.
     Refused,
 }
 
-/// A text that was decoded.
+/// A decoded text.
 #[derive(Clone, Debug)]
 #[cfg_attr(
     not(any(feature = "drawings", feature = "lettering", feature = "programs")),
     allow(dead_code)
 )]
 pub(crate) struct Decoded<'b> {
-    /// Without a byte order mark; its lines end with a line feed, or with both.
+    /// Text without a byte order mark. Lines end with LF or CR LF.
     pub(crate) text: Cow<'b, str>,
-    /// Note of what was assumed or left out.
+    /// Note about an assumption or about characters left out.
     pub(crate) note: Option<Diagnostic>,
 }
 
 /// Decodes the text of a file.
 ///
 /// # Errors
-/// An encoding that is not known, bytes that are not text, and UTF-16 that is cut off.
+/// A [`Diagnostic`] if the encoding is unknown, the bytes are not text, or UTF-16 is cut off.
 pub(crate) fn decode(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, Diagnostic> {
     let decoded = characters(bytes, otherwise)?;
     Ok(Decoded {
@@ -53,8 +60,8 @@ pub(crate) fn decode(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, 
     })
 }
 
-/// The text of a file as the readers of this crate see it, to show the lines that a [`Diagnostic`] tells the places of; `None` if
-/// it is not text.
+/// Returns the text of a file as the readers of this crate see it, for showing the lines that a
+/// [`Diagnostic`] refers to. `None` if the file is not text.
 ///
 /// ```
 /// use magician_formats::source_text;
@@ -73,9 +80,9 @@ pub fn source_text(bytes: &[u8]) -> Option<Cow<'_, str>> {
     Some(decoded.text)
 }
 
-/// The beginning of a text, to tell what it is; `None` if it is not text from its first byte on.
+/// Decodes the first bytes of a file for format detection. `None` if they are not text.
 pub(crate) fn head(bytes: &[u8]) -> Option<Cow<'_, str>> {
-    // It may end within a character.
+    // The cut may fall within a character: drop the incomplete one.
     let bytes = match std::str::from_utf8(bytes) {
         Err(error) if error.error_len().is_none() => bytes.get(..error.valid_up_to())?,
         _ => bytes,
@@ -84,14 +91,15 @@ pub(crate) fn head(bytes: &[u8]) -> Option<Cow<'_, str>> {
     source_text(if wide(bytes).is_some() { even } else { bytes })
 }
 
-/// The order of bytes of UTF-16.
+/// Byte order of UTF-16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wide {
     Little,
     Big,
 }
 
-/// UTF-16 by its byte order mark, or by a first character that is ASCII; with the length of the mark.
+/// Detects UTF-16 by its byte order mark, or by two ASCII characters at the start. Returns the byte
+/// order and the length of the mark.
 fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
     match bytes {
         [0xFF, 0xFE, ..] => Some((Wide::Little, 2)),
@@ -102,7 +110,8 @@ fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
     }
 }
 
-/// Decodes as [`decode`] does, and keeps carriage returns: in labels of HPGL they return to the margin.
+/// Decodes as [`decode`] does, but keeps carriage returns: in labels of HPGL they return to the
+/// margin.
 ///
 /// # Errors
 /// Those of [`decode`].
@@ -141,7 +150,7 @@ pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'
             text: bytes.iter().map(|byte| char::from(*byte)).collect(),
             note: None,
         }),
-        // No text of any encoding of one byte has a zero.
+        // No single-byte text contains a zero byte, so this is binary data.
         Otherwise::Western if bytes.contains(&0) => refused(),
         Otherwise::Western => {
             let message = message!(
@@ -172,7 +181,7 @@ fn of_wide(bytes: &[u8], order: Wide) -> Result<String, Diagnostic> {
     }
 }
 
-/// The characters of Windows-1252 from 0x80 to 0x9F; it leaves five out, which stay controls.
+/// Windows-1252 from 0x80 to 0x9F. Its five undefined codes stay control characters.
 const WESTERN: [char; 32] = [
     '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}',
     '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
@@ -186,7 +195,7 @@ fn western(bytes: &[u8]) -> String {
     bytes.iter().map(character).collect()
 }
 
-/// The encoding that a file declares, as the Encoding Standard names it.
+/// Returns the encoding that a file declares, as the Encoding Standard names it.
 fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
     let head = bytes.get(..HEAD).unwrap_or(bytes);
     let head: String = head.iter().map(|byte| char::from(*byte)).collect();
@@ -196,11 +205,12 @@ fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
         let value = value.strip_prefix('=')?.trim_start();
         let quote = value.chars().next().filter(|sign| "'\"".contains(*sign))?;
         let name = value[1..].split(quote).next()?.trim();
-        // A text of bytes is not UTF-16, whatever it says of itself.
+        // A declaration that was readable as bytes cannot be in UTF-16: ignore it.
         let wrong = name.to_ascii_lowercase().starts_with("utf-16");
         return (!wrong).then(|| name.to_owned());
     }
-    // AutoCAD names a code page in files that are UTF-8 as well, from version 2007 on.
+    // From version 2007 on AutoCAD writes UTF-8 and still names a code page: ignore it if the bytes
+    // are valid UTF-8.
     let mut lines = head.lines().map(str::trim);
     lines
         .find(|line| *line == "$DWGCODEPAGE")
@@ -217,12 +227,12 @@ fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
     })
 }
 
-/// In an encoding that was declared; `None` where that says no more than the bytes.
+/// Decodes in the declared encoding. `None` if the declaration adds nothing to what the bytes show.
 #[cfg(any(feature = "drawings", feature = "programs"))]
 fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
     let encoding = encoding_rs::Encoding::for_label_no_replacement(name.as_bytes());
     let Some(encoding) = encoding else {
-        // UTF-8 is what most files are that say something else of themselves.
+        // Most files with an unknown declaration are in fact UTF-8.
         let message = message!(
             "the file says that its encoding is {name}, which is unknown",
             name
@@ -254,11 +264,11 @@ fn as_declared<'b>(_: &'b [u8], _: String) -> Option<Result<Decoded<'b>, Diagnos
     None
 }
 
-/// Ends a line with a line feed where a carriage return alone ends it: not in a run that a line feed ends.
+/// Replaces carriage returns that end a line alone by line feeds. CR LF stays.
 ///
-/// Both are one byte, so that places in the text stay.
+/// Both are one byte, so offsets into the text stay valid.
 pub(crate) fn with_line_feeds(text: Cow<'_, str>) -> Cow<'_, str> {
-    // Of each run of carriage returns that no line feed ends.
+    // Runs of carriage returns that no line feed follows.
     let mut alone: Vec<std::ops::Range<usize>> = Vec::new();
     let bytes = text.as_bytes();
     let mut at = 0;
@@ -287,7 +297,8 @@ pub(crate) fn with_line_feeds(text: Cow<'_, str>) -> Cow<'_, str> {
     changed.into()
 }
 
-/// A number as programs of any language write it: with a decimal comma, and with the exponent of Fortran (`2.0D+01`).
+/// Parses a finite number as programs of any locale write it: with a decimal comma, or with the
+/// exponent of Fortran (`2.0D+01`).
 pub(crate) fn number(text: &str) -> Option<f64> {
     let plain = text.parse().ok();
     let read = plain.or_else(|| {

@@ -1,5 +1,7 @@
-//! The font that texts are written with, so that a drawing is the same on every machine; and those that are installed, for a
-//! drawing that names one of them.
+//! Fonts for texts in drawings: the bundled font, and the installed ones.
+//!
+//! By default every text uses the bundled Roboto, so that a drawing looks the same on every
+//! machine. The installed fonts are loaded only on request (feature `system-fonts`).
 
 use std::sync::{Arc, LazyLock};
 
@@ -10,7 +12,7 @@ use usvg::fontdb::{Database, ID};
 #[cfg(feature = "system-fonts")]
 use usvg::fontdb::{Family, Query, Weight};
 
-/// Family of the font that is built in.
+/// Family of the bundled font.
 pub(crate) const NAME: &str = "Roboto";
 static ROBOTO: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
 
@@ -23,7 +25,7 @@ static INSTALLED: LazyLock<Arc<Database>> = LazyLock::new(|| {
     Arc::new(database)
 });
 
-/// With our font alone, which comes first.
+/// Creates a database whose first and only font is ours.
 fn bundled() -> Database {
     let mut database = Database::new();
     let mut font = ROBOTO.to_vec();
@@ -33,14 +35,20 @@ fn bundled() -> Database {
     database
 }
 
-/// The glyph `.notdef` as it lies in `glyf`: a triangle of one unit, too small to be seen. One contour, its box, its last point, no
-/// instructions, three points of the curve whose steps are a byte each and positive.
+/// Replacement for the glyph `.notdef` as stored in `glyf`: a triangle of one unit, too small to be
+/// seen.
+///
+/// The bytes are one contour, its bounding box, its last point, no instructions, and three on-curve
+/// points with positive one-byte steps.
 pub(crate) const SPECK: [u8; 23] = [
     0, 1, 0, 0, 0, 0, 0, 1, 0, 1, 0, 2, 0, 0, 0x37, 0x37, 0x37, 0, 1, 0, 0, 0, 1,
 ];
 
-/// Replaces `.notdef` (glyph 0) by a [`SPECK`]. It stands for every character that the font lacks, and is a box that must not
-/// be drawn. usvg's text layout cannot leave it out, and drops a text without any outline without a word.
+/// Replaces `.notdef` (glyph 0) by a [`SPECK`]. `None` if the font's tables are damaged.
+///
+/// `.notdef` stands for every character that the font lacks, and Roboto draws it as a box. usvg's
+/// text layout cannot skip a glyph, and silently drops a text whose glyphs have no outline at all,
+/// so the glyph must stay and must not be visible.
 fn shrink_notdef(font: &mut [u8]) -> Option<()> {
     let word = |font: &[u8], at: usize| {
         let bytes = font.get(at..at.checked_add(2)?)?;
@@ -56,7 +64,7 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
         let record = records.find(|at| font.get(*at..at + 4) == Some(tag))?;
         long(font, record + 8)
     };
-    // Whether places in `glyf` are told in 4 bytes, or halved in 2.
+    // `indexToLocFormat`: 0 stores offsets into `glyf` halved in 2 bytes, 1 stores them in 4.
     let halved = word(font, table(font, b"head")? + 50)? == 0;
     let places = table(font, b"loca")?;
     let place = |nth: usize| {
@@ -73,13 +81,13 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-/// Database with the font that is built in, and no other.
+/// Database with only the bundled font.
 pub(crate) fn database() -> Arc<Database> {
     Arc::clone(&DATABASE)
 }
 
-/// Returns the options with which usvg reads an SVG: our font and no other, so that a picture is the
-/// same on every machine.
+/// Returns the options for reading an SVG with usvg: only the bundled font, so that a picture is
+/// the same on every machine.
 #[must_use]
 pub fn svg_options() -> usvg::Options<'static> {
     usvg::Options {
@@ -90,7 +98,7 @@ pub fn svg_options() -> usvg::Options<'static> {
     }
 }
 
-/// Resolver that takes the font that is built in for every family.
+/// Creates a resolver that maps every family to the bundled font.
 pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {
         select_font: Box::new(|_, database| first(database)),
@@ -98,18 +106,19 @@ pub(crate) fn resolver() -> FontResolver<'static> {
     }
 }
 
-/// Our font, which comes first.
+/// The bundled font, which is the first face of every database here.
 pub(crate) fn first(database: &Database) -> Option<ID> {
     database.faces().next().map(|face| face.id)
 }
 
-/// Our font and the installed ones.
+/// Database with the bundled font and the installed ones.
 #[cfg(feature = "system-fonts")]
 pub(crate) fn installed() -> Arc<Database> {
     Arc::clone(&INSTALLED)
 }
 
-/// The first family that is installed; ours for what is asked for in general, such as `sans-serif`.
+/// Creates a resolver that takes the first installed family. Generic families such as `sans-serif`
+/// become the bundled font.
 #[cfg(feature = "system-fonts")]
 pub(crate) fn installed_resolver() -> FontResolver<'static> {
     FontResolver {
@@ -136,14 +145,15 @@ pub(crate) fn installed_resolver() -> FontResolver<'static> {
             }
             ours
         }),
-        // To look into every installed font for a character takes minutes where there are many.
+        // No search through all installed fonts for a missing character: with many fonts it takes
+        // minutes.
         select_fallback: Box::new(|_, used, database| {
             first(database).filter(|ours| !used.contains(ours))
         }),
     }
 }
 
-/// Whether a font of a database is ours.
+/// True if a font of a database is the bundled one.
 pub(crate) fn is_bundled(database: &Database, font: ID) -> bool {
     first(database) == Some(font)
 }
@@ -157,7 +167,7 @@ mod tests {
 
     use crate::{Content, Format, ReadOptions, SystemFonts, TextLines, read};
 
-    /// Height in mm of an H of 60 units that is written in single lines in a family, and what is noted.
+    /// Height in mm of an H of 60 units written in single lines, and the notes.
     fn height_in_single_lines(family: &str) -> (f64, String) {
         let options = ReadOptions {
             system_fonts: SystemFonts::On,
@@ -216,7 +226,7 @@ mod tests {
                 });
                 height.flatten().unwrap_or_default()
             });
-            // A family without an H is written in our font, which a note says.
+            // A family without an H falls back to the bundled font, with a note.
             let written = (height - own).abs() < 0.01 * own || notes.contains("instead of");
             assert!(
                 height > 10.0 && written,
@@ -225,7 +235,7 @@ mod tests {
         }
     }
 
-    /// How many points the letters have, and what is noted.
+    /// Number of points of the letters, and the notes.
     fn written(family: &str, text: &str, fonts: SystemFonts) -> (usize, String) {
         let options = ReadOptions {
             system_fonts: fonts,
@@ -251,7 +261,7 @@ mod tests {
             written("sans-serif", "Rag", SystemFonts::On),
             (ours, String::new())
         );
-        // Where there is one with Latin letters at all.
+        // Only if an installed family has Latin letters.
         let installed = super::installed();
         let serif = |family: &&str| family.contains("Serif") && !family.contains("CJK");
         let families = installed.faces().filter_map(|face| face.families.first());
@@ -262,7 +272,7 @@ mod tests {
         assert!(own != ours && note.is_empty(), "{own} {note}");
         let (off, note) = written(family, "Rag", SystemFonts::Off);
         assert!(off == ours && note.contains("instead of"), "{note}");
-        // No box is drawn for what no font has.
+        // Characters that no font has draw no box.
         let (lacking, note) = written(family, "Rag\u{E0FF}", SystemFonts::On);
         assert!(lacking == ours && note.contains("U+E0FF"), "{note}");
     }

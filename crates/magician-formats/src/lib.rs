@@ -1,5 +1,5 @@
-//! Files that people draw, teach and engrave with a Dobot Magician arm, from their bytes to their
-//! content.
+//! File formats for a Dobot Magician arm: from the bytes of a file to what is to be drawn, engraved
+//! or played.
 //!
 //! ```text
 //! bytes --read--> Plan       playback, G-code, Blockly, points, our own plan files
@@ -7,13 +7,13 @@
 //!             \-> Raster     images: grey cells
 //! ```
 //!
-//! * [`read`](fn@read) takes the bytes of a file of any [`Format`]; its content says where in the
-//!   file each step and stroke came from ([`Origin`]). What was left out is a note, what cannot be
-//!   read a [`Diagnostic`] with its place. No bytes panic.
-//! * [`Plan`], [`Artwork`] and `Raster` are values: [`Plan`] has a file format of our own, and is
-//!   moved, scaled, rotated and repeated; [`Artwork`] is put in order, filled and laid before the
-//!   arm ([`artwork`], [`fill`], [`Reach`]).
-//! * [`lettering`] sets text as lines.
+//! * [`read`](fn@read) parses a file of any [`Format`]. Each step and stroke of the content knows
+//!   its place in the file ([`Origin`]). Whatever was left out becomes a note; a file that cannot
+//!   be read is a [`Diagnostic`] with its place. No input panics.
+//! * [`Plan`], [`Artwork`] and `Raster` are plain values. A [`Plan`] has a file format of its own
+//!   and can be moved, scaled, rotated and repeated. An [`Artwork`] can be ordered, filled and
+//!   placed in front of the arm ([`artwork`], [`fill`], [`Reach`]).
+//! * [`lettering`] sets text in lines.
 //!
 //! | feature | what it reads |
 //! |---|---|
@@ -24,15 +24,15 @@
 //! | `images` | PNG, JPEG, BMP, WebP, GIF, TIFF and netpbm |
 //! | `system-fonts` | the installed fonts that texts in SVG name; not on by default |
 //!
-//! A [`Format`] that is not built in is known all the same; reading it is a [`Diagnostic`] that
-//! [`missing`](Diagnostic::missing) its feature. Plans are always read and written, playback is
-//! always written.
+//! Every [`Format`] exists in every build. Reading one whose feature is absent returns a
+//! [`Diagnostic`] that names the feature in [`missing`](Diagnostic::missing). Plans can always be
+//! read and written, playback can always be written.
 //!
-//! What becomes of a file on an arm (options, checks, programs) is decided in the crate
-//! `magician-program`.
+//! This crate knows nothing of the arm's state. The crate `magician-program` decides what the arm
+//! does with the content (options, checks, programs).
 //!
-//! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an
-//! [`Artwork`]'s are those of its sheet: x to the right, y up, from the lower left corner.
+//! Lengths are in mm, angles in degrees, times in seconds. A [`Plan`] uses the arm's coordinates.
+//! An [`Artwork`] uses those of its sheet: x to the right, y up, from the lower left corner.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
@@ -86,7 +86,7 @@ pub use recording::{CaptureMode, PoseReading, Recording};
 pub use surface::Surface;
 pub use testgrid::{Series, TestCell, TestGrid, TestGridOptions};
 
-/// Compiles the README's program with the tests.
+/// Compiles the example of the README with the tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

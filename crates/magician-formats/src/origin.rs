@@ -1,18 +1,21 @@
-//! Where in a file something came from.
+//! Places in a source file, and the conversion between byte offsets and places.
 
 use std::ops::Range;
 
-/// A place in a source file. Lines and columns count from 1, columns in characters; 0 is no place: what we added ourselves, or
-/// a row of an image, whose line is the row and whose column is 0.
+/// A place in a source file.
+///
+/// Lines and columns count from 1, columns in characters. Line 0 is no place: the item was added by
+/// this crate. For an image the line is the row of pixels and the column is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Origin {
     /// Line, from 1.
     pub line: u32,
     /// Column, from 1, in characters.
     pub column: u32,
-    /// How many characters it is about.
+    /// Length in characters.
     pub length: u32,
-    /// One more than the index of its name (an element's id, a point's name) in the list of names beside it; 0 is none.
+    /// Index of the item's name (an element's id, a point's name) in the list of names beside it,
+    /// plus 1; 0 if it has no name.
     pub name: u32,
 }
 
@@ -25,42 +28,45 @@ impl Origin {
         name: 0,
     };
 
-    /// With a name: its index in the list of names beside it.
+    /// Sets the name by its index in the list of names beside it.
     #[must_use]
     pub fn named(self, index: usize) -> Self {
         let name = u32::try_from(index.saturating_add(1)).unwrap_or(0);
         Self { name, ..self }
     }
 
-    /// The index of its name.
+    /// Returns the index of the name, or `None` if it has no name.
     #[must_use]
     pub fn name_index(&self) -> Option<usize> {
         (self.name as usize).checked_sub(1)
     }
 
-    /// Whether it is a place in a file.
+    /// True if this is a place in a file.
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.line > 0
     }
 }
 
-/// The lines of a text, to turn byte offsets into origins and back.
+/// Index of the lines of a text, for converting byte offsets to origins and back.
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
-    /// How many characters begin before each so many bytes: a file may be one long line, whose columns must not be counted from
-    /// its beginning each time. None if every byte is a character.
+    /// Number of characters that begin before each multiple of [`EACH`] bytes.
+    ///
+    /// A file may be one long line, and counting its columns from the beginning each time would be
+    /// quadratic. Empty if the text is ASCII, where every byte is a character.
     counts: Vec<usize>,
-    /// Where each line begins.
+    /// Byte offset of each line.
     starts: Vec<usize>,
 }
 
-/// Characters are counted ahead for every so many bytes.
+/// Distance between the precomputed character counts, bytes. A choice: a lookup counts at most this
+/// many bytes, and the index stays below 1 % of the text.
 const EACH: usize = 1024;
 
 impl<'t> Lines<'t> {
-    /// Of a text.
+    /// Indexes a text.
     #[must_use]
     pub fn new(text: &'t str) -> Self {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
@@ -82,9 +88,9 @@ impl<'t> Lines<'t> {
         }
     }
 
-    /// How many characters begin before a byte.
+    /// Number of characters that begin before a byte offset.
     fn characters_before(&self, at: usize) -> usize {
-        // At the very end there may be no piece of its own.
+        // An offset at the very end of the text may lie behind the last piece.
         let piece = (at / EACH).min(self.counts.len().saturating_sub(1));
         match self.counts.get(piece) {
             Some(count) => {
@@ -95,7 +101,8 @@ impl<'t> Lines<'t> {
         }
     }
 
-    /// The origin of a range of bytes. One that is not within the text, or cuts a character, is moved to where it fits.
+    /// Returns the origin of a range of bytes. A range beyond the text, or within a character, is
+    /// moved to the nearest character boundary before it.
     #[must_use]
     pub fn origin(&self, range: Range<usize>) -> Origin {
         let start = self.fit(range.start);
@@ -112,7 +119,7 @@ impl<'t> Lines<'t> {
         }
     }
 
-    /// The bytes that an origin is about.
+    /// Returns the bytes of an origin, or `None` if the text has no such line.
     #[must_use]
     pub fn range(&self, origin: &Origin) -> Option<Range<usize>> {
         let begin = *self.starts.get((origin.line as usize).checked_sub(1)?)?;
@@ -131,12 +138,12 @@ impl<'t> Lines<'t> {
     }
 }
 
-/// How many characters begin in a piece of a text.
+/// Number of characters that begin in a piece of UTF-8.
 fn characters(piece: &[u8]) -> usize {
     piece.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
-/// How many bytes the first so many characters take.
+/// Number of bytes that the first `characters` characters take.
 fn offset(text: &str, characters: usize) -> usize {
     let nth = text.char_indices().nth(characters);
     nth.map_or(text.len(), |(at, _)| at)

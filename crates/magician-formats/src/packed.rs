@@ -9,13 +9,14 @@ use flate2::read::MultiGzDecoder;
 use crate::Diagnostic;
 use crate::formats::content::GZIP;
 
-/// The bytes as they are, or what was packed in them; no more than so many.
+/// Unpacks a gzip file of at most `largest` bytes. Other bytes are returned as they are.
 pub(crate) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Diagnostic> {
     if !bytes.starts_with(&GZIP) {
         return Ok(bytes.into());
     }
     let mut unpacked = Vec::new();
     MultiGzDecoder::new(bytes)
+        // One byte above the limit shows that the file exceeds it, however large it would unpack.
         .take(largest as u64 + 1)
         .read_to_end(&mut unpacked)
         .map_err(|error| {

@@ -1,9 +1,11 @@
-//! How strong a laser burns, as people say it.
+//! Laser power as users give it: one percentage, or a range.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// What full power is to be, percent, and the least power of what burns at all.
+/// Range of laser power, percent: the power of the darkest and of the lightest marks.
+///
+/// A file's own power (0 to 100 %) is mapped into the range. 0 % stays off.
 ///
 /// ```
 /// use magician_formats::Power;
@@ -21,16 +23,17 @@ pub struct Power {
 }
 
 impl Power {
-    /// All that is there.
+    /// Full range, 0 to 100 %.
     pub const FULL: Self = Self {
         least: 0.0,
         most: 100.0,
     };
 
-    /// From one percentage to another, the first no greater than the second.
+    /// Creates a range from two percentages, the first not above the second.
     ///
     /// # Errors
-    /// What is wrong with them, in a sentence.
+    /// A sentence about the fault if a bound is outside 0 to 100 %, not a number, or the bounds are
+    /// swapped.
     pub fn new(least: f64, most: f64) -> Result<Self, String> {
         if 0.0 <= least && least <= most && most <= 100.0 {
             Ok(Self { least, most })
@@ -41,13 +44,13 @@ impl Power {
         }
     }
 
-    /// Least and most, percent.
+    /// Lower and upper bound, percent.
     #[must_use]
     pub fn range(&self) -> [f64; 2] {
         [self.least, self.most]
     }
 
-    /// What becomes of a power, percent: nothing of nothing, the least and the most of what is between none and full power.
+    /// Maps a power of the file into the range, percent. 0 stays 0.
     #[must_use]
     pub fn of(&self, percent: f64) -> f64 {
         if percent > 0.0 {
@@ -58,7 +61,7 @@ impl Power {
     }
 }
 
-/// `P` or `LEAST..MOST`.
+/// Prints `P` or `LEAST..MOST`.
 impl fmt::Display for Power {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { least, most } = self;

@@ -1,4 +1,4 @@
-//! Grey images, as readers make them.
+//! Grey images as the readers return them, and their size on the sheet.
 
 mod adjust;
 
@@ -7,47 +7,50 @@ use magician_host::message;
 
 use crate::Diagnostic;
 
-/// How large an image becomes; its sides keep their ratio.
+/// Size of an image on the sheet. The aspect ratio is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Size {
-    /// As the file says; where it does not, [`Raster::PIXEL`] for a pixel.
+    /// The resolution in the file; without one [`Raster::PIXEL`] per pixel.
     #[default]
     Natural,
-    /// So wide, mm.
+    /// Width, mm.
     Width(f64),
-    /// So high, mm.
+    /// Height, mm.
     Height(f64),
-    /// Square pixels of this side, mm.
+    /// Side of a square pixel, mm.
     Pixel(f64),
 }
 
 /// A grey image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Raster {
-    /// What it is called.
+    /// Title.
     pub title: String,
-    /// Pixels across.
+    /// Width, pixels.
     pub width: usize,
-    /// Pixels down.
+    /// Height, pixels.
     pub height: usize,
-    /// Row by row from the top, 0 black to 255 white, as it shows over white paper: what is transparent is white.
+    /// Grey values row by row from the top, 0 black to 255 white, composed over white paper:
+    /// transparent pixels are white.
     pub grey: Vec<u8>,
-    /// In the same order, 0 transparent to 255 opaque; empty if all of it is opaque. What is transparent is never drawn nor
-    /// burnt, and half of it half as much, however the greys are changed.
+    /// Opacities in the same order, 0 transparent to 255 opaque; empty if the image is opaque.
+    ///
+    /// Transparent pixels are never drawn or burnt, and half-transparent ones half as much, even if
+    /// the greys are inverted or adjusted.
     pub opacity: Vec<u8>,
-    /// Width and height of a pixel, mm, where the file says so.
+    /// Width and height of a pixel, mm; `None` if the file has no resolution.
     pub pixel: Option<[f64; 2]>,
 }
 
 impl Raster {
-    /// How large a pixel is of an image that does not say so, mm (DobotStudio engraves at 0.1 to 0.2).
+    /// Side of a pixel if the file has no resolution, mm (DobotStudio engraves at 0.1 to 0.2).
     pub const PIXEL: f64 = 0.2;
 
-    /// As many mm across and down.
+    /// Returns width and height, mm.
     ///
     /// # Errors
-    /// An image without pixels, or a size that is none.
+    /// A [`Diagnostic`] if the image has no pixels, or the size is not positive and finite.
     pub fn size(&self, size: Size) -> Result<[f64; 2], Diagnostic> {
         self.validate()?;
         let pixel = self.pixel.unwrap_or([Self::PIXEL; 2]);
@@ -63,8 +66,8 @@ impl Raster {
         positive(natural.map(|side| side * scale))
     }
 
-    /// Checks that it has as many pixels and opacities as its width and height say, and at least
-    /// one.
+    /// Checks that the numbers of pixels and opacities match width and height, and that the image
+    /// is not empty.
     ///
     /// # Errors
     /// A [`Diagnostic`] that names both counts.
@@ -92,10 +95,10 @@ impl Raster {
     }
 }
 
-/// The width and height of an image, mm.
+/// Checks a size of an image, mm, and returns it.
 ///
 /// # Errors
-/// A [`Diagnostic`] if one is not positive and finite.
+/// A [`Diagnostic`] if width or height is not positive and finite.
 pub fn positive(size: [f64; 2]) -> Result<[f64; 2], Diagnostic> {
     if size.iter().all(|side| *side > 0.0 && side.is_finite()) {
         return Ok(size);

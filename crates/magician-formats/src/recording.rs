@@ -1,53 +1,63 @@
-//! A motion that the arm was led through by hand, as a program that repeats it.
+//! Recordings of a motion that a person led by hand, and the plan that repeats it.
+//!
+//! Poses arrive many times a second and are thinned while they arrive (Ramer, Douglas and Peucker),
+//! so that a recording of an hour stays small. Standstills of more than [`REST`] split the
+//! recording into stretches. [`Recording::plan`] repeats each stretch at its own average speed,
+//! with a wait between two of them, either as a continuous path or as straight lines.
 
 use magician_host::build;
 
 use crate::simplify::kept;
 use crate::{Action, Origin, Plan, Tool, Travel};
 
-/// What moves less than this stands, mm and deg.
+/// Motion below which the arm counts as standing still, mm and deg. A choice above the noise of the
+/// encoders and of a hand that only holds the arm.
 const STILL: f64 = 0.2;
-/// A longer standstill is a rest, s.
+/// Shortest standstill that counts as a rest, s. Shorter pauses belong to the motion.
 const REST: f64 = 1.0;
-/// J4 is held by its motor: what is less than this was read, not meant, deg.
+/// Rotation of J4 below which it counts as not turned, deg. Its motor holds J4, so a smaller change
+/// is noise of the reading.
 pub(crate) const HELD: f64 = 0.5;
-/// Readings that are thinned at once.
+/// Number of readings to collect before thinning them. A choice: it bounds memory and keeps the
+/// cost linear in the length of the recording.
 const CHUNK: usize = 2048;
-/// Speeds of a program, mm/s: what is slower is not worth waiting for, and the arm goes no faster (model section 6).
+/// Range of speeds in a plan, mm/s. The lower bound is a choice that keeps the run short; the upper
+/// one is the arm's (model section 6).
 const SPEEDS: [f64; 2] = [1.0, 300.0];
-/// Accelerations of a program, mm/s2.
+/// Range of accelerations in a plan, mm/s2.
 const ACCELERATIONS: [f64; 2] = [50.0, 400.0];
-/// The longest rest that one step can keep, ms.
+/// Longest rest that fits one step, ms: one day.
 pub(crate) const LONGEST: f64 = 86_400_000.0;
 
-/// Where the arm was at a time.
+/// Pose of the arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseReading {
-    /// When, s.
+    /// Time, s.
     pub t: f64,
-    /// x, y, z, r of the tool, mm and deg.
+    /// Pose of the tool x, y, z, r, mm and deg.
     pub pose: [f64; 4],
-    /// The angle of J4, deg.
+    /// Angle of J4, deg.
     pub j4: f64,
 }
 
-/// How a program repeats a recording.
+/// Kind of motion that repeats a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum CaptureMode {
-    /// A continuous path, without a stop between two rests.
+    /// A continuous path without stops between two rests.
     #[default]
     Path,
-    /// Straight lines from point to point, with a stop at each: all that a playback file can say.
+    /// Straight lines with a stop at each point, the only kind that a playback file can express.
     Lines,
 }
 
-/// Readings of a motion, thinned as they come: none is farther than the tolerance from the lines that remain.
+/// A recorded motion, thinned as it arrives: no reading is farther than the tolerance from the
+/// lines that remain.
 ///
-/// A program of it goes to the first reading, and follows the motion at its own average speed from rest to rest. Rests between
-/// motions are kept, but not those before the first and after the last. Where J4 was turned (by its motor: hands cannot)
-/// it follows on straight lines, as a continuous path does not drive J4 (model
-/// section 8).
+/// Its plan moves to the first reading, then follows each stretch between two rests at the
+/// stretch's own average speed. Rests are kept, except before the first motion and after the last.
+/// Where J4 was turned (by its motor: hands cannot) the plan uses straight lines, because a
+/// continuous path does not drive J4 (model section 8).
 ///
 /// ```
 /// use magician_formats::{CaptureMode, PoseReading, Recording};
@@ -58,34 +68,34 @@ pub enum CaptureMode {
 ///     recording.push(PoseReading { t, pose: [200.0 + 10.0 * t, 0.0, 50.0, 0.0], j4: 0.0 });
 /// }
 /// let plan = recording.plan("led", None, CaptureMode::Path);
-/// assert_eq!(plan.steps.len(), 3); // there, how fast, along
+/// assert_eq!(plan.steps.len(), 3); // move to the start, speed, path
 /// ```
 #[derive(Clone, Debug)]
 pub struct Recording {
     tolerance: f64,
-    /// From rest to rest.
+    /// Motions between two rests.
     stretches: Vec<Stretch>,
-    /// The last reading that was no rest, and when the arm was read last.
+    /// Last reading at which the arm moved, and the time of the latest reading.
     last: Option<(PoseReading, f64)>,
 }
 
-/// From one rest to the next.
+/// A motion from one rest to the next.
 #[derive(Clone, Debug)]
 struct Stretch {
-    /// How long the arm had rested, s.
+    /// Duration of the rest before it, s.
     rest: f64,
     begun: f64,
     ended: f64,
     length: f64,
-    /// J4, from and to.
+    /// Smallest and largest angle of J4, deg.
     j4: [f64; 2],
-    /// Readings that stay, and behind them those that are to be thinned yet.
+    /// Readings: those before the index `thinned` are thinned already, the others are not.
     readings: Vec<PoseReading>,
     thinned: usize,
 }
 
 impl Recording {
-    /// An empty one; the tolerance is in mm, and in degrees of J4.
+    /// Creates an empty recording. The tolerance is in mm, and in degrees of J4.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {
@@ -95,7 +105,8 @@ impl Recording {
         }
     }
 
-    /// Takes the next reading. One with a number that is not finite, or that is not later than the one before, is left out.
+    /// Adds a reading. A reading is ignored if a number is not finite or its time is not later than
+    /// the one before.
     pub fn push(&mut self, reading: PoseReading) {
         let numbers = reading.pose.iter().chain([&reading.t, &reading.j4]);
         if !{ numbers }.all(|number| number.is_finite()) {
@@ -110,7 +121,8 @@ impl Recording {
         }
         if apart(&at, &reading) < STILL && (reading.pose[3] - at.pose[3]).abs() < STILL {
             self.last = Some((at, reading.t));
-            // The end of a motion is where the arm came to rest.
+            // Slow drift below the threshold still counts: the motion ends where the arm came to
+            // rest.
             let stretch = self.stretches.last_mut();
             if let Some(end) = stretch.and_then(|stretch| stretch.readings.last_mut()) {
                 end.pose = reading.pose;
@@ -132,13 +144,14 @@ impl Recording {
         self.last = Some((reading, reading.t));
     }
 
-    /// How far the tool was led, mm.
+    /// Length of the tool's path, mm.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.stretches.iter().map(|stretch| stretch.length).sum()
     }
 
-    /// The program that repeats it, for the tool that it was led with. Empty if nothing was pushed.
+    /// Returns the plan that repeats the recording with the tool that was led. Empty if there are
+    /// no readings.
     #[must_use]
     pub fn plan(&self, title: &str, tool: Option<Tool>, follow: CaptureMode) -> Plan {
         let mut plan = Plan {
@@ -190,6 +203,8 @@ impl Stretch {
             let tail = thin(&self.readings[self.thinned..], tolerance);
             self.readings.truncate(self.thinned);
             self.readings.extend(tail);
+            // The last reading kept is the start of the next chunk, so that chords join across
+            // chunks.
             self.thinned = self.readings.len() - 1;
         }
     }
@@ -198,7 +213,7 @@ impl Stretch {
         self.j4[1] - self.j4[0] > HELD
     }
 
-    /// Adds the steps that follow it; the arm stands at its first reading.
+    /// Adds the steps of this stretch. The arm already stands at its first reading.
     fn follow(
         &self,
         plan: &mut Plan,
@@ -209,6 +224,7 @@ impl Stretch {
         let lines = follow == CaptureMode::Lines || self.turns();
         let velocity = (self.length / (self.ended - self.begun)).clamp(SPEEDS[0], SPEEDS[1]);
         let velocity = (velocity * 10.0).round() / 10.0;
+        // A choice: the ramp to full speed takes a quarter of a second.
         let acceleration = (4.0 * velocity).clamp(ACCELERATIONS[0], ACCELERATIONS[1]);
         let speed = CommandedSpeed { lines, velocity };
         if *commanded != Some(speed) {
@@ -238,7 +254,7 @@ impl Stretch {
     }
 }
 
-/// The speed that the arm was told last.
+/// Speed that the plan set last.
 #[derive(Clone, Copy, PartialEq)]
 struct CommandedSpeed {
     lines: bool,
@@ -252,18 +268,18 @@ fn rest(plan: &mut Plan, seconds: f64) {
     }
 }
 
-/// How far the tool went, mm.
+/// Distance between two readings, mm.
 fn along(from: &PoseReading, to: &PoseReading) -> f64 {
     let apart = from.pose.iter().zip(to.pose).take(3);
     apart.map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt()
 }
 
-/// The same with J4: a degree counts as a millimetre.
+/// Distance including J4, where a degree counts as a millimetre.
 fn apart(from: &PoseReading, to: &PoseReading) -> f64 {
     libm::hypot(along(from, to), to.j4 - from.j4)
 }
 
-/// First, last, and as few between as leave none farther away than the tolerance.
+/// Returns the first reading, the last, and as few as keep all others within the tolerance.
 fn thin(readings: &[PoseReading], tolerance: f64) -> Vec<PoseReading> {
     let points: Vec<[f64; 4]> = readings.iter().map(point).collect();
     let kept = readings.iter().zip(kept(&points, tolerance));
@@ -280,7 +296,7 @@ fn point(reading: &PoseReading) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// A reading each 50 ms, from a time on.
+    /// Readings every 50 ms from a given time on.
     fn led(
         recording: &mut Recording,
         from: f64,
@@ -313,7 +329,7 @@ mod tests {
         let plan = recording.plan("circle", Some(Tool::Pen), CaptureMode::Path);
         let points = path(&plan);
         assert!((8..40).contains(&points.len()), "{}", points.len());
-        // In the middle of a chord the circle is farthest from it.
+        // The circle is farthest from a chord at the chord's middle.
         for pair in points.windows(2) {
             let [x, y] = [0, 1].map(|axis| f64::from(pair[0][axis] + pair[1][axis]) / 2.0);
             let off = 30.0 - libm::hypot(x - 220.0, y);
@@ -364,7 +380,7 @@ mod tests {
         let last = plan.steps.last().map(|step| step.action.clone());
         let (to, by) = ([200.0, 20.0, 0.0, 40.0], Travel::Line);
         assert_eq!(last, Some(Action::Move { to, by }));
-        // And so it is when nothing else can be said.
+        // The caller may also ask for lines.
         let mut recording = Recording::new(0.5);
         led(&mut recording, 0.0, 10.0, circle);
         let plan = recording.plan("circle", None, CaptureMode::Lines);

@@ -1,18 +1,20 @@
-//! Lines of fewer points.
+//! Simplification of polylines (Ramer, Douglas and Peucker).
 
-/// Of more points, every so manieth stays: the work for a line that winds without end grows with its length and not faster.
+/// Length of a run, points. The algorithm is quadratic in the worst case, so longer lines are cut
+/// into runs of this length, whose ends stay, and the cost stays linear.
 const MOST: usize = 1024;
-/// Ways that turn by no more than this from one to the next are one, rad: the rounding of what lies on a line.
+/// Segments whose directions differ by no more than this are collinear, rad. It absorbs the
+/// rounding of points computed on one line.
 const STRAIGHT: f64 = 1e-12;
 
-/// True for each point that stays so that none is farther from the remaining line than the tolerance
-/// (Ramer, Douglas and Peucker). The first and the last point stay.
+/// Returns true for each point to keep so that all others are within the tolerance of the remaining
+/// line (Ramer, Douglas and Peucker). The first and the last point are kept.
 #[must_use]
 pub fn kept<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
     kept_where(points, tolerance, off_chord)
 }
 
-/// The same by another measure of how far a point is from what stands for it between two others.
+/// Simplifies as [`kept`] does with another measure of the distance between a point and a chord.
 pub(crate) fn kept_where<P: Copy>(
     points: &[P],
     tolerance: f64,
@@ -41,8 +43,8 @@ pub(crate) fn kept_where<P: Copy>(
     stays
 }
 
-/// Line with as few points as it needs so that no point of the given one is farther from it than the
-/// tolerance. Of a closed line the first point and the one farthest from it stay.
+/// Returns the polyline with as few points as keep the given one within the tolerance. A closed
+/// line keeps its first point and the point farthest from it.
 #[must_use]
 pub fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     let points = corners(points);
@@ -57,7 +59,7 @@ pub fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     kept.map(|(point, _)| *point).collect()
 }
 
-/// Without the points between which the line goes straight on.
+/// Removes points at which the line goes straight on.
 fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut corners: Vec<[f64; 2]> = Vec::new();
     for point in points {
@@ -74,7 +76,8 @@ fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     corners
 }
 
-/// The point between two others that is farthest, and how far.
+/// Returns the point between two indices that is farthest, and its distance. `None` if there are no
+/// points in between.
 fn farthest<P: Copy>(
     points: &[P],
     [from, to]: [usize; 2],
@@ -85,7 +88,7 @@ fn farthest<P: Copy>(
     far.max_by(|(_, one), (_, other)| one.total_cmp(other))
 }
 
-/// How far a point is from a line between two.
+/// Distance of a point from the segment between two others.
 pub(crate) fn off_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
     let (chord, way) = (minus(to, from), minus(point, from));
     let square = dot(chord, chord);
@@ -119,7 +122,7 @@ mod tests {
 
     #[test]
     fn no_point_is_farther_than_the_tolerance() {
-        // Teeth of all heights, many points along each side.
+        // Teeth of all heights, with many points along each side.
         let mut points = Vec::new();
         for tooth in 0..300 {
             for nth in 0..20 {

@@ -1,21 +1,24 @@
+//! The work surface as a plane.
+
 use serde::{Deserialize, Serialize};
 
-/// The surface that the tool works on: paper, wood, a table. Level, or tilted as it was measured.
+/// Surface that the tool works on (paper, wood, a table), level or tilted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Surface {
-    /// The z that the arm reports where the tool touches it, at x = y = 0 (extrapolated there if it is tilted), mm.
+    /// Height of the pose when the tool touches the surface at x = y = 0, mm. Extrapolated to that
+    /// point if the surface is tilted.
     pub height: f64,
-    /// How much higher it is for each mm in x and in y.
+    /// Slope in x and in y, mm per mm.
     #[serde(default)]
     pub slope: [f64; 2],
 }
 
 impl Surface {
-    /// The table of a virtual arm if its height is not given.
+    /// Table of a virtual arm if no height is given.
     pub const VIRTUAL: Self = Self::level(-60.0);
 
-    /// A level one at this height, mm.
+    /// Creates a level surface at a height, mm.
     #[must_use]
     pub const fn level(height: f64) -> Self {
         Self {
@@ -24,7 +27,7 @@ impl Surface {
         }
     }
 
-    /// The same so much higher, mm.
+    /// Returns the surface raised by `by` mm.
     #[must_use]
     pub fn raised(self, by: f64) -> Self {
         Self {
@@ -33,7 +36,7 @@ impl Surface {
         }
     }
 
-    /// Its height at a point, mm.
+    /// Height at a point, mm.
     #[must_use]
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
         self.height + self.slope[0] * x + self.slope[1] * y

@@ -1,16 +1,16 @@
-//! A grid of squares that are burnt with many powers and speeds, to find those for a material.
+//! Test grids: squares burnt with many powers and speeds, to find the right pair for a material.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// As many powers or speeds, at most.
+/// Largest number of powers or speeds.
 const MOST: u32 = 50;
-/// How powers and speeds are written that are rounded: no finer than this.
+/// Step to which the powers and speeds between both ends are rounded, so that labels stay short.
 const FINEST: f64 = 1e-3;
 
-/// Numbers from one to another in even steps: `10:100:5` is 10, 32.5, 55, 77.5, 100.
+/// Evenly spaced numbers: `10:100:5` is 10, 32.5, 55, 77.5, 100.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Series {
     first: f64,
@@ -19,10 +19,11 @@ pub struct Series {
 }
 
 impl Series {
-    /// From one number to another in so many.
+    /// Creates a series of `count` numbers from `first` to `last`.
     ///
     /// # Errors
-    /// What is no number above 0, and counts that are none.
+    /// A sentence about the fault if a number is not finite and positive, the count is outside 1 to
+    /// 50, or the count is 1 for two different numbers.
     pub fn new(first: f64, last: f64, count: u32) -> Result<Self, String> {
         let good = |value: f64| value.is_finite() && value > 0.0;
         if !good(first) || !good(last) {
@@ -37,7 +38,7 @@ impl Series {
         Ok(Self { first, last, count })
     }
 
-    /// The numbers.
+    /// Returns the numbers.
     ///
     /// ```
     /// use magician_formats::Series;
@@ -101,7 +102,8 @@ impl<'de> Deserialize<'de> for Series {
     }
 }
 
-/// What a test grid is to have: a file of this format ([`Format::TestGrid`](crate::Format::TestGrid)) is this as JSON.
+/// Options of a test grid. A file of the format [`TestGrid`](crate::Format::TestGrid) is this as
+/// JSON.
 ///
 /// ```
 /// use magician_formats::TestGridOptions;
@@ -116,7 +118,7 @@ impl<'de> Deserialize<'de> for Series {
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct TestGridOptions {
-    /// What the file is known by.
+    /// Marks the file as a test grid.
     format: TestGridName,
     /// Powers of the columns, percent.
     pub power: Series,
@@ -126,7 +128,7 @@ pub struct TestGridOptions {
     pub cell: f64,
     /// Distance between the lines of a cell, mm.
     pub spacing: f64,
-    /// Whether each column and each row is labelled.
+    /// True if columns and rows are labelled.
     pub labels: bool,
 }
 
@@ -159,17 +161,17 @@ impl Default for TestGridOptions {
 }
 
 impl TestGridOptions {
-    /// Finer lines are of no use to any arm, mm.
+    /// Smallest distance between lines, mm. The arm cannot resolve finer lines.
     pub const LEAST_SPACING: f64 = 0.02;
-    /// Least and largest side of a cell, mm.
+    /// Smallest and largest side of a cell, mm.
     pub const CELL: [f64; 2] = [1.0, 100.0];
-    /// The highest speed, mm/s.
+    /// Highest speed, mm/s.
     pub const FASTEST: f64 = 500.0;
 
     /// Checks the values.
     ///
     /// # Errors
-    /// The name of the first that is out of its range, and what is wrong with it.
+    /// Name of the first field that is out of range, and a sentence about the fault.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         let [_, strongest] = self.power.ends();
         if strongest > 100.0 {
@@ -204,58 +206,58 @@ impl TestGridOptions {
         Ok(())
     }
 
-    /// The weakest power: what labels are burnt with, percent.
+    /// Lowest power, with which the labels are burnt, percent.
     #[must_use]
     pub fn weakest(&self) -> f64 {
         self.power.ends()[0]
     }
 
-    /// The highest speed: that of labels, mm/s.
+    /// Highest speed, at which the labels are burnt, mm/s.
     #[must_use]
     pub fn fastest(&self) -> f64 {
         self.speed.ends()[1]
     }
 
-    /// As a file.
+    /// Serialises the options as a file.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
 }
 
-/// A test grid as it is burnt, mm: x to the right, y down, from the upper left corner of all of it.
+/// A test grid in mm: x to the right, y down, from its upper left corner.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TestGrid {
-    /// What it is called.
+    /// Title.
     pub title: String,
-    /// What it is to have.
+    /// Options it was made from.
     pub options: TestGridOptions,
-    /// Width and height of all of it.
+    /// Width and height including the labels.
     pub size: [f64; 2],
-    /// Where the upper left corner of the first cell is.
+    /// Upper left corner of the first cell.
     pub corner: [f64; 2],
-    /// The lines of the labels.
+    /// Polylines of the labels.
     pub labels: Vec<Vec<[f64; 2]>>,
 }
 
-/// One of its cells.
+/// A cell of a test grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TestCell {
-    /// Its upper left corner, mm.
+    /// Upper left corner, mm.
     pub corner: [f64; 2],
-    /// Percent.
+    /// Power, percent.
     pub power: f64,
-    /// mm/s.
+    /// Speed, mm/s.
     pub speed: f64,
 }
 
 impl TestGrid {
-    /// From a cell to the next, in sides of a cell.
+    /// Distance from one cell to the next, in sides of a cell.
     pub(crate) const PITCH: f64 = 1.25;
 
-    /// Its cells, row by row from the top.
+    /// Returns the cells row by row from the top.
     #[must_use]
     pub fn cells(&self) -> Vec<TestCell> {
         let pitch = Self::PITCH * self.options.cell;

@@ -1,18 +1,18 @@
-//! Values that options and files name by a word.
+//! Enums whose values options and files name by a word.
 
-/// Gives an enum its words: `ALL`, `NAMES`, `name`, and both ways between a value and its word, in
-/// JSON as well. `$what` is what the message about another word calls it.
+/// Gives an enum its words: `ALL`, `NAMES`, `name`, and the conversions between a value and its
+/// word, including JSON. `$what` names the value in the message about an unknown word.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! words {
     ($kind:ident, $what:literal: $($variant:ident = $name:literal),* $(,)?) => {
         impl $kind {
-            /// All of them.
+            /// All values.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
             /// Their names, in the same order.
             pub const NAMES: &'static [&'static str] = &[$($name),*];
 
-            /// The name that options and files have for it.
+            /// Name in options and files.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -53,7 +53,7 @@ macro_rules! words {
 
 pub use words;
 
-/// The message that `text` is none of these words.
+/// Message that `text` is not one of these words.
 pub fn unknown(what: &str, names: &[&str], text: &str) -> String {
     let (last, rest) = names.split_last().unwrap_or((&"", &[]));
     let rest: Vec<_> = rest.iter().map(|name| format!("'{name}'")).collect();

@@ -1,4 +1,4 @@
-//! What a picture of a large plan costs, beside its check.
+//! Cost of the preview of a large plan, compared with its check.
 
 use divan::Bencher;
 use magician::preflight::Preflight;
@@ -12,7 +12,8 @@ fn main() {
     divan::main();
 }
 
-/// A spiral of so many short segments: no two of them in line.
+/// Returns a spiral of short segments, no two of which are collinear, so that nothing can be
+/// simplified.
 fn spiral(segments: u32) -> Plan {
     let mut plan = Plan::new("spiral");
     plan.tool = Some(Tool::Pen);

@@ -1,4 +1,4 @@
-//! A plan as another kind of file.
+//! Conversion of plans to other kinds of files.
 
 use magician_host::Result as HostResult;
 use magician_program::formats::playback::Playback;
@@ -8,11 +8,11 @@ use magician_sim::world::Drawing;
 
 use crate::{DrawingOptions, drawing_svg};
 
-/// Resolution of a PNG: about 200 dots an inch.
+/// Resolution of a PNG, pixels per mm; about 200 dots per inch.
 #[cfg(feature = "png")]
 const PIXELS_PER_MM: f64 = 8.0;
 
-/// What a plan becomes.
+/// Target of a conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Conversion {
@@ -20,30 +20,31 @@ pub enum Conversion {
     Plan,
     /// A Teaching & Playback file of DobotStudio.
     Playback,
-    /// The lines that it leaves, as SVG.
+    /// The lines that the plan leaves, as SVG.
     Svg,
-    /// The same as PNG.
+    /// The lines that the plan leaves, as PNG.
     Png,
-    /// A list of points.
+    /// List of points.
     Points,
 }
 
-/// Why a plan does not become a file.
+/// Reason why a plan cannot be converted.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ConversionError {
-    /// The format cannot say it.
+    /// The format cannot express it.
     Refused(Diagnostic),
-    /// A picture would be empty: nothing of what it draws is within reach.
+    /// The picture would be empty, because everything drawn is out of reach.
     OutOfReach,
-    /// A picture would be empty: it draws and burns nothing.
+    /// The picture would be empty, because the plan draws and burns nothing.
     DrawsNothing,
-    /// It cannot be rehearsed.
+    /// Rehearsing the plan failed.
     Rehearsal(magician_host::Error),
 }
 
 impl Conversion {
-    /// By the ending of a file's name: `.plan.json` (or `.json`, `.plan`), `.playback` (or `.xml`), `.svg`, `.png`, `.csv`.
+    /// Chooses the conversion by the extension of a file name: `.plan.json` (or `.json`, `.plan`),
+    /// `.playback` (or `.xml`), `.svg`, `.png`, `.csv`. `None` for other names.
     ///
     /// ```
     /// use magician_picture::Conversion;
@@ -68,10 +69,11 @@ impl Conversion {
         }
     }
 
-    /// The file, and what it cannot say.
+    /// Returns the file, and notes about what it cannot express.
     ///
     /// # Errors
-    /// What cannot be said in this format at all.
+    /// A [`ConversionError`] if the format cannot express the plan at all, or the picture would be
+    /// empty.
     pub fn file(self, plan: &Plan) -> Result<(Vec<u8>, Vec<Diagnostic>), ConversionError> {
         let lost = |what: &str| vec![Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut)];
         match self {
@@ -115,7 +117,7 @@ fn svg(drawing: &Drawing) -> String {
 fn png(drawing: &Drawing) -> Result<Vec<u8>, Diagnostic> {
     use crate::{PictureError, drawing_png, fitting};
 
-    // One along a rail, for instance.
+    // A drawing along a rail, for instance, is too large at full resolution.
     let too_large = |error: &_| matches!(error, PictureError::Size(_));
     let made = fitting(PIXELS_PER_MM, too_large, |scale| {
         drawing_png(drawing, scale, &DrawingOptions::default())

@@ -1,18 +1,18 @@
-//! The fence of the arm, seen from above: its box, and what to keep out of.
+//! The fence of the arm from above: its box and its keep-outs.
 
 use magician_motion::{Cuboid, Fence};
 
 use crate::panel::{Extent, Panel};
 use crate::svg::{Svg, segments};
 
-/// Of the box's outline, and of keep-outs.
+/// Colour of the box's outline and of keep-outs.
 const EDGE: &str = "#8a5a00";
-/// From one line of a hatching to the next, mm on the sheet.
+/// Distance of hatch lines, mm on the sheet.
 const APART: f64 = 2.0;
-/// More lines are drawn further apart.
+/// Largest number of hatch lines. Beyond it they are drawn farther apart.
 const MOST_LINES: f64 = 200.0;
 
-/// The view shows all of its box: a way that leaves it is seen to.
+/// Extends the view to the whole box, so that a path that leaves it is visible.
 pub(super) fn extend(extent: &mut Extent, fence: &Fence) {
     let boxes = fence.within().into_iter();
     for Cuboid { min, max } in boxes {
@@ -23,7 +23,7 @@ pub(super) fn extend(extent: &mut Extent, fence: &Fence) {
     }
 }
 
-/// Draws it.
+/// Draws the fence.
 pub(super) fn draw(svg: &mut Svg, panel: &Panel, fence: &Fence) {
     let corners = |cuboid: &Cuboid| {
         let ([x, y, _], [u, v, _]) = (cuboid.min, cuboid.max);
@@ -37,7 +37,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, fence: &Fence) {
     }
 }
 
-/// The outline of a box.
+/// Draws the outline of a box.
 pub(super) fn outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     let look = [
         ("class", "fence"),
@@ -49,7 +49,7 @@ pub(super) fn outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     svg.rectangle(corners, &look);
 }
 
-/// A keep-out.
+/// Draws a keep-out.
 pub(super) fn hatched(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     svg.group(
         "g",
@@ -60,7 +60,7 @@ pub(super) fn hatched(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     svg.end();
 }
 
-/// Lines across a rectangle, at half a right angle.
+/// Returns diagonal lines across a rectangle.
 fn hatching([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
     let (left, right) = (a[0].min(b[0]), a[0].max(b[0]));
     let (top, bottom) = (a[1].min(b[1]), a[1].max(b[1]));
@@ -72,7 +72,7 @@ fn hatching([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
         0
     };
     let lines = (1..=count).map(|nth| {
-        // The line x + y = from the upper left corner by so much.
+        // The line x + y = constant, offset from the upper left corner.
         let by = f64::from(nth) * apart;
         let over = (by - (bottom - top)).max(0.0);
         let under = (by - (right - left)).max(0.0);

@@ -1,4 +1,4 @@
-//! The ground before the arm from above: its base, and what the tool reaches.
+//! The ground in front of the arm from above: base and reach.
 
 use crate::panel::Panel;
 use crate::svg::palette::{BASE, FAINT, INK, REACH, REACH_EDGE};
@@ -15,7 +15,7 @@ pub(super) const OUTLINE: [(&str, &str); 4] = [
     ("stroke-dasharray", "1.6 1.2"),
 ];
 
-/// What the tool can reach on the surface.
+/// Draws the reach of the tool on the surface.
 pub(super) fn reach(svg: &mut Svg, panel: &Panel, rings: &[Vec<[f64; 2]>]) {
     let look = [
         ("fill", REACH),
@@ -28,7 +28,7 @@ pub(super) fn reach(svg: &mut Svg, panel: &Panel, rings: &[Vec<[f64; 2]>]) {
     }
 }
 
-/// The base's footprint and its axis.
+/// Draws the base's footprint and its axis.
 pub(super) fn base(svg: &mut Svg, panel: &Panel) {
     let corners = [[-HALF_BASE, -HALF_BASE], [HALF_BASE, HALF_BASE]];
     let round = Number(6.0 * panel.scale).to_string();

@@ -1,4 +1,4 @@
-//! How each sort of way looks.
+//! Style of each kind of line.
 
 use magician_program::toolpath::{Layer, SHADES, StrokeKind};
 use std::borrow::Cow;
@@ -6,19 +6,20 @@ use std::borrow::Cow;
 use crate::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
 use crate::svg::{Number, Svg};
 
-/// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
+/// Number of vertices from which travel is drawn solid and thin instead of dashed. Many dashes, or
+/// dashes between the lines of an engraving, look like a cloud.
 const DASHED: usize = 600;
 
-/// Kind of picture that ways are drawn in.
+/// Kind of picture in which paths are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ways {
-    /// Of a plan: a way that leaves nothing is faint.
+    /// A plan: travel is faint.
     Planned,
-    /// Of a run: every way is plain, because each shows where the tool was.
+    /// A run: every path is prominent, because it shows where the tool was.
     Taken,
 }
 
-/// Draws the layers, what is left on top; `data` tells the lines of one.
+/// Draws the layers, marks on top; `data` returns the path data of a layer.
 pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&Layer) -> String) {
     let burns = |layer: &Layer| matches!(layer.leaves, StrokeKind::Burn(_));
     let burns = layers.iter().any(burns);
@@ -63,7 +64,7 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
     }
 }
 
-/// Ends that overlap where the power changes would be darker than both.
+/// Overlapping round caps would be darker where the power changes.
 fn cap(leaves: StrokeKind) -> &'static str {
     match leaves {
         StrokeKind::Burn(_) => "butt",
@@ -71,7 +72,7 @@ fn cap(leaves: StrokeKind) -> &'static str {
     }
 }
 
-/// Colour, width in mm, opacity and dashes.
+/// Returns colour, width in mm, opacity and dashes.
 pub(super) fn look(
     leaves: StrokeKind,
     ways: Ways,
@@ -88,7 +89,7 @@ pub(super) fn look(
     (colour.into(), width, opacity, dashes)
 }
 
-/// What a program that reads the picture finds it by.
+/// CSS class by which programs find the layer.
 fn class(leaves: StrokeKind) -> &'static str {
     match leaves {
         StrokeKind::Nothing | StrokeKind::Carried => "travel",
@@ -98,7 +99,7 @@ fn class(leaves: StrokeKind) -> &'static str {
     }
 }
 
-/// A white rim, so that the dashes are seen on anything.
+/// Draws a white casing, so that the dashes are visible on anything.
 pub(super) fn casing(svg: &mut Svg, data: &str) {
     let look = [
         ("fill", "none"),

@@ -1,4 +1,4 @@
-//! What lines and signs of a picture mean, in rows that fit below it, and what is wrong.
+//! Legend of a picture: the meaning of lines and signs in rows, followed by errors.
 
 use magician_program::toolpath::{MarkerKind, SHADES, StrokeKind};
 
@@ -7,29 +7,31 @@ use crate::svg::palette::{FAINT, INK, REACH, REACH_EDGE, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, path};
 use crate::{fence, ground, symbols};
 
-/// From one row to the next, mm.
+/// Height of a row, mm.
 const ROW: f64 = 5.5;
-/// Size of its letters, mm, and how wide one is at most on the average.
+/// Size of letters, mm.
 const LETTER: f64 = 3.0;
+/// Upper bound of the mean width of letters, as a share of their size.
 const WIDE: f64 = 0.54;
-/// Room between a sign and its label, and between two entries, mm.
+/// Gap between a sign and its label, mm.
 const GAP: f64 = 1.8;
+/// Gap between entries, mm.
 const APART: f64 = 6.5;
 
-/// As many lines has one complaint.
+/// Largest number of lines per error. Longer errors are cut off.
 const MOST_LINES: usize = 3;
-/// How a line that goes on begins.
+/// Indentation of continuation lines.
 const INDENT: &str = "\u{a0}\u{a0}\u{a0}";
 
-/// What an entry shows.
+/// Sign of an entry.
 pub(super) enum Sign {
     Line(StrokeKind, Ways),
     Shades,
-    /// What the tool reaches.
+    /// Reach of the tool.
     Area,
-    /// The same as an outline.
+    /// Reach of the tool at a second height, as an outline.
     Outline,
-    /// An object of a fill, with an edge of this colour and width.
+    /// Object with a fill, and with colour and width of its edge.
     Object(&'static str, [&'static str; 2]),
     Page,
     Fence,
@@ -39,7 +41,7 @@ pub(super) enum Sign {
     Marker(MarkerKind),
 }
 
-/// The legend, laid out.
+/// A legend after layout.
 pub(super) struct Legend {
     entries: Vec<([f64; 2], Sign, String)>,
     wrong: Vec<String>,
@@ -47,7 +49,7 @@ pub(super) struct Legend {
 }
 
 impl Legend {
-    /// Lays out entries, and below them what is wrong, for a width.
+    /// Lays out entries, and below them errors, for a width.
     pub(super) fn new(entries: Vec<(Sign, String)>, wrong: &[String], width: f64) -> Self {
         let mut at = [0.0, 0.0];
         let mut placed = Vec::new();
@@ -68,13 +70,13 @@ impl Legend {
         }
     }
 
-    /// How high it is, mm.
+    /// Height, mm.
     pub(super) fn height(&self) -> f64 {
         let rows = self.rows + self.wrong.len();
         rows as f64 * ROW
     }
 
-    /// Draws it with its upper left corner at a place.
+    /// Draws it with its upper left corner at a point.
     pub(super) fn draw(&self, svg: &mut Svg, [left, top]: [f64; 2]) {
         let text = TextStyle {
             size: LETTER,
@@ -99,7 +101,7 @@ impl Legend {
 }
 
 impl Sign {
-    /// mm.
+    /// Width, mm.
     fn width(&self) -> f64 {
         match self {
             Self::Line(..) | Self::Shades => 7.0,
@@ -163,7 +165,7 @@ fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: StrokeKind, ways: Ways) {
     svg.path(&path(ends, false), &attributes);
 }
 
-/// A text in lines that fit, the second and later ones moved in.
+/// Wraps a text to lines that fit, and indents all but the first.
 fn wrapped(text: &str, width: f64) -> Vec<String> {
     let most = ((width / (LETTER * WIDE)) as usize).max(20);
     let mut lines = vec![String::new()];

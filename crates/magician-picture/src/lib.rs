@@ -1,16 +1,16 @@
-//! Pictures of what a Dobot Magician arm does: SVG, and PNG behind a feature.
+//! Pictures of what a Dobot Magician arm does, as SVG, and as PNG behind a feature.
 //!
-//! | what | shows |
+//! | item | content |
 //! |---|---|
-//! | [`Preview`] | what a plan would draw, burn or carry, and where |
-//! | [`Snapshot`] | an arm as it stands, and the world around a virtual one, or a run and what it moved |
+//! | [`Preview`] | what a plan will draw, burn or carry, and where |
+//! | [`Snapshot`] | an arm in its pose, the world around a virtual one, or a run and what it moved |
 //! | [`drawing_svg`] | what pen and laser left |
-//! | [`Conversion`] | a plan as another kind of file, pictures among them |
-//! | [`svg`] | the writer of all of them |
+//! | [`Conversion`] | a plan as another kind of file, including pictures |
+//! | [`svg`] | the SVG writer behind all of them |
 //!
-//! The feature `png` adds pictures as pixels and `compare`, which tells how well two of them match.
+//! The feature `png` adds PNG output and `compare`, which measures how well two pictures match.
 //!
-//! Lengths are mm, angles degrees.
+//! Lengths are in mm, angles in degrees.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
@@ -43,7 +43,7 @@ pub use snapshot::{ArmView, MovedObject, RunReading, RunView, Snapshot};
 #[cfg(feature = "png")]
 pub use snapshot::{View, pixels};
 
-/// Compiles the README's program with the tests.
+/// Compiles the example of the README with the tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,47 +1,49 @@
-//! A framed area of a picture in true size, with a grid and its numbers.
+//! Panels: framed areas of a picture in true size, with a grid and its labels.
 
 use crate::svg::palette::{FAINT, INK};
 use crate::svg::{Anchor, Svg, TextStyle, segments, signed};
 
-/// The fine grid, and the one with numbers, mm; in a small view the numbers stand closer.
+/// Spacing of the fine grid, mm.
 const FINE: f64 = 10.0;
+/// Spacing of the labelled grid, mm.
 const COARSE: f64 = 50.0;
+/// Spacing of the labelled grid in a small view, mm.
 const CLOSE: f64 = 20.0;
-/// A view up to this size is small, mm.
+/// Largest size of a small view, mm.
 const SMALL: f64 = 160.0;
-/// Free space round a picture, and between its parts, mm.
+/// Margin around a picture and between its parts, mm.
 pub(super) const MARGIN: f64 = 6.0;
-/// Room for the numbers on the left and below, mm.
+/// Space for labels on the left and below, mm.
 pub(super) const TICKS: [f64; 2] = [9.0, 6.0];
 
-/// A part of a plane and where it lies in the picture.
+/// A part of a plane, and its position in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Panel {
-    /// The least and the greatest corner of the part, mm.
+    /// Part of the plane: smallest and largest corner, mm.
     pub(super) part: [[f64; 2]; 2],
-    /// Where its upper left corner lies, mm.
+    /// Position of its upper left corner in the picture, mm.
     pub(super) corner: [f64; 2],
-    /// How large it is drawn, 1 being true.
+    /// Scale, 1 being true size.
     pub(super) scale: f64,
-    /// What it is called in the picture's own references.
+    /// Id for references within the picture.
     pub(super) id: &'static str,
 }
 
 impl Panel {
-    /// Where a point lies in the picture.
+    /// Maps a point to the picture.
     pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [[left, _], [_, top]] = self.part;
         let [right, down] = [x - left, top - y].map(|way| way * self.scale);
         [self.corner[0] + right, self.corner[1] + down]
     }
 
-    /// Its width and height in the picture.
+    /// Width and height in the picture.
     pub(super) fn size(&self) -> [f64; 2] {
         let [low, high] = self.part;
         [0, 1].map(|axis| (high[axis] - low[axis]) * self.scale)
     }
 
-    /// Draws the ground and begins to cut at the frame.
+    /// Draws the background and starts clipping to the frame.
     pub(super) fn begin(&self, svg: &mut Svg) {
         svg.group("clipPath", &[("id", self.id)]);
         svg.rectangle(self.corners(), &[]);
@@ -51,7 +53,7 @@ impl Panel {
         svg.rectangle(self.corners(), &[("fill", "#fcfcfd")]);
     }
 
-    /// Draws the lines of the grid.
+    /// Draws the grid.
     pub(super) fn grid(&self, svg: &mut Svg) {
         for (step, opacity) in [(FINE, "0.06"), (self.coarse(), "0.14")] {
             let [low, high] = self.part;
@@ -68,14 +70,14 @@ impl Panel {
         }
     }
 
-    /// Ends the cutting and draws the frame.
+    /// Ends the clipping and draws the frame.
     pub(super) fn end(&self, svg: &mut Svg) {
         svg.end();
         let look = [("fill", "none"), ("stroke", FAINT), ("stroke-width", "0.2")];
         svg.rectangle(self.corners(), &look);
     }
 
-    /// Draws the numbers of the grid, and what they are.
+    /// Draws the labels of the grid and of the axes.
     pub(super) fn numbers(&self, svg: &mut Svg, across: &str, up: &str) {
         let number = |anchor| TextStyle {
             size: 2.8,
@@ -121,16 +123,17 @@ impl Panel {
     }
 }
 
-/// What a view has to show.
+/// Extent of what a view must show.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Extent(Option<[[f64; 2]; 2]>);
 
 impl Extent {
-    /// What is left free round it, mm.
+    /// Margin around it, mm.
     const MARGIN: f64 = 12.0;
-    /// The least width and height of a view, mm.
+    /// Smallest width and height of a view, mm.
     const LEAST: [f64; 2] = [90.0, 70.0];
-    /// A view goes no farther than this from the base, mm.
+    /// Largest distance from the base that a view covers, mm. It keeps the picture small if a step
+    /// is far out of reach.
     const FARTHEST: f64 = 420.0;
 
     pub(super) fn show(&mut self, point: [f64; 2]) {
@@ -141,7 +144,7 @@ impl Extent {
         }
     }
 
-    /// The part of the plane that shows it, to the fine grid.
+    /// Returns the part of the plane that shows it, rounded to the fine grid.
     pub(super) fn part(self) -> [[f64; 2]; 2] {
         let [mut low, mut high] = self.0.unwrap_or([[200.0, 0.0]; 2]);
         for axis in 0..2 {
@@ -155,7 +158,7 @@ impl Extent {
     }
 }
 
-/// The multiples of a step within a range, but for those right at its ends.
+/// Iterates over the multiples of a step strictly within a range.
 fn lines(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
     let [first, last] = [
         (low / step).floor() as i64 + 1,

@@ -1,4 +1,4 @@
-//! An SVG of ours as PNG.
+//! Rasteriser of our SVG pictures to PNG.
 
 use magician_formats::svg_options;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
@@ -6,22 +6,22 @@ use resvg::usvg;
 
 use crate::{Preview, Snapshot};
 
-/// As many pixels has the largest picture.
+/// Largest number of pixels of a picture. It bounds memory.
 pub(crate) const MOST_PIXELS: f64 = 64e6;
-/// As often a scale is halved for a picture that would be too large.
+/// Number of times a scale is halved for a picture that would be too large.
 const HALVINGS: usize = 4;
-/// Units of the picture, which are pixels of 96 to the inch, in a millimetre.
+/// Units of an SVG (96 per inch) per millimetre.
 const UNITS: f64 = 96.0 / 25.4;
 
-/// Why a picture cannot be made.
+/// Reason why a picture cannot be made.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PictureError {
-    /// The scale is not a number above 0.
+    /// The scale is not positive and finite.
     Scale(f64),
-    /// It would have too many pixels: so many across and down.
+    /// The picture would have too many pixels: width and height.
     Size([f64; 2]),
-    /// Something in it cannot be drawn or encoded.
+    /// The picture cannot be drawn or encoded.
     Drawing(String),
 }
 
@@ -46,17 +46,18 @@ impl std::fmt::Display for PictureError {
 
 impl std::error::Error for PictureError {}
 
-/// As an error of the driver: invalid input.
+/// Becomes an error of the driver: invalid input.
 impl From<PictureError> for magician_host::Error {
     fn from(error: PictureError) -> Self {
         Self::invalid(error.to_string())
     }
 }
 
-/// A picture at this scale, or at half of it, or half of that (four times at most) where it is refused as `too_large`.
+/// Draws a picture at a scale, and halves the scale up to four times while the picture is
+/// `too_large`.
 ///
 /// # Errors
-/// What `draw` says of the last scale.
+/// The error of `draw` at the last scale.
 pub fn fitting<E>(
     pixels_per_mm: f64,
     too_large: impl Fn(&E) -> bool,
@@ -73,29 +74,30 @@ pub fn fitting<E>(
 }
 
 impl Preview {
-    /// As PNG, so many pixels to a millimetre: the SVG, drawn.
+    /// Rasterises the SVG to PNG at this resolution.
     ///
     /// # Errors
-    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    /// [`PictureError`] if the scale is not positive and finite or the picture would be too large.
     pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
         to_png(self.to_svg(), pixels_per_mm)
     }
 }
 
 impl Snapshot {
-    /// As PNG, so many pixels to a millimetre of the picture.
+    /// Rasterises the SVG to PNG at this resolution.
     ///
     /// # Errors
-    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    /// [`PictureError`] if the scale is not positive and finite or the picture would be too large.
     pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
         to_png(self.to_svg(), pixels_per_mm)
     }
 }
 
-/// One of these pictures, or any SVG, as PNG, so many pixels to a millimetre.
+/// Rasterises any SVG to PNG at this resolution.
 ///
 /// # Errors
-/// [`PictureError`] if the scale makes no sense, the picture would be too large, or it is no SVG.
+/// [`PictureError`] if the scale is not positive and finite, the picture would be too large, or the
+/// text is not an SVG.
 pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
     if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
         return Err(PictureError::Scale(pixels_per_mm));

@@ -1,6 +1,8 @@
-//! What the arm reaches in a plane through its base axis: the edge of what its joint limits allow, as positions.
+//! Reach of the arm in a plane through its base axis.
 //!
-//! Within the limits the arm has no singularity (model section 5), so the edge of the one is the edge of the other.
+//! Within the joint limits the arm has no singularity (model section 5). So the boundary of the
+//! reach is the image of the boundary of the allowed joint angles, and tracing the latter is
+//! enough.
 
 use magician_host::{Geometry, JointAngles, Limits};
 use magician_motion::ArmModel;
@@ -12,8 +14,8 @@ use crate::svg::{Svg, path};
 /// Largest step along a limit, degrees.
 const STEP: f64 = 2.0;
 
-/// What the arm reaches in a plane through the axis of its base: the edge of it, all round, as distance of the tool from the axis
-/// and z, mm.
+/// Returns the boundary of the reach in a plane through the base axis, as distance of the tool from
+/// the axis and z, mm.
 pub(super) fn section(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
     let corners = allowed(limits);
     let next = corners.iter().cycle().skip(1);
@@ -32,8 +34,8 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, arm: &Geometry) {
     svg.path(&path(edge.map(|point| panel.at(point)), true), &look);
 }
 
-/// Outline from above of the reach at any height: between the least and the largest radius of the
-/// section, as far round as J1 turns.
+/// Outline from above of the reach at any height: between the smallest and the largest radius of
+/// the section, over the range of J1.
 pub(super) fn sector(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
     let radii = section(arm, limits).into_iter().map(|[radius, _]| radius);
     let [near, far] = radii.fold([f64::MAX, 0.0_f64], |[near, far], radius| {
@@ -52,7 +54,8 @@ pub(super) fn sector(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The allowed pairs of J2 and J3, a convex polygon: the two ranges, cut by that of their difference.
+/// Allowed pairs of J2 and J3 as a convex polygon: both ranges, clipped by the range of their
+/// difference.
 fn allowed(limits: &Limits) -> Vec<[f64; 2]> {
     let (j2, j3, both) = (limits.j2, limits.j3, limits.j2_minus_j3);
     let all = vec![
@@ -65,7 +68,7 @@ fn allowed(limits: &Limits) -> Vec<[f64; 2]> {
     clipped(&below, |[j2, j3]| (j2 - j3) - both.min)
 }
 
-/// The part of a convex polygon where `inside` is not negative.
+/// Clips a convex polygon to the half-plane where `inside` is not negative.
 fn clipped(polygon: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 2]> {
     let mut kept = Vec::new();
     let next = polygon.iter().cycle().skip(1);

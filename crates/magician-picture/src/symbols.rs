@@ -1,4 +1,4 @@
-//! Small signs: where it begins and ends, what happens at a place, what is wrong.
+//! Symbols: start and end, tool actions, refused steps.
 
 use magician_program::toolpath::{Marker, MarkerKind};
 
@@ -6,12 +6,12 @@ use crate::panel::Panel;
 use crate::svg::palette::{CARRIED, FAINT, INK, PAPER, WRONG};
 use crate::svg::{Anchor, Svg, TextStyle, path, segments};
 
-/// From one sign to the next, mm.
+/// Distance between signs, mm.
 const APART: f64 = 3.8;
-/// How far from its place the first sign is, mm.
+/// Offset of the first sign from its point, mm.
 const ASIDE: [f64; 2] = [2.8, -2.8];
 
-/// A dot where it begins and a ring where it ends.
+/// Draws a dot at the start and a ring at the end.
 pub(super) fn ends(svg: &mut Svg, [start, end]: [[f64; 2]; 2]) {
     begin(svg, start);
     finish(svg, end);
@@ -30,7 +30,7 @@ pub(super) fn finish(svg: &mut Svg, at: [f64; 2]) {
     svg.circle(at, 2.1, &look);
 }
 
-/// What happens at a place, side by side, and its name.
+/// Draws the signs of a point side by side, and its name.
 pub(super) fn markers(svg: &mut Svg, [x, y]: [f64; 2], mark: &Marker) {
     spot(svg, [x, y]);
     let mut x = x + ASIDE[0];
@@ -49,12 +49,13 @@ pub(super) fn markers(svg: &mut Svg, [x, y]: [f64; 2], mark: &Marker) {
     }
 }
 
-/// The place itself.
+/// Draws the point itself.
 pub(super) fn spot(svg: &mut Svg, at: [f64; 2]) {
     svg.circle(at, 0.8, &[("fill", CARRIED)]);
 }
 
-/// A triangle that points up for taking hold, a hollow one that points down for letting go, a clock for waiting.
+/// Draws a sign: a filled triangle pointing up for gripping, a hollow one pointing down for
+/// releasing, a clock for waiting.
 pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkerKind) {
     let triangle = |sign: f64| {
         let corners = [[-1.5, 1.2], [1.5, 1.2], [0.0, -1.5]];
@@ -83,7 +84,7 @@ pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkerKind) {
     }
 }
 
-/// A ring round what is wrong, with the number of its step; at the frame's edge if it is outside.
+/// Draws a crossed ring at a refused step, with its number. Outside the frame it moves to the edge.
 pub(super) fn refused_step(svg: &mut Svg, panel: &Panel, at: [f64; 2], step: u64) {
     let [low, high] = panel.part;
     let inside = [0, 1].map(|axis| at[axis].clamp(low[axis] + 3.0, high[axis] - 3.0));

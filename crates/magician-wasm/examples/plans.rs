@@ -1,4 +1,5 @@
-//! Writes the samples into a folder, and beside each its plan as a station natively makes it: `NAME.made`, or `NAME.error`. For `build`.
+//! Writes the samples into a folder, each with the plan that a native station makes of it
+//! (`NAME.made`) or its error (`NAME.error`). Used by `try` to compare with the module.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -55,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             fs::copy(&path, to.join(&*name))?;
         }
     }
-    // What has no plan has an error, and that is the same one, too.
+    // Files without a plan must give the same error in both.
     fs::write(to.join("wrong.nc"), "G90\nG1 X10 Y%\n")?;
     fs::write(to.join("from-there.nc"), "G91\nG1 X5 Y5 F600\nG1 X5\n")?;
     fs::write(to.join("cut.svg"), "<svg width=\"10\"><path d=\"M0 0")?;

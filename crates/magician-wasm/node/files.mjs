@@ -1,8 +1,8 @@
-// arm.wasm and files.wasm together under Node: plans of all samples are those that are made natively, byte for byte.
+// Test of arm.wasm and files.wasm together under Node: the plans of all samples equal the native ones byte for byte.
 //
 //     node files.mjs arm.wasm files.wasm FOLDER
 //
-// FOLDER has the samples, and beside each its plan: NAME.plan.json, or NAME.error where there is none.
+// FOLDER contains the samples, each with its native plan (NAME.made) or error (NAME.error).
 
 import { readFileSync, readdirSync } from "node:fs";
 import { join } from "node:path";
@@ -26,7 +26,7 @@ function turn() {
       const id = new DataView(what.payload.buffer, what.payload.byteOffset).getUint32(0, true);
       const request = what.payload.slice(4);
       asked.files += 1;
-      // Another build's: its form differs.
+      // Pretend that the request is from another build, whose format differs.
       if (asked.spoilt) request[0] ^= 1;
       const answer = read(request);
       if (asked.spoilt) answer[0] ^= 1;

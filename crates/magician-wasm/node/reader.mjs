@@ -1,4 +1,4 @@
-// files.wasm as a function: a request of arm.wasm in, its answer out. It imports nothing.
+// Wrapper of files.wasm as a function from a request of arm.wasm to its answer. The module has no imports.
 export async function load(source) {
   const wasm = (await WebAssembly.instantiate(source)).instance.exports;
   const bytes = (at, count) => new Uint8Array(wasm.memory.buffer, at, count);

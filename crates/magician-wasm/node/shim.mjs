@@ -1,10 +1,10 @@
-// arm.wasm with text and bytes instead of addresses, and what it imports: the page's clock, random numbers, and somewhere for a panic's
-// last words. Clock 0 is the calendar's. Nothing in it waits: `poll_oneoff` is what a runtime sleeps in, and this one is turned.
+// Wrapper of arm.wasm that takes text and bytes instead of addresses, and provides its imports: the page's clock (clock 0 is the calendar),
+// random numbers, and an output for panics. The module never sleeps, so `poll_oneoff`, in which a runtime would, is an error.
 const utf8 = new TextDecoder();
 const KINDS = ["text", "frame", "line", "close", "trace", "file"];
 const fail = (why) => { throw new Error(why); };
 
-// `now` is the clock of the page in ms: it does not go back. Its zero is `unix_zero` of the configuration.
+// Loads the module. `now` is the monotonic clock of the page, ms; `unix_zero` of the configuration is the Unix time at its zero.
 export async function load(source, now = () => performance.now()) {
   let wasm;
   const bytes = (at, count) => new Uint8Array(wasm.memory.buffer, at, count);

@@ -1,4 +1,4 @@
-// arm.wasm under Node: a virtual arm is moved and jogged, and its pose printed.
+// Test of arm.wasm under Node: moves and jogs a virtual arm and prints its pose.
 //
 //     node try.mjs arm.wasm
 
@@ -8,7 +8,7 @@ import { load } from "./shim.mjs";
 const assert = (holds, what) => {
   if (!holds) throw new Error(what);
 };
-// A clock of its own: nothing waits.
+// The script advances the clock itself, so nothing waits.
 let clock = 5_000;
 const module = await load(readFileSync(process.argv[2]), () => clock);
 
@@ -28,7 +28,7 @@ const notices = [];
 let frames = 0;
 let ids = 0;
 
-// Puts the clock forward to the next turn, and gives what came out as text.
+// Advances the clock to the next turn and returns the texts that were output.
 function turn() {
   const next = station.turn();
   assert(next > clock && next <= clock + 50, `the next turn is due at ${next}, and it is ${clock}`);

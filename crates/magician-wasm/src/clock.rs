@@ -1,30 +1,33 @@
-//! What time it is, and the turns of the runtime.
+//! The module's clock, and the turns of its runtime.
 //!
-//! The driver, the engine and the station wait by tokio's timers. On wasm32-wasip1 tokio's clock reads `clock_time_get`, and an idle runtime
-//! sleeps in `poll_oneoff`, which stops the worker. Here the clock is paused and put forward to the `now` of each turn, and
-//! the runtime is only asked while its main future yields: then it polls its timers and never parks (tokio's scheduler parks only
-//! with nothing woken and nothing deferred). So a turn takes no time but that of its work, all of it follows from what was handed
-//! in, and the tests turn the same code without sleeping.
+//! Driver, engine and station wait by tokio's timers. On wasm32-wasip1 tokio's clock reads
+//! `clock_time_get`, and an idle runtime sleeps in `poll_oneoff`, which would block the worker. So
+//! the clock is paused and advanced to the `now` of each turn, and the runtime is polled only while
+//! its main future yields: it then polls its timers and never parks (tokio's scheduler parks only
+//! if nothing is woken and nothing is deferred). A turn therefore takes only the time of its work
+//! and depends only on its inputs, and tests run the same code without sleeping.
 
 use std::time::Duration;
 
 use tokio::task::yield_now;
 use tokio::time::advance;
 
-/// How finely time passes: timers of tokio have no finer grain.
+/// Step in which time advances: the granularity of tokio's timers.
 const STEP: Duration = Duration::from_millis(1);
-/// So much of a turn's time passes in steps; what is more, behind a page that was asleep, in one leap before.
+/// Number of steps per turn. After a page was suspended, the rest of the time passes in one leap
+/// before them.
 const STEPS: u32 = 64;
-/// A turn lets no more time than this pass.
+/// Longest time that one turn lets pass.
 const LONGEST: Duration = Duration::from_secs(3600);
-/// `now` does not go beyond this, us: 300 years.
+/// Largest `now`, us: about 300 years.
 const LAST: f64 = 1e16;
-/// Rounds of the runtime for each step of time: in a round it runs what is woken, up to 61 tasks, and polls its timers once.
+/// Rounds of the runtime per step. In each round it runs up to 61 woken tasks and polls its timers
+/// once.
 const ROUNDS: u32 = 2;
-/// Rounds at the end of a turn: a chain of tasks that wake each other comes to its end here.
+/// Rounds at the end of a turn, in which chains of tasks that wake each other finish.
 const LAST_ROUNDS: u32 = 24;
 
-/// How far the clock was put forward.
+/// Position of the module's clock.
 #[derive(Debug, Default)]
 pub(crate) struct TurnClock {
     /// `now` of the first turn, us.
@@ -33,12 +36,13 @@ pub(crate) struct TurnClock {
 }
 
 impl TurnClock {
-    /// The present instant by the clock of the page, us.
+    /// Returns the current instant on the page's clock, us.
     pub(crate) fn now(&self) -> f64 {
         self.begun.unwrap_or(0.0) + self.passed.as_micros() as f64
     }
 
-    /// Lets time pass to `now`, with what is due on the way. One that goes back, or is no number, lets none pass.
+    /// Advances to `now` and runs everything due on the way. A `now` in the past or not finite
+    /// advances nothing.
     pub(crate) async fn pass(&mut self, now: f64) {
         let now = if now.is_finite() {
             now.clamp(0.0, LAST)
@@ -51,6 +55,7 @@ impl TurnClock {
         self.passed += left;
         let leap = left.saturating_sub(STEP * STEPS);
         if !leap.is_zero() {
+            // Timers that became due during the leap fire before the last steps pass one by one.
             advance(leap).await;
             rounds(LAST_ROUNDS).await;
             left -= leap;
@@ -64,7 +69,7 @@ impl TurnClock {
     }
 }
 
-/// What is woken runs, as far as it comes in a few rounds.
+/// Runs woken tasks for a few rounds.
 pub(crate) async fn settle() {
     rounds(LAST_ROUNDS).await;
 }

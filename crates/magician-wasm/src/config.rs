@@ -1,27 +1,27 @@
-//! What a station is opened with.
+//! Configuration with which a station is opened.
 //!
 //! ```json
 //! {"arms": [{"name": "arm", "sim": {"speed": 1, "scenario": "table = { height = -60 }"}}],
 //!  "epoch": "k3x9", "unix_zero": 1763932800.25, "role": "teacher"}
 //! ```
 //!
-//! | member | is |
+//! | member | meaning |
 //! |---|---|
 //! | `arms` | one or more: `name`, and either `sim` or `line: true` |
-//! | `sim` | a virtual arm: `speed` (more than 0, at most 100; 1 unless given), `scenario` (the text of one, TOML) |
-//! | `line` | the real arm at the other end of the line, one at most |
-//! | `epoch` | what ids begin with, another text for each opening, if they are not to be used twice |
-//! | `unix_zero` | Unix seconds when `now` is 0; 0 unless given |
-//! | `role` | of all sessions: `viewer`, `student` or `teacher` (which it is unless given) |
+//! | `sim` | a virtual arm: `speed` (above 0, at most 100; default 1), `scenario` (TOML text) |
+//! | `line` | the real arm at the other end of the line; at most one |
+//! | `epoch` | prefix of ids; a different text for each opening keeps ids from being reused |
+//! | `unix_zero` | Unix seconds at which `now` is 0; default 0 |
+//! | `role` | role of all sessions: `viewer`, `student` or `teacher` (default) |
 
 use magician::sim::Scenario;
 use magician::{SimSpeed, VirtualArm};
 use magician_station::Role;
 use serde::Deserialize;
 
-/// An arm's clock runs so many times as fast as a real arm's, at most.
+/// Largest speed of a virtual arm's clock, relative to a real arm.
 const FASTEST: f64 = 100.0;
-/// Arms of one station, at most.
+/// Largest number of arms.
 const MOST: usize = 64;
 
 #[derive(Deserialize)]
@@ -51,7 +51,7 @@ struct WrittenSim {
     scenario: Option<String>,
 }
 
-/// What a station is opened with, checked.
+/// Validated configuration.
 #[derive(Debug)]
 pub(crate) struct Config {
     pub(crate) arms: Vec<(String, Place)>,
@@ -60,17 +60,17 @@ pub(crate) struct Config {
     pub(crate) role: Role,
 }
 
-/// Where an arm is.
+/// Location of an arm.
 #[derive(Debug)]
 pub(crate) enum Place {
-    /// In this process.
+    /// A virtual arm in this process.
     Here(VirtualArm),
-    /// At the other end of the line.
+    /// A real arm at the other end of the line.
     Line,
 }
 
 impl Config {
-    /// Reads it; the error is a sentence.
+    /// Parses and validates the JSON. The error is a sentence.
     pub(crate) fn read(json: &[u8]) -> Result<Self, String> {
         let written: Written =
             serde_json::from_slice(json).map_err(|error| format!("configuration: {error}"))?;

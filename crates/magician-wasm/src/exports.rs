@@ -1,4 +1,4 @@
-//! The exports of the module: what [`table`](crate::table) does, by addresses in its memory.
+//! Exports of the module: the functions of [`table`](crate::table), with addresses in its memory.
 #![allow(unsafe_code)] // What the page hands over is an address and a length, and exports have names without a crate's.
 
 use std::slice;
@@ -6,15 +6,16 @@ use std::sync::Once;
 
 use crate::table;
 
-/// Bytes that were handed in.
+/// Returns the bytes passed by the page.
 ///
 /// # Safety
-/// They are `count` bytes at `at`, which stay as they are during the call: those of [`alloc`], or none.
+/// `count` bytes at `at` must be valid and unchanged during the call, such as those of [`alloc`];
+/// or `count` is 0.
 unsafe fn given<'a>(at: *const u8, count: usize) -> &'a [u8] {
     if at.is_null() || count == 0 {
         return &[];
     }
-    // SAFETY: by the caller's word; `alloc` gives no more than there can be.
+    // SAFETY: guaranteed by the caller; `alloc` returns no more than a slice may have.
     unsafe { slice::from_raw_parts(at, count) }
 }
 
@@ -23,34 +24,35 @@ unsafe extern "C" {
     fn __wasm_call_ctors();
 }
 
-/// What the C library wants done once. A linker that does not see it called takes the module for a program, and begins and ends that
-/// program in every export.
+/// Initialisation of the C library, once. If the linker does not see `__wasm_call_ctors` called, it
+/// treats the module as a command, and every export would run the constructors and destructors.
 static BEGUN: Once = Once::new();
 
-/// Memory for so many bytes; null where no more can be had. The export `free` is that of the C library below, which knows how many they are
-/// (`build.rs`): two of that name cannot be in one module.
+/// Allocates memory; null if it is exhausted. The export `free` is that of the C library, which
+/// knows the size of each block (`build.rs`), because a module cannot export two functions of that
+/// name.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn alloc(count: usize) -> *mut u8 {
-    // SAFETY: it takes any size.
+    // SAFETY: `malloc` accepts any size.
     unsafe { malloc(count) }
 }
 
 /// Opens a station.
 ///
 /// # Safety
-/// As for all bytes that are handed in: they are there.
+/// The bytes must be valid, as for [`given`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn station_open(config: *const u8, count: usize) -> u32 {
-    // SAFETY: it is called once.
+    // SAFETY: called exactly once.
     BEGUN.call_once(|| unsafe { __wasm_call_ctors() });
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     table::station_open(unsafe { given(config, count) })
 }
 
-/// Text of a session.
+/// Passes text of a session to the station.
 ///
 /// # Safety
-/// As for all bytes that are handed in: they are there.
+/// The bytes must be valid, as for [`given`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn station_rpc(
     handle: u32,
@@ -58,41 +60,41 @@ pub(crate) unsafe extern "C" fn station_rpc(
     text: *const u8,
     count: usize,
 ) {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     table::station_rpc(handle, session, unsafe { given(text, count) });
 }
 
-/// Does what is due.
+/// Runs everything that is due.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn station_turn(handle: u32, now: f64) -> f64 {
     table::station_turn(handle, now)
 }
 
-/// What comes out, as address and length; 0 if nothing does.
+/// Returns the next output as address and length; 0 if there is none.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn station_out(handle: u32) -> u64 {
     table::station_out(handle, place).unwrap_or(0)
 }
 
-/// Where bytes lie, as address and length.
+/// Packs the address and length of bytes.
 fn place(bytes: &[u8]) -> u64 {
     (bytes.as_ptr().addr() as u64) << 32 | bytes.len() as u64
 }
 
-/// What came of a file.
+/// Passes the result of reading a file.
 ///
 /// # Safety
-/// As for all bytes that are handed in: they are there.
+/// The bytes must be valid, as for [`given`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn file_in(handle: u32, id: u32, answer: *const u8, count: usize) {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     table::file_in(handle, id, unsafe { given(answer, count) });
 }
 
-/// Keeps a program; why not, as address and length, or 0.
+/// Stores a program. Returns the error as address and length, or 0.
 ///
 /// # Safety
-/// As for all bytes that are handed in: they are there.
+/// The bytes must be valid, as for [`given`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn program_in(
     handle: u32,
@@ -101,38 +103,39 @@ pub(crate) unsafe extern "C" fn program_in(
     bytes: *const u8,
     count: usize,
 ) -> u64 {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let (name, bytes) = unsafe { (given(name, letters), given(bytes, count)) };
     table::program_in(handle, name, bytes, place).unwrap_or(0)
 }
 
-/// Shows a program, as address and length, or 0. An empty one has an address.
+/// Returns a program as address and length, or 0 if it does not exist. An empty program has an
+/// address.
 ///
 /// # Safety
-/// As for all bytes that are handed in: they are there.
+/// The bytes must be valid, as for [`given`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn program_out(handle: u32, name: *const u8, letters: usize) -> u64 {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     table::program_out(handle, unsafe { given(name, letters) }, place).unwrap_or(0)
 }
 
-/// Bytes of the real arm.
+/// Passes bytes received from the real arm.
 ///
 /// # Safety
-/// As for all bytes that are handed in: they are there.
+/// The bytes must be valid, as for [`given`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn line_in(handle: u32, bytes: *const u8, count: usize) {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     table::line_in(handle, unsafe { given(bytes, count) });
 }
 
-/// The line broke.
+/// Reports that the line broke.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn line_lost(handle: u32) {
     table::line_lost(handle);
 }
 
-/// The line is there again.
+/// Reports that the line is back.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn line_found(handle: u32) {
     table::line_found(handle);

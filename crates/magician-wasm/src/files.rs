@@ -1,4 +1,4 @@
-//! Files that the page has prepared by its other module.
+//! Files that the page prepares with its other module (`files.wasm`).
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,13 +13,15 @@ use magician_station::{FilePreparation, FilePreparer};
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 
-/// A file that was not read by then is not read: the page ends its reader before.
+/// Timeout for reading a file. The page ends its reader before that.
 const LONGEST: Duration = Duration::from_secs(90);
 
-/// Of a larger answer, some two million steps, the module would not have the memory that a check takes.
+/// Largest answer, bytes: about two million steps. For a larger one the module would lack memory to
+/// check it.
 const LARGEST: usize = 64 << 20;
 
-/// One file at a time is handed to the page; the others wait in order, and take no memory there.
+/// Files to prepare. One at a time is passed to the page; the others wait in order and take no
+/// memory there.
 #[derive(Clone)]
 pub(crate) struct PageFiles {
     desk: Arc<Mutex<Desk>>,
@@ -29,7 +31,7 @@ pub(crate) struct PageFiles {
 #[derive(Default)]
 struct Desk {
     last: u32,
-    /// What the page is to be told: a file to be read, or one that is wanted no more.
+    /// Messages for the page: a file to read, or the cancellation of one.
     out: VecDeque<(u32, Vec<u8>)>,
     waiting: BTreeMap<u32, oneshot::Sender<Option<Vec<u8>>>>,
 }
@@ -48,18 +50,19 @@ impl PageFiles {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What the page is to be told next.
+    /// Returns the next message for the page.
     pub(crate) fn say(&self) -> Option<Vec<u8>> {
         let (id, mut request) = self.desk().out.pop_front()?;
         request.splice(..0, id.to_le_bytes());
         Some(request)
     }
 
-    /// What came of one; nothing where the page's reader failed. One that nobody waits for is dropped.
+    /// Accepts the result for a file, empty if the page's reader failed. A result that nothing
+    /// waits for is dropped.
     pub(crate) fn hear(&self, id: u32, answer: &[u8]) {
         let waiting = self.desk().waiting.remove(&id);
         if let Some(waiting) = waiting {
-            // Who waited may have given up.
+            // The waiting task may have been dropped.
             let _ = waiting.send((answer.len() <= LARGEST).then(|| answer.to_vec()));
         }
     }
@@ -77,7 +80,7 @@ impl PageFiles {
     }
 }
 
-/// A file that the page was asked for: dropped without an answer, it is told that it is wanted no more.
+/// A pending request. Dropping it before the answer cancels it at the page.
 struct Asked {
     files: PageFiles,
     id: u32,
@@ -92,6 +95,7 @@ impl Drop for Asked {
         let count = desk.out.len();
         let id = self.id;
         desk.out.retain(|(asked, _)| *asked != id);
+        // The page has taken the request already, so it must be told.
         if desk.out.len() == count {
             desk.out.push_back((id, Vec::new()));
         }
@@ -104,7 +108,7 @@ impl FilePreparer for PageFiles {
         FilePreparation::ToCome(Box::pin(async move {
             let _turn = files.turn.acquire().await;
             let bytes = request.to_bytes();
-            // The page's worker has the file from now on: two of them may be more than there is room for.
+            // The page's worker has the file now; two copies may exceed the memory.
             request.bytes = Arc::default();
             let (asked, answer) = files.ask(bytes);
             let answer = timeout(LONGEST, answer).await;
@@ -125,5 +129,7 @@ impl FilePreparer for PageFiles {
     }
 }
 
+/// Message for a program whose answer exceeds [`LARGEST`].
 const TOO_LARGE: &str = "the program is too large to be run by a page: run it by a station";
+/// Message for an empty answer of the reader.
 const FAILED: &str = "the file reader stopped before it had read the file";

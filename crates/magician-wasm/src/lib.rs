@@ -1,38 +1,46 @@
-//! `arm.wasm`: a station with its arms in one WebAssembly module without thread, socket, file or clock of its own. A worker of a page turns
-//! it by hand; what a client of a station says over a socket elsewhere it says here by [`PageStation::rpc`].
+//! `arm.wasm`: a station with its arms in one WebAssembly module, without threads, sockets, files
+//! or a clock of its own.
+//!
+//! A worker of a page drives it in turns. Text that a client elsewhere sends over a socket is
+//! passed to [`PageStation::rpc`] by the page.
 //!
 //! # The module
 //!
-//! | export | does |
+//! | export | effect |
 //! |---|---|
-//! | `alloc(n) -> p`, `free(p, n)` | memory for what is handed in; 0 where no more can be had. It may be given back when the call is over |
-//! | `station_open(p, n) -> h` | opens a station by its [configuration](config) (JSON); 0 if something is wrong with it: `station_out(0)` says what |
-//! | `station_rpc(h, session, p, n)` | text of a session, 1 to 65535. A new number opens one; without text (`n` 0) it ends, and its number is free |
-//! | `station_turn(h, now) -> next` | does what is due at `now`, us of any clock that does not go back; when it wants to be turned next, on the same clock; -1: never |
-//! | `station_out(h) -> p << 32 \| n` | what comes out, until 0: a byte for its kind, the session (two bytes, little endian), then the payload. It lies there until the next call |
+//! | `alloc(n) -> p`, `free(p, n)` | memory for arguments; 0 if there is none left. It may be freed after the call |
+//! | `station_open(p, n) -> h` | opens a station by its [configuration](config) (JSON); 0 on an error, which `station_out(0)` returns |
+//! | `station_rpc(h, session, p, n)` | text of a session, 1 to 65535. A new number opens a session; an empty text (`n` 0) ends it and frees its number |
+//! | `station_turn(h, now) -> next` | runs everything due at `now`, us of any clock that never goes back; returns when the next turn is due, on the same clock; -1: never |
+//! | `station_out(h) -> p << 32 \| n` | next output, until 0: a byte for its kind, the session (two bytes, little endian), the payload. Valid until the next call |
 //! | `line_in(h, p, n)`, `line_lost(h)`, `line_found(h)` | the line to a real arm |
-//! | `file_in(h, id, p, n)` | what came of a file that was to be read; nothing (`n` 0) where the reader failed |
-//! | `program_in(h, name, m, p, n) -> p << 32 \| n` | keeps a program in the library without a message, which has room for small ones only, or the preset NAME as `preset+NAME.toml`; why not, or 0 |
-//! | `program_out(h, name, m) -> p << 32 \| n` | shows one; 0 if there is none |
+//! | `file_in(h, id, p, n)` | result of reading a file; empty (`n` 0) if the reader failed |
+//! | `program_in(h, name, m, p, n) -> p << 32 \| n` | stores a program in the library directly, because messages have room for small ones only, or the preset NAME as `preset+NAME.toml`; returns the error, or 0 |
+//! | `program_out(h, name, m) -> p << 32 \| n` | returns a program; 0 if there is none |
 //!
-//! Kinds that come out: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its close code (two bytes), 4 a trace, 5 a file to
-//! be read: its id (four bytes), then what `files.wasm` takes; nothing behind the id where it is wanted no more. Text of session 0 is the station's
-//! own: `{"ready":true,"arms":[..]}` when all arms are connected, `{"error":{"kind","message"}}` if that went wrong, after which nothing comes
-//! but traces.
+//! Kinds of output: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its
+//! close code (two bytes), 4 a trace, 5 a file to read: its id (four bytes), then the input of
+//! `files.wasm`; without anything after the id the request is cancelled. Text of session 0 is from
+//! the station itself: `{"ready":true,"arms":[..]}` once all arms are connected, or
+//! `{"error":{"kind","message"}}` if that failed, after which only traces follow.
 //!
-//! The text `trace` to session 0 asks for what passed between driver and arms lately, as a file (`.pcapng`, [`trace`]): it comes out as kind 4, also
-//! where no arm answered.
+//! The text `trace` to session 0 requests the recent traffic between driver and arms as a file
+//! (`.pcapng`, [`trace`]). It is output as kind 4, even if no arm answered.
 //!
-//! Text, bytes and the state of the line are taken at once and acted upon by the next turn: turn behind each call. The clock is put
-//! forward before text is read, so that a page that was asleep finds its jog ended and its lease gone.
+//! Text, bytes and the state of the line are accepted at once and processed by the next turn, so
+//! call `station_turn` after each. The clock advances before text is processed, so a page that was
+//! suspended finds its jog stopped and its lease expired.
 //!
-//! Memory of the module may grow with every call: make views on it anew. `node/shim.mjs` is what it imports, and all of this as functions; `build`
-//! makes both modules.
+//! Any call may grow the module's memory, which invalidates views on it: create them anew.
+//! `node/shim.mjs` provides its imports, and all of this as functions. `cargo xtask generate
+//! modules` builds both modules.
 //!
 //! # The other module
 //!
-//! `files.wasm` (feature `files`) is the readers of `magician-formats`, which would block the worker that must hear a stop. It has no imports,
-//! and exports `alloc`, `free` as above and `read(p, n) -> p << 32 | n`: a request in, its answer out, which lies there until the next call.
+//! `files.wasm` (feature `files`) contains the readers of `magician-formats`. They would block the
+//! worker, which must always be able to receive a stop. It has no imports and exports `alloc` and
+//! `free` as above, and `read(p, n) -> p << 32 | n`: it takes a request and returns its answer,
+//! valid until the next call.
 
 #[cfg(feature = "module")]
 mod clock;

@@ -8,18 +8,18 @@ use std::task::{Context, Poll, Waker};
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-/// Bytes that wait in one direction, at most: five seconds of a serial line. An arm that says more is not one, and a page that
-/// fetches nothing has its driver wait.
+/// Largest number of buffered bytes per direction: five seconds of a serial line. A real arm cannot
+/// send more; towards the arm, a full buffer makes the driver wait for the page.
 const ROOM: usize = 64 * 1024;
 
-/// Both directions. Clones are of the same line.
+/// Both directions of the line. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Line(Arc<Mutex<Wire>>);
 
 #[derive(Debug, Default)]
 struct Wire {
     lost: bool,
-    /// How often it was lost: an end of before reads and writes nothing any more.
+    /// Number of losses. An end opened before the last loss reads and writes nothing.
     losses: u64,
     from_arm: VecDeque<u8>,
     to_arm: Vec<u8>,
@@ -32,7 +32,7 @@ impl Line {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The arm says something.
+    /// Buffers bytes from the arm.
     pub(crate) fn hear(&self, bytes: &[u8]) {
         let mut wire = self.wire();
         if wire.lost {
@@ -45,7 +45,7 @@ impl Line {
         }
     }
 
-    /// The line is gone, with what is under way on it.
+    /// Marks the line as lost and drops buffered bytes.
     pub(crate) fn lose(&self) {
         let mut wire = self.wire();
         if std::mem::replace(&mut wire.lost, true) {
@@ -55,16 +55,17 @@ impl Line {
         wire.from_arm.clear();
         wire.to_arm.clear();
         let waiting = [wire.reader.take(), wire.writer.take()];
+        // Unlock before waking, because a woken task locks it again.
         drop(wire);
         waiting.into_iter().flatten().for_each(Waker::wake);
     }
 
-    /// The line is there again.
+    /// Marks the line as present again.
     pub(crate) fn find(&self) {
         self.wire().lost = false;
     }
 
-    /// Bytes for the arm, all that wait.
+    /// Takes all bytes for the arm.
     pub(crate) fn say(&self) -> Option<Vec<u8>> {
         let mut wire = self.wire();
         let bytes = std::mem::take(&mut wire.to_arm);
@@ -74,7 +75,7 @@ impl Line {
         (!bytes.is_empty()).then_some(bytes)
     }
 
-    /// The driver's end of it.
+    /// Opens the driver's end.
     pub(crate) fn open(&self) -> io::Result<LineEnd> {
         let wire = self.wire();
         if wire.lost {
@@ -90,7 +91,7 @@ impl Line {
     }
 }
 
-/// The driver's end of a line, until it is lost.
+/// The driver's end of a line, valid until the line is lost.
 #[derive(Debug)]
 pub(crate) struct LineEnd {
     line: Line,
@@ -104,7 +105,7 @@ impl AsyncRead for LineEnd {
         into: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
         let mut wire = self.line.wire();
-        // Nothing read is its end.
+        // Reading no bytes signals the end of the stream.
         if wire.losses != self.of {
             return Poll::Ready(Ok(()));
         }

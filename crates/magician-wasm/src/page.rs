@@ -1,4 +1,4 @@
-//! A station that is turned by hand.
+//! A station driven in turns by a page.
 
 use std::collections::hash_map::RandomState;
 use std::collections::{BTreeMap, VecDeque};
@@ -29,30 +29,38 @@ use crate::line::Line;
 use crate::stores::{Calendar, MemoryJobs, MemoryPresets, MemoryPrograms};
 use crate::trace::TraceRing;
 
-/// Kinds of what comes out.
+/// Kind of output: text of a session.
 const TEXT: u8 = 0;
+/// Kind of output: binary frame of a session.
 const FRAME: u8 = 1;
+/// Kind of output: bytes for the line to a real arm.
 const LINE: u8 = 2;
+/// Kind of output: end of a session, with its close code.
 const CLOSE: u8 = 3;
+/// Kind of output: trace file.
 const TRACE: u8 = 4;
+/// Kind of output: file to read.
 const FILE: u8 = 5;
 
-/// How often the station is told that its sessions are alive, us. Over a socket the browser answers pings, whatever its page is busy with;
-/// here the worker does, until the page says that a session ends.
+/// Interval of keep-alives for the sessions, us. Over a socket the browser answers pings even while
+/// its page is busy; here the worker does, until the page ends the session.
 const ALIVE: f64 = 2e6;
-/// Tokio does not tell when its next timer is due, so a turn is asked for so soon, us: while something is going on as often as timers of a
-/// page fire, so that a stop that is due is no later than that ..
+/// Delay until the next turn while something is going on, us.
+///
+/// tokio does not expose its next deadline, so turns are requested periodically, as often as a
+/// page's timers fire: a due stop is late by at most this interval.
 const BUSY: f64 = 4_000.0;
-/// .. and at rest less often.
+/// Delay until the next turn at rest, us.
 const IDLE: f64 = 20_000.0;
-/// Something is going on until so long after the last byte in or out, us.
+/// Time after the last input or output during which something is going on, us.
 const GOING_ON: f64 = 200_000.0;
-/// Close codes of WebSockets: no text, and no room for another session.
+/// Close code of WebSockets (RFC 6455) for a message that is not text.
 const NO_TEXT: u16 = 1007;
+/// Close code of WebSockets for a session beyond the limit: try again later.
 const FULL: u16 = 1013;
 
-/// A station with its arms and their clock: the whole of the module, safe and for any system. See the crate's page for what each
-/// call means.
+/// A station with its arms and their clock: the whole module, safe and on any platform. The crate's
+/// page describes each call.
 pub struct PageStation {
     runtime: Runtime,
     clock: TurnClock,
@@ -63,20 +71,21 @@ pub struct PageStation {
     role: Role,
     inbox: VecDeque<(u16, Vec<u8>)>,
     sessions: BTreeMap<u16, Client>,
-    /// What comes out beside what the sessions have.
+    /// Output besides that of the sessions.
     outbox: VecDeque<(u8, u16, Vec<u8>)>,
-    /// The session that was asked last for what it has: the next is another one's turn.
+    /// Session polled last for output. The next poll starts with another one, so that all get a
+    /// turn.
     asked: u16,
     alive_at: f64,
-    /// When something was handed in or came out last, us.
+    /// Time of the last input or output, us.
     active_at: f64,
     out: Vec<u8>,
 }
 
-/// A station, and its arms as they are told; or why an arm is not connected.
+/// A station and the description of its arms, or why an arm is not connected.
 type Opened = Result<(RunningStation, Library, Vec<Value>), magician::Error>;
 
-/// What the page keeps of a station.
+/// Storage of a station in the page.
 #[derive(Clone)]
 struct Library {
     programs: MemoryPrograms,
@@ -101,12 +110,13 @@ impl fmt::Debug for PageStation {
 }
 
 impl PageStation {
-    /// Opens one by its configuration. Its arms are connected by its turns.
+    /// Opens a station by its configuration. Its turns connect the arms.
     ///
     /// # Errors
-    /// What is wrong with the configuration, in a sentence.
+    /// A sentence about the fault in the configuration.
     pub fn open(config: &[u8]) -> Result<Self, String> {
         let config = Config::read(config)?;
+        // Paused, so that only `TurnClock` advances the time.
         let runtime = Builder::new_current_thread()
             .enable_time()
             .start_paused(true)
@@ -130,7 +140,8 @@ impl PageStation {
         })
     }
 
-    /// Text of a session; none ends it. Session 0 is the station's own: it takes the word `trace`.
+    /// Accepts text of a session; an empty text ends it. Session 0 is the station itself and
+    /// accepts the word `trace`.
     pub fn rpc(&mut self, session: u16, text: &[u8]) {
         if session == 0 && text == b"trace" {
             self.outbox.push_back((TRACE, 0, self.trace.file()));
@@ -139,32 +150,32 @@ impl PageStation {
         }
     }
 
-    /// Bytes of a real arm.
+    /// Accepts bytes from a real arm.
     pub fn line_in(&mut self, bytes: &[u8]) {
         self.active_at = self.clock.now();
         self.line.hear(bytes);
     }
 
-    /// The line to the real arm broke.
+    /// Reports that the line to the real arm broke.
     pub fn line_lost(&mut self) {
         self.line.lose();
     }
 
-    /// The line is there again.
+    /// Reports that the line is back.
     pub fn line_found(&mut self) {
         self.line.find();
     }
 
-    /// What came of a file that was to be read; nothing where that failed.
+    /// Accepts the result of reading a file, empty if that failed.
     pub fn file_in(&mut self, id: u32, answer: &[u8]) {
         self.active_at = self.clock.now();
         self.files.hear(id, answer);
     }
 
-    /// Keeps a program in the library, or a preset: `preset+NAME.toml`.
+    /// Stores a program in the library, or a preset as `preset+NAME.toml`.
     ///
     /// # Errors
-    /// Why not, in a sentence.
+    /// A sentence about why it was not stored.
     pub fn program_in(&mut self, name: &[u8], bytes: &[u8]) -> Result<(), String> {
         let Stage::Running(_, Library { programs, presets }) = &self.stage else {
             return Err("the station is not ready".to_owned());
@@ -175,8 +186,9 @@ impl PageStation {
         }
         let name = std::str::from_utf8(name).ok().and_then(ProgramName::new);
         let name = name.ok_or("that is no name of a program")?;
+        // The library asks for the time, which outside the runtime would be the system's.
         let _context = self.runtime.enter();
-        // The page is its owner's.
+        // The page belongs to its user, who may do everything.
         let upload = programs.upload(&name, Role::Teacher, Some(bytes.len() as u64));
         let kept = upload.and_then(|mut upload| {
             upload.write(bytes)?;
@@ -185,7 +197,7 @@ impl PageStation {
         kept.map(drop).map_err(|error| error.to_string())
     }
 
-    /// Shows a program of the library, or a preset.
+    /// Returns a program of the library, or a preset.
     pub fn program_out(&mut self, name: &[u8]) -> Option<&[u8]> {
         let Stage::Running(_, Library { programs, presets }) = &self.stage else {
             return None;
@@ -201,7 +213,8 @@ impl PageStation {
         Some(&self.out)
     }
 
-    /// Does what is due at `now`, us; when the next turn is due, on the same clock. `None`: the station is over.
+    /// Runs everything due at `now`, us. Returns when the next turn is due on the same clock, or
+    /// `None` once the station has ended.
     pub fn turn(&mut self, now: f64) -> Option<f64> {
         let Self {
             runtime,
@@ -213,7 +226,8 @@ impl PageStation {
             ..
         } = self;
         runtime.block_on(async {
-            // What has come over the line is read before time says that it is late.
+            // Process received bytes before the clock advances, so that a reply is not counted as
+            // late.
             settle().await;
             clock.pass(now).await;
             stage.go_on(clock, line, trace, files);
@@ -231,12 +245,13 @@ impl PageStation {
         (!matches!(self.stage, Stage::Over)).then_some(next)
     }
 
-    /// Hands the sessions' texts over.
+    /// Passes the sessions' texts to the station.
     fn deliver(&mut self) {
         let Stage::Running(station, _) = &self.stage else {
             return;
         };
-        // What asks for the time outside of the runtime would be told the system's.
+        // Code that asks for the time outside the runtime would get the system's clock instead of
+        // the paused one.
         let _context = self.runtime.enter();
         let now = self.clock.now();
         for (session, text) in self.inbox.drain(..) {
@@ -280,7 +295,7 @@ impl PageStation {
         }
     }
 
-    /// What comes out next: kind, session, payload.
+    /// Returns the next output: kind, session, payload.
     pub fn out(&mut self) -> Option<&[u8]> {
         let (kind, session, payload) = self.next_out()?;
         self.active_at = self.clock.now();
@@ -292,7 +307,7 @@ impl PageStation {
     }
 
     fn next_out(&mut self) -> Option<(u8, u16, Vec<u8>)> {
-        // Bytes for the arm do not wait for what is shown.
+        // Bytes for the arm come before anything for display.
         if let Some(bytes) = self.line.say() {
             return Some((LINE, 0, bytes));
         }
@@ -321,7 +336,7 @@ impl PageStation {
 }
 
 impl Drop for PageStation {
-    /// What it lets go asks for the time.
+    /// Drops sessions within the runtime, because their destructors ask for the time.
     fn drop(&mut self) {
         let _context = self.runtime.enter();
         self.sessions.clear();
@@ -330,7 +345,7 @@ impl Drop for PageStation {
 }
 
 impl Stage {
-    /// Begins to connect the arms with the first turn, whose instant is known; in the runtime.
+    /// Starts connecting the arms at the first turn, whose time is known. Call it in the runtime.
     fn go_on(&mut self, clock: &TurnClock, line: &Line, trace: &TraceRing, files: &PageFiles) {
         if !matches!(self, Self::Closed(_)) {
             return;
@@ -345,12 +360,12 @@ impl Stage {
         };
         let (line, trace, files) = (line.clone(), trace.clone(), files.clone());
         tokio::spawn(async move {
-            // Without the page's end there is nothing to tell.
+            // If the page has dropped the station, nothing receives the result.
             let _ = done.send(connect(*config, calendar, line, trace, files).await);
         });
     }
 
-    /// What is to be told if the station has become ready, or never will.
+    /// Returns the message to send once connecting has succeeded or failed.
     fn arrived(&mut self) -> Option<String> {
         let Self::Opening(opening) = self else {
             return None;
@@ -374,7 +389,7 @@ impl Stage {
     }
 }
 
-/// Why a station does not open, or is over.
+/// Message that a station cannot be opened, or has ended.
 pub(crate) fn failure(kind: &str, message: &str) -> Value {
     json!({"error": {"kind": kind, "message": message}})
 }
@@ -387,7 +402,7 @@ async fn connect(
     files: PageFiles,
 ) -> Opened {
     let mut usual = Options::default();
-    // It takes whatever is written.
+    // `TraceRing` accepts any write, so this cannot fail.
     usual.trace = Tracer::new(trace).ok();
     let mut entries = Vec::new();
     let mut arms = Vec::new();
@@ -400,7 +415,8 @@ async fn connect(
             Place::Line => {
                 let line = line.clone();
                 let opener = move || std::future::ready(line.open());
-                // Nothing outside of the browser would stop a jog of the arm's own.
+                // Nothing outside the browser could stop a jog that runs on the arm's own, so use
+                // bounded jogs.
                 let options = usual.clone().bounded_jogs(true);
                 let arm = Arm::over_with(opener, options).await?;
                 let entry = ArmEntry {
@@ -436,7 +452,7 @@ async fn connect(
     Ok((station, library, told))
 }
 
-/// What a session comes back with.
+/// Returns the secret with which a session can be resumed.
 fn secret() -> String {
     let word = || RandomState::new().build_hasher().finish();
     format!("{:016x}{:016x}", word(), word())

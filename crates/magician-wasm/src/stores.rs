@@ -1,4 +1,4 @@
-//! What a station keeps, in memory: a page has no files.
+//! In-memory storage of a station: a page has no files.
 
 use std::collections::BTreeMap;
 use std::io::{self, Cursor, Read};
@@ -16,13 +16,15 @@ use serde_json::Value;
 use tokio::time::Instant;
 
 fn locked<T>(what: &Mutex<T>) -> MutexGuard<'_, T> {
+    // Values behind these locks are complete between statements, so a poisoned lock is still
+    // usable.
     what.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Unix time.
+/// Unix time, extrapolated from an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Calendar {
-    /// Unix seconds at an instant.
+    /// Unix seconds at that instant.
     pub(crate) unix: f64,
     pub(crate) at: Instant,
 }
@@ -33,7 +35,7 @@ impl Calendar {
     }
 }
 
-/// A library of programs, as large together as one may be elsewhere.
+/// Library of programs. Its total size is limited to that of the largest program elsewhere.
 #[derive(Clone)]
 pub(crate) struct MemoryPrograms {
     programs: Arc<Mutex<BTreeMap<ProgramName, Kept>>>,
@@ -53,7 +55,7 @@ impl MemoryPrograms {
         }
     }
 
-    /// Bytes of all programs but this.
+    /// Total size of all other programs, bytes.
     fn taken_beside(&self, name: &ProgramName) -> u64 {
         let programs = locked(&self.programs);
         let others = programs.iter().filter(|(other, _)| *other != name);
@@ -132,12 +134,13 @@ impl Upload for Coming {
     }
 }
 
-/// Presets. The page keeps them with the programs, under names that no program has: `preset+NAME.toml`.
+/// Presets. The page stores them with the programs, under names that no program can have:
+/// `preset+NAME.toml`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MemoryPresets(Arc<Mutex<BTreeMap<String, String>>>);
 
 impl MemoryPresets {
-    /// The preset that the page keeps under this name, if it is one.
+    /// Returns the preset stored under this name; `None` if it is not the name of a preset.
     pub(crate) fn named(kept: &[u8]) -> Option<&str> {
         let kept = std::str::from_utf8(kept).ok()?;
         kept.strip_prefix("preset+")?.strip_suffix(".toml")
@@ -163,10 +166,10 @@ impl PresetStore for MemoryPresets {
     }
 }
 
-/// Program, arm and number of a virtual arm of the page.
+/// Program, arm, and number of a virtual arm of the page.
 type OwnKey = (String, String, Option<u64>);
 
-/// Journals of jobs, by program and arm.
+/// Journals of jobs by program and arm.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MemoryJobs(Arc<Mutex<BTreeMap<OwnKey, Checkpoint>>>);
 
@@ -175,7 +178,7 @@ impl JobStore for MemoryJobs {
         Value::Null
     }
 
-    /// The station has them, and no other comes after it.
+    /// Nothing to save: the station itself holds the jobs, and no job survives it.
     fn save(&self, _: usize, _: &Value) -> io::Result<()> {
         Ok(())
     }

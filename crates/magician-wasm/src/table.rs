@@ -1,4 +1,5 @@
-//! The stations of the module by their numbers: its exports, in safe words. A number of no station does nothing.
+//! Stations of the module by handle: the exports in safe Rust. A call with an unknown handle has no
+//! effect.
 
 use std::cell::RefCell;
 
@@ -7,9 +8,10 @@ use crate::page::failure;
 
 #[derive(Default)]
 struct Table {
-    /// A station lasts as long as the module: threads of tests that end have no runtime any more to end one in.
+    /// Stations are leaked: they last as long as the module. A test's thread could not drop one at
+    /// its end, because its runtime is gone by then.
     stations: Vec<&'static mut PageStation>,
-    /// Why the last one was not opened.
+    /// Error of the last failed opening.
     refused: Option<String>,
     shown: Vec<u8>,
 }
@@ -25,7 +27,7 @@ fn with<T>(handle: u32, act: impl FnOnce(&mut PageStation) -> T) -> Option<T> {
     })
 }
 
-/// Opens a station; 0 if something is wrong with its configuration.
+/// Opens a station; 0 if its configuration is invalid.
 #[must_use]
 pub fn station_open(config: &[u8]) -> u32 {
     TABLE.with_borrow_mut(|table| match PageStation::open(config) {
@@ -40,14 +42,14 @@ pub fn station_open(config: &[u8]) -> u32 {
     })
 }
 
-/// Text of a session.
+/// Passes text of a session.
 pub fn station_rpc(handle: u32, session: u32, text: &[u8]) {
     if let Ok(session) = u16::try_from(session) {
         with(handle, |station| station.rpc(session, text));
     }
 }
 
-/// Does what is due at `now`, us; when the next turn is due, or -1.
+/// Runs everything due at `now`, us. Returns when the next turn is due, or -1.
 #[must_use]
 pub fn station_turn(handle: u32, now: f64) -> f64 {
     with(handle, |station| station.turn(now))
@@ -55,7 +57,7 @@ pub fn station_turn(handle: u32, now: f64) -> f64 {
         .unwrap_or(-1.0)
 }
 
-/// Shows what comes out next, if anything does; of station 0 why the last one was not opened.
+/// Shows the next output, if there is one. For handle 0 it is the error of the last failed opening.
 pub fn station_out<T>(handle: u32, show: impl FnOnce(&[u8]) -> T) -> Option<T> {
     if handle > 0 {
         return with(handle, |station| station.out().map(show)).flatten();
@@ -67,27 +69,27 @@ pub fn station_out<T>(handle: u32, show: impl FnOnce(&[u8]) -> T) -> Option<T> {
     })
 }
 
-/// Bytes of the real arm of a station.
+/// Passes bytes from the real arm of a station.
 pub fn line_in(handle: u32, bytes: &[u8]) {
     with(handle, |station| station.line_in(bytes));
 }
 
-/// The line to the real arm broke.
+/// Reports that the line to the real arm broke.
 pub fn line_lost(handle: u32) {
     with(handle, PageStation::line_lost);
 }
 
-/// The line is there again.
+/// Reports that the line is back.
 pub fn line_found(handle: u32) {
     with(handle, PageStation::line_found);
 }
 
-/// What came of a file that was to be read.
+/// Passes the result of reading a file.
 pub fn file_in(handle: u32, id: u32, answer: &[u8]) {
     with(handle, |station| station.file_in(id, answer));
 }
 
-/// Keeps a program in the library of a station; shows why not.
+/// Stores a program in the library of a station; shows the error if that fails.
 pub fn program_in<T>(
     handle: u32,
     name: &[u8],

@@ -1,15 +1,16 @@
-//! What passed between the driver and its arms lately, as a trace file that `magician decode` and `replay` read.
+//! Ring buffer of the recent traffic between driver and arms, as a trace file for `magician decode`
+//! and `replay`.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Packets are kept up to so many bytes of the file: at rest some five minutes of a page that shows one arm.
+/// Size of the packets to keep, bytes: about five minutes at rest of a page that shows one arm.
 pub const ROOM: usize = 2 << 20;
-/// The type of a block of pcapng that is a packet. The others say what the packets are of: they are kept.
+/// Block type of packets in pcapng. Other blocks describe the interfaces and are always kept.
 const PACKET: [u8; 4] = 6_u32.to_le_bytes();
 
-/// A trace file whose oldest packets make room for new ones. Clones are of the same file.
+/// A trace file that drops its oldest packets to make room. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TraceRing(Arc<Mutex<Blocks>>);
 
@@ -25,7 +26,7 @@ impl TraceRing {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The file as it is now.
+    /// Returns the current file.
     pub(crate) fn file(&self) -> Vec<u8> {
         let blocks = self.blocks();
         let mut file = Vec::with_capacity(blocks.heads.len() + blocks.size);
@@ -36,7 +37,7 @@ impl TraceRing {
 }
 
 impl Write for TraceRing {
-    /// A writer of traces hands each block over whole.
+    /// Appends a block. The trace writer passes each block in one call.
     fn write(&mut self, block: &[u8]) -> io::Result<usize> {
         let mut blocks = self.blocks();
         if block.starts_with(&PACKET) {

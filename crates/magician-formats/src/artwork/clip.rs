@@ -1,9 +1,10 @@
-//! What of lines lies within a rectangle.
+//! Clipping of polylines to a rectangle.
 
 use super::Stroke;
 
 impl Stroke {
-    /// The pieces of it that are within a rectangle, from its least to its greatest corner. What lies on the edge is within.
+    /// Returns the pieces of the stroke within a rectangle, given by its smallest and largest
+    /// corner. The edge belongs to the rectangle.
     #[must_use]
     pub fn within(&self, window: [[f64; 2]; 2]) -> Vec<Self> {
         let [least, most] = window;
@@ -41,8 +42,9 @@ impl Stroke {
             open.push(at(end));
         }
         pieces.push(open);
-        // A corner that only touches the edge from outside is no line.
+        // A piece without length comes from a corner that touches the edge from outside.
         pieces.retain(|piece| piece.iter().any(|point| Some(point) != piece.first()));
+        // If a closed stroke starts inside, its last piece continues in its first.
         if self.is_closed() && pieces.len() > 1 {
             let goes_on = |piece: Option<&Vec<[f64; 2]>>,
                            end: fn(&[[f64; 2]]) -> Option<&[f64; 2]>| {
@@ -67,7 +69,8 @@ impl Stroke {
     }
 }
 
-/// From which share to which share of a way it is within a rectangle (Liang and Barsky).
+/// Returns the shares of a segment at which it enters and leaves a rectangle (Liang and Barsky).
+/// `None` if it misses it.
 fn share_within(from: [f64; 2], to: [f64; 2], [least, most]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     let (mut begin, mut end) = (0.0_f64, 1.0_f64);
     for axis in [0, 1] {
@@ -108,12 +111,12 @@ mod tests {
                 vec![[7.0, 5.0], [7.0, 1.0]],
             ]
         );
-        // Across without a corner within.
+        // Crosses the rectangle without a corner inside.
         assert_eq!(
             pieces(&[[-5.0, 0.0], [15.0, 5.0]]),
             [[[0.0, 1.25], [10.0, 3.75]]]
         );
-        // On the edge is within, beside it is not.
+        // A line on the edge is inside, one beside it is not.
         assert_eq!(
             pieces(&[[0.0, 0.0], [0.0, 5.0]]),
             [[[0.0, 0.0], [0.0, 5.0]]]

@@ -1,4 +1,15 @@
-//! How a drawing becomes what the arm does: with a pen that is put down and lifted, or a laser that is lit and darkened.
+//! Conversion of placed artwork into a plan: with a pen that is lowered and lifted, or a laser that
+//! is switched on and off.
+//!
+//! [`StepWriter`] follows the tool from stroke to stroke. Travel between strokes is straight,
+//! except:
+//!
+//! * on short ways a pen is lifted only by half the distance ([`Marking::hop`]);
+//! * a joint move replaces a straight one where it is quicker and stays close to it;
+//! * where the straight way would lead through the base, the tool goes round it.
+//!
+//! The first stroke is approached with a joint move from above, because nothing is known about
+//! where the arm stands when the plan begins.
 
 use magician_host::build;
 use magician_motion::Fence;
@@ -7,41 +18,45 @@ use super::{DrawingPart, PartPen, PlacedArtwork, Stroke, distance};
 use crate::reach::{APPROACH, Above, Travelling};
 use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Reach, Step, Surface, Tool, Travel};
 
-/// How long a pen rests where it leaves a dot, ms.
+/// Time that a pen rests to leave a dot, ms.
 const DOT_REST: u32 = 100;
-/// Half the line that a laser burns for a dot, mm: it must move to burn.
+/// Half the length of the line that a laser burns for a dot, mm. The laser burns only along a
+/// segment.
 const DOT_REACH: f64 = 0.05;
-/// A pen that travels is lifted by this share of its way.
+/// Height of a pen during travel, as a share of the distance.
 const LIFTED: f64 = 0.5;
 
-/// With what lines are drawn, and how.
+/// Tool and parameters with which strokes are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Marking {
     /// The tool.
     pub tool: Tool,
-    /// Power of the laser along the lines, percent; none for a pen, which is put down and lifted instead.
+    /// Laser power along strokes, percent; `None` for a pen, which is lowered and lifted instead.
     pub power: Option<f32>,
-    /// How far above the surface a pen travels between lines, and where both begin and end, mm.
+    /// Height of a travelling pen above the surface, and of the tool at the start and end of each
+    /// plan, mm.
     pub lift: f64,
-    /// How far above the surface a pen travels at least, mm. On short ways it is lifted by half of them, if that is between this
-    /// and `lift`, and takes all joints together where that is quicker and as good as the straight line; a laser travels so too.
-    /// Without it all ways are straight, and a pen is always lifted by `lift`.
+    /// Smallest height of a travelling pen above the surface, mm.
+    ///
+    /// If set, a pen is lifted on short ways by half the distance, within `hop` to `lift`, and
+    /// travel of a pen or laser uses joint moves where these are quicker and as safe as straight
+    /// ones. If `None`, all travel is straight, and a pen is always lifted by `lift`.
     pub hop: Option<f64>,
-    /// Speed along the lines, mm/s.
+    /// Speed along strokes, mm/s.
     pub speed: f32,
-    /// Acceleration along the lines, mm/s2.
+    /// Acceleration along strokes, mm/s2.
     pub acceleration: f32,
-    /// Speed between the lines, mm/s; the arm takes its speed ratio of it, half at power-up.
+    /// Speed of travel, mm/s. The arm applies its speed ratio to it, which is 50 % after power-up.
     pub travel: f32,
-    /// The rotation that moves end with, degrees. Without it J4 stays at zero and the tool turns with the arm, which costs no
-    /// time.
+    /// Rotation r of the moves, degrees. If `None`, J4 stays at zero and the tool turns with the
+    /// arm, which costs no time.
     pub r: Option<f32>,
-    /// What ways of all joints keep to, as straight ones are checked to do.
+    /// Fence that joint moves must respect. Straight moves are checked against it later.
     pub fence: Option<Fence>,
 }
 
 impl Marking {
-    /// A pen, 10 mm above the paper between lines, 3 mm where they are near each other, at 50 mm/s on it.
+    /// Returns the defaults of a pen: 50 mm/s on the paper, lifted by 3 to 10 mm between strokes.
     #[must_use]
     pub const fn pen() -> Self {
         Self {
@@ -57,7 +72,7 @@ impl Marking {
         }
     }
 
-    /// The laser at so many percent, at 20 mm/s.
+    /// Returns the defaults of a laser with this power, percent: 20 mm/s.
     #[must_use]
     pub const fn laser(power: f32) -> Self {
         Self {
@@ -70,7 +85,7 @@ impl Marking {
 }
 
 impl Marking {
-    /// Where this marking can be done on a surface.
+    /// Returns where this marking can be done on a surface.
     #[must_use]
     pub fn reach(&self, surface: Surface) -> Reach {
         let reach = Reach::new(self.tool.bias(), surface, self.lift);
@@ -79,12 +94,13 @@ impl Marking {
 }
 
 impl PlacedArtwork {
-    /// What the arm does to draw it: one path for each line, in their order.
+    /// Returns the plan that draws the artwork: one path per stroke, in the order of the strokes.
     ///
-    /// It begins from anywhere. All joints together lead to a point well above the first line, for which the arm must not be
-    /// known to stand anywhere, and which rises from the paper if the pen is a little above it; a straight way could lead through
-    /// the base, and a jump rises out of reach from where the arm is high already. From there on everything is straight or close
-    /// to it, but where the base is in the way. It ends above the last line.
+    /// The plan may start from any position of the arm. It begins with a joint move to a point well
+    /// above the first stroke: a straight move could lead through the base, and a jump from a high
+    /// position would leave the reach. From a pen just above the paper this move rises. After that
+    /// all travel is straight or close to it, except around the base. The plan ends above the last
+    /// stroke.
     #[must_use]
     pub fn plan(&self, marking: &Marking) -> Plan {
         let mut plan = Plan::new(self.artwork.title.clone());
@@ -130,7 +146,7 @@ impl PlacedArtwork {
         plan
     }
 
-    /// The highest of the surfaces that its pens draw on.
+    /// Returns the highest of the surfaces that the pens draw on.
     fn highest(&self) -> Surface {
         let drawn = self.artwork.by_part().filter_map(|(part, _)| {
             let part = self.artwork.parts.get(part.checked_sub(1)?)?;
@@ -140,24 +156,24 @@ impl PlacedArtwork {
     }
 }
 
-/// What puts down the steps of one drawing.
+/// State while writing the steps of a drawing.
 struct StepWriter<'a> {
     plan: Plan,
-    /// How lines are drawn, and those of the part under way.
+    /// Defaults for the drawing; `marking` has those of the current part.
     usual: Marking,
     marking: Marking,
     placed: &'a PlacedArtwork,
-    /// Where the pen of the part under way draws.
+    /// Surface of the current part.
     surface: Surface,
     reach: Reach,
-    /// Where the tool is by then, and the last line.
+    /// Position of the tool, and the origin of the last stroke; `None` before the first move.
     at: Option<(Above, Origin)>,
-    /// Whether it has gone from one line to another with all joints.
+    /// True once a joint move was used between strokes, so that the plan must set joint speeds.
     by_joints: bool,
 }
 
 impl StepWriter<'_> {
-    /// A part, as often as it is to be drawn. Between parts a pen is changed.
+    /// Writes a part, as many passes as it has. Pauses before it so that the pen can be changed.
     fn part(&mut self, drawn: &DrawingPart, strokes: &[Stroke], begun: bool) {
         let origin = strokes.first().map_or(Origin::NONE, |stroke| stroke.origin);
         self.lift_pen();
@@ -182,7 +198,7 @@ impl StepWriter<'_> {
         }
     }
 
-    /// Another pen draws from here on.
+    /// Switches to the pen of another part.
     fn take(&mut self, pen: &PartPen, origin: Origin) {
         let speed = self.marking.speed;
         let usual = self.usual;
@@ -197,6 +213,7 @@ impl StepWriter<'_> {
         let before = self.surface;
         self.surface = self.placed.surface.raised(pen.surface_offset);
         self.reach = self.marking.reach(self.surface);
+        // The tool stays where it is, so its height above the new surface differs.
         if let Some(((_, above), _)) = &mut self.at {
             *above += before.height - self.surface.height;
         }
@@ -220,7 +237,7 @@ impl StepWriter<'_> {
         let colors = &self.placed.artwork.colors;
         let color = (stroke.style.color as usize).checked_sub(1);
         let color = color.and_then(|at| colors.get(at)).copied();
-        // The pen goes up from the line before, in its colour.
+        // Steps that lift the pen off the previous stroke keep that stroke's colour.
         let (before, steps) = self.plan.steps.split_at_mut(begins);
         let color_before = before.last().and_then(|step| step.color);
         for step in steps {
@@ -232,7 +249,8 @@ impl StepWriter<'_> {
         }
     }
 
-    /// The line that a laser burns for a dot: about it, or on from it where that is not reached.
+    /// Returns the line that a laser burns for a dot: centred on it, or to one side where the
+    /// centred line is out of reach.
     fn speck(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
         let by = |from: f64, to: f64| [[x + from, y], [x + to, y]];
         let about = by(-DOT_REACH, DOT_REACH);
@@ -243,7 +261,7 @@ impl StepWriter<'_> {
         reached.next().unwrap_or(about)
     }
 
-    /// Pen down, along, up.
+    /// Writes a stroke with a pen: lower, draw, stay down.
     fn write(&mut self, stroke: &Stroke, dot: bool) {
         let Some((first, others)) = stroke.points.split_first() else {
             return;
@@ -259,11 +277,12 @@ impl StepWriter<'_> {
         self.at = Some(((*last, 0.0), origin));
     }
 
-    /// The pen from where the last line ends to where the next begins: up, across, down. Where one goes on from the other it stays
-    /// down.
+    /// Moves the pen from the end of the last stroke to the start of the next: up, across, down. If
+    /// the strokes meet, the pen stays down.
     fn hop(&mut self, to: [f64; 2], origin: Origin) {
         let lift = self.marking.lift;
         match self.at {
+            // Compared in 32 bits, in which the arm gets them: an equal point is no move.
             Some((from, _))
                 if self.marking.hop.is_some() && self.point(from) == self.point((to, 0.0)) => {}
             Some(((from, above), last)) if above <= 0.0 => {
@@ -277,6 +296,7 @@ impl StepWriter<'_> {
                 self.travel((to, height), origin);
                 self.leg((to, 0.0), origin);
             }
+            // The pen is up already, or its position is unknown.
             _ => {
                 self.travel((to, lift), origin);
                 self.line((to, 0.0), origin);
@@ -284,7 +304,7 @@ impl StepWriter<'_> {
         }
     }
 
-    /// How high a pen goes over a way of this length.
+    /// Returns the lift for travel over this distance.
     fn height_over(&self, way: f64) -> f64 {
         let lift = self.marking.lift;
         match self.marking.hop {
@@ -293,19 +313,22 @@ impl StepWriter<'_> {
         }
     }
 
-    /// To its beginning, along with the laser lit, dark.
+    /// Burns a stroke: dark to its start, lit along it, then off.
     fn burn(&mut self, points: &[[f64; 2]], power: f32, origin: Origin) {
         let Some((first, others)) = points.split_first() else {
             return;
         };
+        // No lift: a laser marks only along segments with power.
         self.travel((*first, 0.0), origin);
         self.along(*first, others, origin, |to| Action::Burn { to, power });
+        // The firmware probably switches the laser off at the end of a path. This is unconfirmed,
+        // so a command is sent.
         self.plan.push(Action::Laser(false), origin);
         let last = others.last().unwrap_or(first);
         self.at = Some(((*last, 0.0), origin));
     }
 
-    /// One segment for each corner that is another point for the arm.
+    /// Adds one segment per vertex. Vertices that coincide in 32 bits are skipped.
     fn along(
         &mut self,
         first: [f64; 2],
@@ -323,7 +346,7 @@ impl StepWriter<'_> {
         }
     }
 
-    /// To where a line begins.
+    /// Moves to the start of a stroke.
     fn travel(&mut self, to: Above, origin: Origin) {
         match self.at {
             Some((from, _)) if from.0 == to.0 => {
@@ -337,7 +360,8 @@ impl StepWriter<'_> {
         }
     }
 
-    /// Around the base: with all joints from well above to well above, or step by step where that leads through a slope.
+    /// Moves around the base: a joint move high above both ends, or a chain of straight moves where
+    /// the slope of the surface blocks the joint move.
     fn go_round(&mut self, from: Above, to: Above, origin: Origin) {
         let [high, over] = [from, to].map(|end| self.raised(end));
         let lift = self.marking.lift;
@@ -360,7 +384,7 @@ impl StepWriter<'_> {
         }
     }
 
-    /// Over it with all joints, then down.
+    /// Moves above the target with all joints, then down to it.
     fn approach(&mut self, to: Above, origin: Origin) {
         let over = self.raised(to);
         self.go(over, Travel::Joints, origin);
@@ -369,19 +393,19 @@ impl StepWriter<'_> {
         }
     }
 
-    /// Well above it, as far as that is reached.
+    /// Raises a position well above the surface, as far as it stays within reach.
     fn raised(&self, end: Above) -> Above {
         self.reach.over(end, self.marking.lift + APPROACH)
     }
 
-    /// Up, if a pen is not up.
+    /// Lifts the pen unless it is already up. Has no effect on a laser.
     fn lift_pen(&mut self) {
         if self.marking.power.is_none() {
             self.leave();
         }
     }
 
-    /// Up from the last line, if the tool is not up.
+    /// Moves up from the last stroke unless the tool is already up.
     fn leave(&mut self) {
         if let Some(((at, above), origin)) = self.at
             && above < self.marking.lift
@@ -390,7 +414,8 @@ impl StepWriter<'_> {
         }
     }
 
-    /// From one line to the next, or a part of that: straight, or close to it with all joints where that is quicker.
+    /// Moves between strokes: straight, or with all joints where that is quicker and close to
+    /// straight.
     fn leg(&mut self, to: Above, origin: Origin) {
         let travelling = Travelling {
             speed: self.marking.travel.into(),

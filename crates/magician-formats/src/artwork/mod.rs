@@ -1,4 +1,8 @@
-//! Lines on a sheet, wherever they came from, and how they become what the arm does.
+//! Artwork: polylines and filled areas on a sheet, before the arm is involved.
+//!
+//! A drawing goes through these steps, each in a module here: clean-up of duplicates (`tidy`),
+//! division into parts (`parts`), filling ([`Artwork::fill`]), ordering for short travel (`order`),
+//! placing in front of the arm (`place`), and conversion to a plan (`mark`).
 
 mod clip;
 mod mark;
@@ -21,55 +25,56 @@ use crate::fill::{Area, Fill, FillMode};
 use crate::formats::Curves;
 use crate::{Color, Origin};
 
-/// Lines on a sheet. Coordinates are those of the sheet, mm: x to the right, y up, from its lower left corner.
+/// Polylines and areas on a sheet. Coordinates are the sheet's, mm: x to the right, y up, from its
+/// lower left corner.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Artwork {
-    /// What it is called.
+    /// Title.
     pub title: String,
-    /// Width and height of the sheet, where the file says so, mm.
+    /// Width and height of the sheet, mm; `None` if the file has none.
     pub page: Option<[f64; 2]>,
-    /// The lines, in the order of the file.
+    /// Strokes, in the order of the file.
     pub strokes: Vec<Stroke>,
-    /// What is filled, in the order in which it is painted; only where it was [asked for](crate::Fills::Areas).
+    /// Filled areas in the order of painting. Empty unless [requested](crate::Fills::Areas).
     pub areas: Vec<FilledArea>,
     /// Names that origins refer to.
     pub names: Vec<String>,
-    /// Its layers, or the pens of a plot, in the order in which they first appear.
+    /// Layers, or pens of a plot, in the order of first appearance.
     pub layers: Vec<Layer>,
-    /// Its colours, in the order in which they first appear.
+    /// Colours, in the order of first appearance.
     pub colors: Vec<Color>,
-    /// Its parts, once it is divided into them; those that are left out have no lines.
+    /// Parts, once the artwork is divided. Parts that are left out have no strokes.
     pub parts: Vec<DrawingPart>,
-    /// Whether the lines are drawn in this order, because it has a meaning: that of the strokes of a character.
+    /// True if the order of the strokes must stay, as within a handwritten character.
     pub in_order: bool,
-    /// The curves behind its lines.
+    /// The file behind flattened curves.
     pub curves: Curves,
 }
 
-/// One line without a break; one of a single point is a dot.
+/// A polyline drawn without a break. A single point is a dot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    /// Its corners; a closed one ends where it begins, with the same point.
+    /// Vertices. A closed stroke repeats its first vertex at the end.
     pub points: Vec<[f64; 2]>,
-    /// Where it came from.
+    /// Place in the source file.
     pub origin: Origin,
-    /// Its layer, colour and part.
+    /// Layer, colour and part.
     pub style: Style,
 }
 
 /// A filled shape of a drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilledArea {
-    /// Its shape.
+    /// Shape.
     pub area: Area,
-    /// Where it came from.
+    /// Place in the source file.
     pub origin: Origin,
-    /// Its layer, colour and part.
+    /// Layer, colour and part.
     pub style: Style,
 }
 
 impl Stroke {
-    /// A line of no layer and no colour.
+    /// Creates a stroke without layer and colour.
     #[must_use]
     pub fn new(points: Vec<[f64; 2]>, origin: Origin) -> Self {
         Self {
@@ -79,19 +84,19 @@ impl Stroke {
         }
     }
 
-    /// Whether all of its corners are somewhere.
+    /// True if all coordinates are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.points.iter().flatten().all(|value| value.is_finite())
     }
 
-    /// Whether it ends where it begins, so that it may begin anywhere.
+    /// True if the stroke is closed, so that it may begin at any vertex.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.points.len() > 2 && self.points.first() == self.points.last()
     }
 
-    /// How long it is, mm.
+    /// Length, mm.
     #[must_use]
     pub fn length(&self) -> f64 {
         let pairs = self.points.iter().zip(self.points.iter().skip(1));
@@ -100,7 +105,8 @@ impl Stroke {
 }
 
 impl Artwork {
-    /// Edge of a sheet of this size, mm: one closed stroke, clockwise from its upper left corner.
+    /// Returns the edge of a sheet of this size, mm, as one closed stroke, clockwise from its upper
+    /// left corner.
     #[must_use]
     pub fn frame(page: [f64; 2]) -> Self {
         let [width, height] = page;
@@ -122,10 +128,10 @@ impl Artwork {
         }
     }
 
-    /// Turns its areas into the lines that fill them, drawn before all other lines of their part. The areas
-    /// of a part that is not filled become their edges.
+    /// Converts areas to the lines that fill them, drawn before all other strokes of their part.
+    /// Areas of a part that is not filled become their outlines.
     ///
-    /// Returns how many areas are too small for any line.
+    /// Returns the number of areas that are too small for any line.
     pub fn fill(&mut self, fill: &Fill) -> usize {
         let mut bare = 0;
         let mut strokes = Vec::new();
@@ -156,14 +162,15 @@ impl Artwork {
         bare
     }
 
-    /// The points of its lines, and of the edges of its areas.
+    /// Iterates over the vertices of strokes and areas.
     fn points(&self) -> impl Iterator<Item = &[f64; 2]> {
         let edges = self.areas.iter().flat_map(|filled| &filled.area.rings);
         let lines = self.strokes.iter().map(|stroke| &stroke.points);
         lines.chain(edges).flatten()
     }
 
-    /// The least and the greatest corner of its lines and areas.
+    /// Bounding box of strokes and areas (smallest and largest corner), or `None` if there are
+    /// none.
     #[must_use]
     pub fn bounds(&self) -> Option<[[f64; 2]; 2]> {
         let mut points = self.points();
@@ -176,14 +183,14 @@ impl Artwork {
         }))
     }
 
-    /// How long its lines are together, mm.
+    /// Total length of the strokes, mm.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.strokes.iter().map(Stroke::length).sum()
     }
 }
 
-/// A ring as a line that ends where it begins.
+/// Closes a ring by repeating its first vertex.
 fn closed(mut ring: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     if ring.first() != ring.last() {
         ring.extend(ring.first().copied());
@@ -191,8 +198,8 @@ fn closed(mut ring: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     ring
 }
 
-/// Centre of the circle through three points, and the angle in degrees from the first through the
-/// second to the third, positive counter-clockwise. `None` if they lie on a line.
+/// Returns the centre of the circle through three points, and the angle from the first through the
+/// second to the third, degrees, positive counter-clockwise. `None` if they are collinear.
 #[must_use]
 pub fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2], f64)> {
     let [b, c] = [b, c].map(|point| [point[0] - a[0], point[1] - a[1]]);
@@ -211,7 +218,7 @@ pub fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2]
     Some(([a[0] + centre[0], a[1] + centre[1]], sweep))
 }
 
-/// Distance of two points.
+/// Distance between two points.
 #[must_use]
 pub fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
     libm::hypot(other[0] - one[0], other[1] - one[1])

@@ -1,70 +1,72 @@
-//! Parts of a drawing: its layers, pens or colours, each drawn with a pen of its own.
+//! Parts of a drawing: its layers, pens or colours, each drawn with its own pen.
 
 use super::{Artwork, Stroke};
 use crate::fill::FillMode;
 use crate::{Color, Part};
 
-/// The layer, colour and part of a line or an area: numbers from 1 into the lists of its [`Artwork`], 0 without one.
+/// Layer, colour and part of a stroke or an area, as indices from 1 into the lists of its
+/// [`Artwork`]; 0 for none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Style {
-    /// Its layer or pen, in [`Artwork::layers`].
+    /// Layer or pen, in [`Artwork::layers`].
     pub layer: u32,
-    /// Its colour, in [`Artwork::colors`].
+    /// Colour, in [`Artwork::colors`].
     pub color: u32,
-    /// Its part, in [`Artwork::parts`].
+    /// Part, in [`Artwork::parts`].
     pub part: u32,
 }
 
 /// A layer of a drawing, or a pen of a plot.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layer {
-    /// Its name; none for what is outside of all layers.
+    /// Name; `None` for elements outside all layers.
     pub name: Option<String>,
-    /// Whether it is one of Inkscape's, whose name may carry commands to a plotter.
+    /// True for a layer of Inkscape, whose name may carry commands for a plotter.
     pub inkscape: bool,
 }
 
-/// A part of a drawing, and how it is drawn.
+/// A part of a drawing, and how to draw it.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct DrawingPart {
     /// Number, name and colour.
     pub part: Part,
-    /// The job waits for a person before it, whatever comes before.
+    /// True if the job pauses before it even if nothing was drawn before.
     pub waits: bool,
-    /// It is left out.
+    /// True if it is left out.
     pub skipped: bool,
-    /// Others were asked for: it is not drawn, but lies where it would, so that all come to lie in one drawing.
+    /// True if only other parts were requested. It is not drawn, but still counts for the placing,
+    /// so that parts drawn in separate runs fit together.
     pub unasked: bool,
-    /// How often it is drawn.
+    /// Number of passes.
     pub passes: u32,
-    /// What its pen needs.
+    /// Pen settings.
     pub pen: PartPen,
 }
 
-/// What the pen of a part needs, where that is not as for all.
+/// Pen settings of a part that differ from those of the drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartPen {
-    /// How much higher its surface is, mm.
+    /// Height of its surface above that of the drawing, mm.
     pub surface_offset: f64,
-    /// How far it is lifted, mm.
+    /// Lift, mm; `None` for that of the drawing.
     pub lift: Option<f64>,
-    /// Speed along its lines, mm/s.
+    /// Speed along strokes, mm/s; `None` for that of the drawing.
     pub speed: Option<f64>,
-    /// Power along its lines, percent.
+    /// Laser power along strokes, percent; `None` for that of the drawing.
     pub power: Option<f64>,
-    /// How its shapes are filled.
+    /// Fill mode; `None` for that of the drawing.
     pub fill: Option<FillMode>,
 }
 
 impl Artwork {
-    /// The place of a layer in the list of layers, from 1; it is added if it is new.
+    /// Returns the index of a layer from 1, after adding it if it is new.
     #[cfg(feature = "drawings")]
     pub(crate) fn layer(&mut self, layer: &Layer) -> u32 {
         numbered(&mut self.layers, layer)
     }
 
-    /// The strokes of each part, in the order of the parts, with its number.
+    /// Iterates over the strokes of each part, in the order of the parts, with the part's index.
     pub(crate) fn by_part(&self) -> impl Iterator<Item = (usize, &[Stroke])> {
         let runs = self
             .strokes
@@ -72,7 +74,7 @@ impl Artwork {
         runs.filter_map(|run| Some((run.first()?.style.part as usize, run)))
     }
 
-    /// Changes the strokes of each part by itself; they come to stand part by part.
+    /// Applies a change to the strokes of each part. Afterwards strokes are sorted by part.
     pub(super) fn change_parts(&mut self, mut change: impl FnMut(&mut Vec<Stroke>)) {
         let mut rest = std::mem::take(&mut self.strokes);
         rest.sort_by_key(|stroke| stroke.style.part);
@@ -90,7 +92,7 @@ impl Artwork {
     }
 }
 
-/// The place of a value in a list, from 1; it is added if it is new.
+/// Returns the index of a value in a list from 1, after appending it if it is new.
 #[cfg(feature = "drawings")]
 pub(crate) fn numbered<T: Clone + PartialEq>(list: &mut Vec<T>, value: &T) -> u32 {
     let place = list.iter().position(|known| known == value);
@@ -102,13 +104,13 @@ pub(crate) fn numbered<T: Clone + PartialEq>(list: &mut Vec<T>, value: &T) -> u3
 }
 
 impl DrawingPart {
-    /// Whether a person means it: by its name, its colour, or its number.
+    /// True if this is its name.
     #[must_use]
     pub fn has_name(&self, name: &str) -> bool {
         self.part.name.as_deref() == Some(name)
     }
 
-    /// Whether it has this colour.
+    /// True if this is its colour. False for `None`.
     #[must_use]
     pub fn has_color(&self, color: Option<Color>) -> bool {
         color.is_some() && self.part.color == color

@@ -1,4 +1,9 @@
-//! How a drawing lies before the arm.
+//! Placing of artwork in front of the arm, and the largest size that fits.
+//!
+//! [`Placer`] mirrors, rotates and scales the artwork and finds the position of its middle: where
+//! the layout says, on the sheet, or wherever there is room within the arm's reach. If the wanted
+//! size does not fit, the largest one that does is found by bisection, and a [`FitFailure`] tells
+//! the user which size, place or rotation would fit.
 
 use magician_host::message;
 use magician_host::{Act, Given, Setting};
@@ -9,60 +14,64 @@ use crate::fill::Area;
 use crate::reach::{bisect, hull};
 use crate::{Diagnostic, Fit, Origin, Reach, SheetTransform, Surface};
 
-/// Room kept free at the edges by what is made to fit, as a share of its size: coordinates are rounded to 32 bits on their way to
-/// the arm.
+/// Share of the size kept free at the edges of fitted artwork, because coordinates are rounded to
+/// 32 bits on their way to the arm.
 const MARGIN: f64 = 1e-4;
 
-/// What is larger than its room by no more than this has it: coordinates in files are rounded, mm.
+/// Tolerance for fitting into a room, mm. It absorbs the rounding of coordinates in files.
 const ROUNDING: f64 = 1e-3;
 
-/// So often the room for the largest size is halved where the place was said, and where one was found that has room for all ways.
+/// Bisection steps when fitting at a given position: they resolve 1/65,536 of the size.
 const HALVINGS: usize = 16;
+/// Bisection steps when growing artwork at a position found by [`Reach::best_place`]. Growing
+/// starts from a good size, so fewer steps are enough.
 const GROWING: usize = 10;
 
-/// A sheet of paper before the arm, as it was measured.
+/// A sheet of paper in front of the arm, as measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sheet {
-    /// Where its lower left corner lies, in the arm's x and y, mm.
+    /// Position of its lower left corner in the arm's x and y, mm.
     pub corner: [f64; 2],
-    /// How its lower edge runs, degrees from the arm's X towards its Y.
+    /// Direction of its lower edge, degrees from the arm's X towards its Y.
     pub rotation: f64,
-    /// Its surface.
+    /// Surface.
     pub surface: Surface,
-    /// Its width and height, where they are known, mm.
+    /// Width and height, mm; `None` if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<[f64; 2]>,
 }
 
-/// How a drawing is to lie before the arm. Sheet x runs along the arm's X and sheet y along its Y, unless it is rotated.
+/// Wanted placing of a drawing. Sheet x runs along the arm's X and sheet y along its Y, unless
+/// rotated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// The sheet that its page lies on, corner on corner. Without one it lies wherever there is room for it.
+    /// Sheet that the page lies on, corner on corner. If `None`, the drawing goes wherever there is
+    /// room.
     pub sheet: Option<Sheet>,
-    /// The surface, that of the sheet or any other.
+    /// Surface to draw on, which is the sheet's if there is one.
     pub surface: Surface,
-    /// Its size, 1 being the true one.
+    /// Scale, 1 being the true size.
     pub scale: f64,
-    /// Degrees by which it is turned to the left.
+    /// Rotation counter-clockwise, degrees.
     pub rotate: f64,
-    /// Where the middle of its lines goes, in the arm's x and y, mm; wherever its page would then lie.
+    /// Position for the middle of the strokes, in the arm's x and y, mm, regardless of the page.
     pub at: Option<[f64; 2]>,
-    /// True if the middle of its page goes there instead.
+    /// True if `at` is the middle of the page instead.
     pub keeps_page: bool,
-    /// The width and height, mm, turned with the sheet, that it keeps within if it is made to fit.
+    /// Width and height, mm, aligned with the sheet, that fitted artwork must not exceed.
     pub room: Option<[f64; 2]>,
-    /// Whether it is made smaller until it fits.
+    /// True to shrink the drawing until it fits.
     pub fit: bool,
-    /// True if the caller turns it by another 90 degrees where it is larger so: what is said of its largest size counts on
-    /// that, unless a place was given.
+    /// True if the caller rotates the drawing by another 90 degrees where that allows a larger
+    /// size. The largest size in messages assumes it, unless a place was given.
     pub turn: bool,
-    /// Whether it is mirrored, left to right, before it is turned.
+    /// True to mirror left to right, before the rotation.
     pub mirror: bool,
 }
 
 impl Layout {
-    /// In true size, wherever there is room for it on a surface.
+    /// Returns a layout in true size, wherever there is room on a surface.
     #[must_use]
     pub fn on(surface: Surface) -> Self {
         Self {
@@ -79,7 +88,7 @@ impl Layout {
         }
     }
 
-    /// In true size on a sheet.
+    /// Returns a layout in true size on a sheet.
     #[must_use]
     pub fn on_sheet(sheet: Sheet) -> Self {
         Self {
@@ -93,18 +102,18 @@ impl Layout {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlacedArtwork {
-    /// Its lines, x and y as the arm has them, mm. It has no page any more.
+    /// Strokes and areas with x and y of the arm, mm. It no longer has a page.
     pub artwork: Artwork,
-    /// The surface that they lie on.
+    /// Surface that they lie on.
     pub surface: Surface,
-    /// Its size, 1 being the true one: what was asked for, or less if it was made to fit.
+    /// Scale, 1 being the true size: the wanted one, or less if the drawing was shrunk to fit.
     pub scale: f64,
-    /// The middle of its lines, mm.
+    /// Middle of the strokes, mm.
     pub middle: [f64; 2],
 }
 
 impl PlacedArtwork {
-    /// Artwork whose lines are in the coordinates of the arm already.
+    /// Wraps artwork that already is in the arm's coordinates.
     #[must_use]
     pub fn at(artwork: Artwork, surface: Surface) -> Self {
         let [least, most] = artwork.bounds().unwrap_or_default();
@@ -118,11 +127,11 @@ impl PlacedArtwork {
 }
 
 impl Artwork {
-    /// Lays the drawing before an arm that marks it in this way; every point of it can be reached then.
+    /// Places the drawing for an arm that marks it as given. Every point is then within reach.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if there is nothing in it, a number of the layout is not finite, or it does not fit: with its size, the size
-    /// that would fit, and what to do.
+    /// A [`Diagnostic`] if the drawing is empty, a number of the layout is not finite, or the
+    /// drawing does not fit; the last one has its size, the size that would fit, and remedies.
     pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<PlacedArtwork, Diagnostic> {
         match self.laid(layout, marking)? {
             (placed, None) => Ok(placed),
@@ -130,7 +139,7 @@ impl Artwork {
         }
     }
 
-    /// Largest scale that fits, at most that of the layout. `None` if none does.
+    /// Returns the largest scale that fits, at most that of the layout. `None` if none fits.
     #[must_use]
     pub fn largest(&self, layout: &Layout, marking: &Marking) -> Option<f64> {
         layout.check().ok()?;
@@ -140,11 +149,11 @@ impl Artwork {
         placer.largest().map(|(scale, _)| scale)
     }
 
-    /// Lays it as [`placed`](Self::placed) does. What does not fit is laid where it would go, with the
-    /// reason.
+    /// Places the drawing as [`placed`](Self::placed) does. A drawing that does not fit is placed
+    /// anyway, and the reason is returned.
     ///
     /// # Errors
-    /// Those of [`placed`](Self::placed), but for artwork that does not fit.
+    /// Those of [`placed`](Self::placed), except for artwork that does not fit.
     pub fn laid(
         &self,
         layout: &Layout,
@@ -169,6 +178,7 @@ impl Artwork {
             Some((scale, at)) if layout.fit || scale == layout.scale => {
                 Ok((placer.put(scale, at), None))
             }
+            // Place it anyway, as large as wanted, so that the caller can show what does not fit.
             _ => {
                 let middle = [f64::midpoint(near, far), 0.0];
                 let at = placer.middle(layout.scale);
@@ -181,26 +191,26 @@ impl Artwork {
     }
 }
 
-/// Why something does not fit where it is to lie.
+/// Reason why a drawing does not fit.
 #[derive(Clone, Debug)]
 pub struct FitFailure {
-    /// What is told of it.
+    /// Message with remedies.
     pub diagnostic: Diagnostic,
-    /// In which size and turn it would fit.
+    /// Scale and rotation that would fit, if any.
     pub would_fit: Option<WouldFit>,
 }
 
-/// The size and the turn in which something would fit where it lies: the largest there is.
+/// Largest scale that would fit at the wanted place, and the rotation for it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WouldFit {
-    /// Its size, 1 being the true one.
+    /// Scale, 1 being the true size.
     pub scale: f64,
-    /// By how many degrees it is turned counter-clockwise.
+    /// Rotation counter-clockwise, degrees.
     pub rotate: f64,
 }
 
 impl FitFailure {
-    /// Multiplies the scales that are told.
+    /// Multiplies all scales in the message and the remedies.
     #[must_use]
     pub fn scaled(mut self, by: f64) -> Self {
         let times = |scale: f64| WouldFit::new(scale * by, 0.0).scale;
@@ -217,15 +227,15 @@ impl FitFailure {
 }
 
 impl WouldFit {
-    /// Rounds the scale down to a thousandth, so that it fits and can be given again.
+    /// Creates the value with the scale rounded down to a thousandth, so that it can be typed and
+    /// still fits.
     #[must_use]
     pub fn new(scale: f64, rotate: f64) -> Self {
-        // As it can be said again, and not above what fits.
         let scale = (scale * 1000.0).floor() / 1000.0;
         Self { scale, rotate }
     }
 
-    /// True if there is a size in which it would fit.
+    /// True if a size exists that would fit.
     #[must_use]
     pub fn is_any(&self) -> bool {
         self.scale > 0.0
@@ -257,22 +267,24 @@ impl Layout {
     }
 }
 
-/// One drawing, and how it is to lie.
+/// A drawing and its layout, prepared for trying sizes and positions.
 struct Placer<'a> {
     artwork: &'a Artwork,
     layout: &'a Layout,
     reach: &'a Reach,
-    /// Its lines, then the edges of its areas, mirrored and turned in true size, their middle at the origin.
+    /// Strokes, then the rings of areas, mirrored and rotated in true size, with their middle at
+    /// the origin.
     turned: Vec<Vec<[f64; 2]>>,
-    /// The corners of their outside.
+    /// Corners of their convex hull.
     hull: Vec<[f64; 2]>,
-    /// Its width and height, turned.
+    /// Width and height after the rotation, mm.
     size: [f64; 2],
-    /// From the lower left corner of its page to the middle of its lines, turned with the sheet.
+    /// Vector from the lower left corner of the page to the middle of the strokes, rotated with the
+    /// sheet.
     inset: [f64; 2],
-    /// From the middle of its page to the middle of its lines, turned with the sheet.
+    /// Vector from the middle of the page to the middle of the strokes, rotated with the sheet.
     offset: [f64; 2],
-    /// Width and height of the page.
+    /// Width and height of the page, mm.
     page: [f64; 2],
 }
 
@@ -295,7 +307,7 @@ impl<'a> Placer<'a> {
             .map(|points| points.iter().map(|point| own(*point)).collect())
             .collect();
         let [least, most] = bounds_of(turned.iter().flatten().copied()).unwrap_or(bounds);
-        // A page that is not known is what the lines take, from the origin on.
+        // Without a page, assume one from the origin that contains all strokes.
         let page = match artwork.page {
             Some(page) => [[0.0; 2], page],
             None => [
@@ -334,7 +346,7 @@ impl<'a> Placer<'a> {
         }
     }
 
-    /// The size that was asked for, or the largest that its room has where it is made to fit.
+    /// Returns the wanted scale, limited by the room if the drawing is to fit.
     fn wanted(&self) -> f64 {
         if self.layout.fit {
             self.in_room(self.layout.scale)
@@ -343,7 +355,7 @@ impl<'a> Placer<'a> {
         }
     }
 
-    /// The largest size up to this one in which it keeps within its room.
+    /// Returns the largest scale, at most the given one, that stays within the room.
     fn in_room(&self, scale: f64) -> f64 {
         let room = self.layout.room.iter().flatten().zip(self.size);
         room.fold(scale, |scale, (room, side)| {
@@ -355,7 +367,7 @@ impl<'a> Placer<'a> {
         })
     }
 
-    /// The largest size that fits, but not above the one asked for, and where the middle of its lines goes then.
+    /// Returns the largest scale that fits, at most the wanted one, and the position of the middle.
     fn largest(&self) -> Option<(f64, [f64; 2])> {
         let wanted = self.wanted();
         if (self.layout.at, self.layout.sheet) == (None, None) {
@@ -363,7 +375,8 @@ impl<'a> Placer<'a> {
             let corners: Vec<_> = corners.map(|corner| corner.map(|at| wanted * at)).collect();
             let SheetTransform { scale, offset } =
                 self.reach.best_place(&corners, Fit::Shrink).ok()?;
-            // That has every way from one of its points to another within reach: its lines alone allow for more.
+            // `best_place` keeps every straight way between two points within reach. The strokes
+            // alone need less, so the drawing may grow.
             return Some((self.grown(scale * wanted, offset), offset));
         }
         if let Some(at) = self.place(wanted) {
@@ -376,8 +389,8 @@ impl<'a> Placer<'a> {
             .map(|at| (scale, at))
     }
 
-    /// The largest size up to the one that is asked for in which its lines are within reach with their middle there, if it fits in
-    /// one already.
+    /// Returns the largest scale up to the wanted one at which the strokes are within reach at this
+    /// position. `fits` is a scale known to fit.
     fn grown(&self, fits: f64, at: [f64; 2]) -> f64 {
         let wanted = self.wanted();
         if fits >= wanted || self.is_within(at, wanted) {
@@ -387,7 +400,7 @@ impl<'a> Placer<'a> {
         bisect(fits, wanted, GROWING, is_within)
     }
 
-    /// Where the middle of its lines is to go in this size, if that was said.
+    /// Returns the position of the middle at a scale, if the layout determines it.
     fn middle(&self, scale: f64) -> Option<[f64; 2]> {
         let on_sheet =
             |sheet: Sheet| [0, 1].map(|axis| sheet.corner[axis] + scale * self.inset[axis]);
@@ -401,7 +414,7 @@ impl<'a> Placer<'a> {
         at.or(self.layout.sheet.map(on_sheet))
     }
 
-    /// The same, if all of it is reached there.
+    /// Returns that position if the whole drawing is within reach there.
     fn place(&self, scale: f64) -> Option<[f64; 2]> {
         let at = self.middle(scale)?;
         let on_sheet = match (self.layout.at, self.layout.sheet) {
@@ -411,17 +424,19 @@ impl<'a> Placer<'a> {
         (on_sheet && self.is_within(at, scale)).then_some(at)
     }
 
-    /// Whether all of it is reached with its middle there.
+    /// True if the whole drawing is within reach at this position and scale.
     fn is_within(&self, at: [f64; 2], scale: f64) -> bool {
         let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + scale * point[axis]);
-        // Where its outside is reached, all of it is.
+        // If the hull is within reach, all of the drawing is. This is cheaper than testing every
+        // stroke.
         let outside = self.hull.iter().chain(self.hull.first());
         let mut lines = self.turned.iter();
         self.reach.has_line(outside.map(put))
             || lines.all(|line| self.reach.has_line(line.iter().map(put)))
     }
 
-    /// Whether its page is no larger than the sheet; a millimetre more is nothing.
+    /// True if the page fits the sheet. One millimetre is tolerated, because sheets are measured by
+    /// hand.
     fn is_on(&self, sheet: &Sheet, scale: f64) -> bool {
         let [width, height] = self.page.map(|side| scale * side - 1.0);
         (sheet.size).is_none_or(|size| width <= size[0] && height <= size[1])
@@ -465,7 +480,7 @@ impl<'a> Placer<'a> {
         }
     }
 
-    /// Why it does not fit, and what would.
+    /// Returns the reason why the drawing does not fit, and what would.
     fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> FitFailure {
         let turned = self.turned_by_90();
         let elsewhere = self.elsewhere();
@@ -512,7 +527,7 @@ impl<'a> Placer<'a> {
         };
         let other = turned.filter(|other| *other > most * 1.001);
         let free = (self.layout.at, self.layout.sheet) == (None, None);
-        // What may be turned has its largest size so.
+        // A drawing that may be rotated has its largest size in that orientation.
         let turns = free && self.layout.turn;
         let most = other.filter(|_| turns).unwrap_or(most);
         let limit = size(most);
@@ -560,7 +575,8 @@ impl<'a> Placer<'a> {
         }
     }
 
-    /// Another place where it would fit in this size and turn; where none was said every place was tried.
+    /// Returns a place where the drawing would fit in this size and rotation. `None` if the layout
+    /// leaves the place open, because then all places were tried already.
     fn elsewhere(&self) -> Option<[f64; 2]> {
         if (self.layout.at, self.layout.sheet) == (None, None) {
             return None;
@@ -573,7 +589,7 @@ impl<'a> Placer<'a> {
         self.is_within(at, wanted).then_some(at)
     }
 
-    /// The largest size that would fit if it were turned.
+    /// Returns the largest scale that would fit after a rotation by 90 degrees.
     fn turned_by_90(&self) -> Option<f64> {
         let rotate = self.layout.rotate + 90.0;
         let layout = Layout {
@@ -584,7 +600,7 @@ impl<'a> Placer<'a> {
         placer.largest().map(|(scale, _)| placer.in_room(scale))
     }
 
-    /// The first line that is out of reach where the drawing was to go.
+    /// Returns the origin of the first stroke that is out of reach.
     fn worst(&self) -> Origin {
         let Some(at) = self.middle(self.layout.scale) else {
             return Origin::NONE;
@@ -597,17 +613,17 @@ impl<'a> Placer<'a> {
     }
 }
 
-/// Coordinate, mm, rounded as messages tell it, so that it can be given again.
+/// Rounds a coordinate, mm, as in messages, so that the user can type it.
 #[must_use]
 pub fn rounded(at: f64) -> f64 {
-    // Without a minus before a zero.
+    // Adding 0.0 turns -0.0 into 0.0.
     (at * 10.0).round() / 10.0 + 0.0
 }
 
-/// Point turned counter-clockwise about the origin.
+/// Rotates a point counter-clockwise about the origin.
 #[must_use]
 pub fn rotated([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
-    // Quarters are exact: a sheet that lies straight has straight lines.
+    // Quarter turns are exact, so that straight lines on a straight sheet stay axis-aligned.
     let (sin, cos) = match degrees.rem_euclid(360.0) {
         0.0 => (0.0, 1.0),
         90.0 => (1.0, 0.0),

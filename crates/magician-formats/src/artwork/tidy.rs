@@ -1,5 +1,5 @@
-//! Lines of drawings tidied: ends that nearly meet are joined, lines that are there twice are drawn once, points that say nothing are
-//! left out.
+//! Clean-up of strokes: ends that nearly meet are joined, duplicates are drawn once, and redundant
+//! points are removed.
 
 use std::collections::HashSet;
 
@@ -9,23 +9,23 @@ use crate::FilledArea;
 use crate::fill::Area;
 use crate::simplify::simplified;
 
-/// Corners of two lines no farther apart than about this are the same, mm.
+/// Distance below which vertices of two strokes count as equal, mm.
 const SAME: f64 = 1e-4;
 
-/// How the lines of a drawing are tidied before they are put in order.
+/// Options for cleaning up the strokes of a drawing before they are ordered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Tidy {
-    /// Ends that are no farther apart are joined, mm; none are with 0.
+    /// Largest gap to join, mm; 0 joins none.
     pub merge: f64,
-    /// Whether a line that is there twice is drawn once, wherever it begins and whichever way it goes.
+    /// True if duplicates are drawn once, regardless of start and direction.
     pub dedupe: bool,
-    /// Points that are no farther from the line without them are left out, mm; none are with 0.
+    /// Tolerance for removing points, mm; 0 removes none.
     pub simplify: f64,
 }
 
 impl Default for Tidy {
-    /// Joined within 0.1 mm, once if it is there twice, thinned within 0.02 mm.
+    /// Joins gaps up to 0.1 mm, removes duplicates, and simplifies within 0.02 mm.
     fn default() -> Self {
         Self {
             merge: 0.1,
@@ -35,18 +35,18 @@ impl Default for Tidy {
     }
 }
 
-/// What tidying has come to.
+/// Effect of the clean-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Tidied {
-    /// How many lines were there before and are not drawn again.
+    /// Number of duplicates removed.
     pub repeated: usize,
-    /// How many lines go on from another one now.
+    /// Number of strokes that now continue another one.
     pub joined: usize,
 }
 
 impl Artwork {
-    /// Its lines and areas with as few points as this distance, mm, allows, and its page; nothing else of it.
+    /// Returns only the page, and the strokes and areas simplified within `distance`, mm.
     #[must_use]
     pub fn thinned(&self, distance: f64) -> Self {
         let strokes = self.strokes.iter().map(|stroke| Stroke {
@@ -70,8 +70,10 @@ impl Artwork {
         }
     }
 
-    /// Tidies its lines, those of each part by themselves. None of what is drawn then is farther from what was drawn before than `merge` and `simplify` together, nor
-    /// the other way round. Strokes whose order has a meaning are thinned alone.
+    /// Cleans up the strokes of each part.
+    ///
+    /// Everything drawn afterwards is within `merge + simplify` of something drawn before, and vice
+    /// versa. Artwork whose order must stay is only simplified.
     ///
     /// ```
     /// use magician_formats::artwork::Tidy;
@@ -91,7 +93,8 @@ impl Artwork {
         self.tidy_to_draw(tidy, 1.0)
     }
 
-    /// Tidies lines that are drawn `scale` times as large: lengths count on the paper.
+    /// Cleans up strokes that are drawn `scale` times as large. The lengths in `tidy` count on
+    /// paper.
     pub fn tidy_to_draw(&mut self, tidy: &Tidy, scale: f64) -> Tidied {
         let mut tidied = Tidied::default();
         if !self.strokes.iter().all(Stroke::is_finite) {
@@ -121,7 +124,8 @@ impl Artwork {
     }
 }
 
-/// The same for lines of the same corners, whichever way they go; for closed ones wherever they begin.
+/// Returns a key that is equal for duplicates: independent of direction, and for closed strokes of
+/// the start.
 fn shape(stroke: &Stroke, same: f64) -> Vec<[i64; 2]> {
     let near = |point: &[f64; 2]| point.map(|value| (value / same).round() as i64);
     let mut corners: Vec<[i64; 2]> = stroke.points.iter().map(near).collect();
@@ -130,7 +134,7 @@ fn shape(stroke: &Stroke, same: f64) -> Vec<[i64; 2]> {
         let forth = from_the_least(corners.clone());
         corners.reverse();
         let mut least = forth.min(from_the_least(corners));
-        // A closed line is another than the open one of its corners.
+        // Without the extra vertex, a closed stroke would equal the open one along its vertices.
         least.extend(least.first().copied());
         return least;
     }
@@ -138,7 +142,7 @@ fn shape(stroke: &Stroke, same: f64) -> Vec<[i64; 2]> {
     corners.min(back)
 }
 
-/// The corners of a closed line, beginning at the least of them.
+/// Rotates the vertices of a closed line to begin at the smallest.
 pub(crate) fn from_the_least<T: Ord>(mut corners: Vec<T>) -> Vec<T> {
     let least = { corners.iter().enumerate() }.min_by_key(|(_, corner)| *corner);
     let at = least.map_or(0, |(at, _)| at);

@@ -1,28 +1,30 @@
-//! Rings from the edge inwards, joined where the next one is near.
+//! Contour filling: rings from the edge inwards, joined to one line where the next ring is near.
 
 use super::region::Region;
 use crate::artwork::distance;
 
-/// Rings that are no farther apart than this many spacings are drawn as one line.
+/// Largest distance of rings that are joined, in spacings. The next ring is one spacing away along
+/// an edge, and farther at corners.
 const NEAR: f64 = 1.5;
 
-/// How far from the edge of a part its middle is looked for, in spacings, if it is not as wide as twice the first.
+/// Insets at which a part narrower than twice the first is tested for its middle line, in spacings.
 const THIN: [f64; 5] = [0.16, 0.12, 0.08, 0.04, 0.0];
-/// How far from the edge the middle of a narrow part is looked for, in spacings.
+/// Insets at which the middle of the rest between two rings is searched, in spacings.
 const MIDDLE: [f64; 6] = [0.95, 0.85, 0.75, 0.65, 0.55, 0.5];
 
-/// The rings of a region: its own edge, and others within it.
+/// Returns the rings of a region, from its edge inwards.
 pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
     let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
     let mut layer = region.clone();
-    // Each is narrower than the one before; there are no more, whatever becomes of rounding.
+    // Each ring is narrower than the one before, so this bounds their number even if rounding goes
+    // wrong.
     let most = (region.size() / spacing) as usize + 1;
     for nth in 1..=most {
         if layer.is_empty() {
             break;
         }
         for part in layer.parts() {
-            // Of a thin part the holes would be the same line once more.
+            // In a thin part the ring of a hole would repeat the middle line.
             let mut inner = THIN.iter().map(|share| part.offset(-spacing * share));
             let middle = match inner.next() {
                 Some(inner) if !inner.is_empty() => None,
@@ -34,9 +36,11 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
                 add(&mut lines, ring, spacing);
             }
         }
-        // From the edge itself: rounding does not add up.
+        // Offset from the edge itself, not from the last ring, so that rounding errors do not
+        // accumulate.
         let next = region.offset(-spacing * nth as f64);
-        // The middle of what is too narrow for another ring.
+        // Parts too narrow for another ring get a line along their middle. The factor 1.02 covers
+        // slivers that rounding leaves.
         let passed = next.offset(spacing * 1.02);
         let mut narrow = layer.without(&passed, spacing);
         for share in MIDDLE {
@@ -44,7 +48,7 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
                 break;
             }
             let middle = narrow.offset(-spacing * share);
-            // It is thin, too.
+            // The middle of a narrow part is thin too.
             for ring in middle.outlines() {
                 add(&mut lines, ring, spacing);
             }
@@ -55,7 +59,7 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
     lines
 }
 
-/// Behind the line that ends near it, else as a line of its own.
+/// Appends a ring to the line that ends near it, or starts a new line.
 fn add(lines: &mut Vec<Vec<[f64; 2]>>, ring: &[[f64; 2]], spacing: f64) {
     let ends = lines.iter().enumerate().filter_map(|(which, line)| {
         let (far, begun) = begun_near(ring, *line.last()?)?;
@@ -64,12 +68,12 @@ fn add(lines: &mut Vec<Vec<[f64; 2]>>, ring: &[[f64; 2]], spacing: f64) {
     let near = ends.min_by(|one, other| one.1.total_cmp(&other.1));
     match near {
         Some((which, _, begun)) => lines[which].extend(begun),
-        // From a sharp corner the next ring is far.
+        // At a sharp corner the next ring is too far to be joined.
         None => lines.extend(begun_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
     }
 }
 
-/// A ring from its point that is nearest to this one, and how far that is.
+/// Rotates a ring to start at its point nearest to `to`, and returns the distance.
 fn begun_near(ring: &[[f64; 2]], to: [f64; 2]) -> Option<(f64, Vec<[f64; 2]>)> {
     let next = ring.iter().cycle().skip(1);
     let edges = ring.iter().zip(next).enumerate();

@@ -1,23 +1,29 @@
-//! Parallel lines, and which of their ends the edge leads to from which.
+//! Hatching: parallel lines, and the graph of the edge pieces that connect their ends.
+//!
+//! Drawing each hatch line separately would lift the pen at each end. Instead neighbouring lines
+//! are connected along the edge of the shape. This module computes where lines meet the edge;
+//! `join` finds the paths.
 
 use super::join::{Graph, Piece};
 use super::region::Region;
 
-/// Lines at the very edge are moved in by this, mm: there they would be one with it.
+/// Distance by which lines at the very edge are moved inwards, mm, so that they are not collinear
+/// with it.
 const IN: f64 = 1e-6;
-/// Pieces of the edge that are longer than this many spacings are not drawn to get from a line to the next.
+/// Longest piece of edge that may connect two lines, in spacings. A longer way costs more than
+/// lifting the pen.
 pub(super) const LONGEST: f64 = 25.0;
 
-/// Where more than this many squares of the spacing would stay bare beside a piece of the edge, it is drawn: an edge that runs along
-/// the lines.
+/// Bare area beside a piece of edge above which the piece itself is drawn, in squares of the
+/// spacing. This happens where an edge runs along the lines.
 const BARE: f64 = 2.0;
 
-/// Lines that fill a shape, in a direction (degrees), joined along its edge.
+/// Returns lines that fill a shape in a direction (degrees), connected along its edge.
 pub(super) fn lines(shape: &Region, spacing: f64, angle: f64) -> Vec<Vec<[f64; 2]>> {
     graph(shape, spacing, angle).paths(LONGEST * spacing, BARE * spacing * spacing)
 }
 
-/// The lines that fill a shape, and its edge between them.
+/// Computes the lines that fill a shape, and the edge pieces between their ends.
 pub(super) fn graph(shape: &Region, spacing: f64, angle: f64) -> Graph {
     let (sin, cos) = libm::sincos(angle.to_radians());
     let along = |[x, y]: [f64; 2]| x * cos + y * sin;
@@ -30,7 +36,7 @@ pub(super) fn graph(shape: &Region, spacing: f64, angle: f64) -> Graph {
     let mut graph = Graph::default();
     for ring in shape.rings() {
         let mut ends = Vec::new();
-        // What comes before the first end is of the piece behind the last one.
+        // The piece before the first end belongs behind the last one.
         let mut pieces = vec![Piece::default()];
         let next = ring.iter().cycle().skip(1);
         for (from, to) in ring.iter().zip(next) {
@@ -63,7 +69,7 @@ pub(super) fn graph(shape: &Region, spacing: f64, angle: f64) -> Graph {
     graph
 }
 
-/// Where the lines lie, across their direction.
+/// Positions of the lines across their direction.
 struct Levels {
     first: f64,
     step: f64,
@@ -92,7 +98,7 @@ impl Levels {
         self.first + self.step * level as f64
     }
 
-    /// What stays bare between an edge and the line on its inner side, which is on its left.
+    /// Area left bare between an edge and the next line on its inner side, which is its left.
     fn bare(&self, [from, to]: [[f64; 2]; 2]) -> f64 {
         let middle = f64::midpoint(from[1], to[1]);
         let strip = ((middle - self.first) / self.step).floor();
@@ -105,12 +111,13 @@ impl Levels {
         (to[0] - from[0]).abs() * (far - self.step / 2.0).max(0.0)
     }
 
-    /// Those that an edge crosses, in the order in which it does: its lower end counts to it, its upper end does not.
+    /// Iterates over the lines that an edge crosses, in crossing order. The lower end of the edge
+    /// is inclusive, its upper end exclusive.
     fn between(&self, [from, to]: [f64; 2]) -> impl Iterator<Item = usize> + use<> {
         let index = |at: f64| {
             let guess = ((at - self.first) / self.step).ceil().max(0.0) as usize;
             let guess = guess.min(self.count);
-            // The first level that is not below it, whatever rounding says.
+            // Correct the guess by one in either direction, because division rounds.
             let down = guess > 0 && self.at(guess - 1) >= at;
             let up = guess < self.count && self.at(guess) < at;
             guess - usize::from(down) + usize::from(up)

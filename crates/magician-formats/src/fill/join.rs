@@ -1,45 +1,51 @@
-//! Hatch lines joined to paths along the edge: by a greedy walk that begins where there are fewest ways on, then end to end.
+//! Connecting hatch lines to long paths.
+//!
+//! A greedy walk starts at the line with the fewest continuations and prefers such lines, because
+//! they would otherwise be left over. Then paths whose ends are connected by the edge are
+//! concatenated. The result has at most a third more paths than the optimum on the shapes of the
+//! tests.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
 use crate::artwork::distance;
 
-/// Where hatch lines end at the edge. Two of them, its *ends*, make a line.
+/// Points where hatch lines meet the edge (*ends*); two ends make a line.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
     ends: Vec<End>,
-    /// The edge behind each end, before the next.
+    /// Piece of edge behind each end, up to the next.
     pieces: Vec<Piece>,
 }
 
-/// A piece of the edge between two ends.
+/// A piece of edge between two ends.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Piece {
-    /// Its corners between the ends.
+    /// Vertices between the ends.
     pub(super) corners: Vec<[f64; 2]>,
-    /// What stays bare beside it unless it is drawn, mm2.
+    /// Area left bare beside the piece unless it is drawn, mm2.
     pub(super) bare: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct End {
     at: [f64; 2],
-    /// The line.
+    /// Index of the line.
     level: usize,
-    /// Where on it.
+    /// Position along the line.
     along: f64,
-    /// The other end of the piece of the line that is inside.
+    /// The other end of the line's piece inside the shape.
     mate: usize,
-    /// The ends before and behind it on the edge.
+    /// Neighbouring ends along the edge, before and behind.
     beside: [usize; 2],
 }
 
-/// A path: each line by the end at which the pen arrives there.
+/// A path: for each line the end at which the pen arrives.
 type Path = VecDeque<usize>;
 
 impl Graph {
-    /// A ring of the edge: its ends in order (the point, which line, where on the line), and the piece behind each.
+    /// Adds a ring of the edge: its ends in order (point, line, position along the line), and the
+    /// piece behind each.
     pub(super) fn ring(&mut self, ends: &[([f64; 2], usize, f64)], pieces: Vec<Piece>) {
         let (first, count) = (self.ends.len(), ends.len());
         for (nth, (at, level, along)) in ends.iter().enumerate() {
@@ -55,8 +61,8 @@ impl Graph {
         self.pieces.extend(pieces);
     }
 
-    /// The lines, joined by pieces of the edge that are no longer than this. Pieces beside which more than so much would stay bare
-    /// are drawn in any case.
+    /// Returns the paths, connected along pieces of edge of at most `longest`. Pieces that would
+    /// leave more than `bare` uncovered are drawn in any case.
     pub(super) fn paths(&self, longest: f64, bare: f64) -> Vec<Vec<[f64; 2]>> {
         let ways = Ways::new(self, longest);
         let paths = ways.joined(ways.walked());
@@ -84,7 +90,7 @@ impl Graph {
         self.pieces[end].corners.iter().copied()
     }
 
-    /// Makes lines of the ends when all are there: along each every second piece is inside.
+    /// Pairs the ends of each line, once all are added: every second interval is inside the shape.
     pub(super) fn pair(&mut self) {
         let mut order: Vec<usize> = (0..self.ends.len()).collect();
         order.sort_by(|one, other| {
@@ -106,10 +112,10 @@ impl Graph {
     }
 }
 
-/// From which end the edge leads to which.
+/// Connections between ends along the edge.
 struct Ways<'a> {
     graph: &'a Graph,
-    /// How long the piece of the edge behind each end is, if it may be drawn.
+    /// Length of the piece of edge behind each end; `None` if it is too long to use.
     lengths: Vec<Option<f64>>,
 }
 
@@ -129,7 +135,7 @@ impl<'a> Ways<'a> {
         Self { graph, lengths }
     }
 
-    /// The ends that the edge leads to, and how far it is.
+    /// Iterates over the ends reachable along the edge, with the distance.
     fn from(&self, end: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let [before, behind] = self.graph.ends[end].beside;
         let ways = [(before, self.lengths[before]), (behind, self.lengths[end])];
@@ -138,7 +144,8 @@ impl<'a> Ways<'a> {
             .filter_map(move |(to, length)| Some((to, length.filter(|_| other(to))?)))
     }
 
-    /// The piece between two ends that are beside each other, and whether it is gone along as the edge goes.
+    /// Returns the piece between two neighbouring ends, and true if it is followed in the direction
+    /// of the edge.
     fn piece(&self, from: usize, to: usize) -> (usize, bool) {
         if self.graph.ends[from].beside[1] == to && self.lengths[from].is_some() {
             (from, true)
@@ -147,7 +154,7 @@ impl<'a> Ways<'a> {
         }
     }
 
-    /// The points of a path; wanted pieces at its two ends are drawn with it.
+    /// Returns the points of a path. Wanted pieces at either end are drawn along with it.
     fn drawn(&self, path: &Path, wanted: &mut [bool]) -> Vec<[f64; 2]> {
         let graph = self.graph;
         let mut points = Vec::new();
@@ -174,7 +181,7 @@ impl<'a> Ways<'a> {
         points
     }
 
-    /// How many lines can be gone on to from a line.
+    /// Number of lines that can follow a line.
     fn free(&self, end: usize, seen: &[bool]) -> usize {
         let ends = [end, self.graph.mate(end)];
         let ways = ends.into_iter().flat_map(|end| self.from(end));
@@ -185,7 +192,8 @@ impl<'a> Ways<'a> {
         let count = self.graph.ends.len();
         let mut seen = vec![false; count];
         let mut paths = Vec::new();
-        // The line with the fewest ways on comes first; what has changed meanwhile is looked at again.
+        // Priority queue by number of continuations. Entries go stale as lines are used, so an
+        // outdated one is pushed again with its current number.
         let mut next: BinaryHeap<Reverse<(usize, usize, usize)>> = { 0..count }
             .map(|end| Reverse((self.free(end, &seen), self.graph.ends[end].level, end)))
             .collect();
@@ -223,7 +231,8 @@ impl<'a> Ways<'a> {
         seen[self.graph.mate(end)] = true;
     }
 
-    /// Where to go on: to the line that has the fewest ways on itself, then to the nearer one.
+    /// Returns the best continuation: the line with the fewest continuations itself, then the
+    /// nearest.
     fn best(&self, from: usize, seen: &[bool]) -> Option<usize> {
         let ways = self.from(from).filter(|(to, _)| !seen[*to]);
         let rated = ways.map(|(to, length)| (self.free(to, seen), length, to));
@@ -232,11 +241,11 @@ impl<'a> Ways<'a> {
             .map(|(_, _, to)| to)
     }
 
-    /// Paths whose ends the edge leads to from each other become one.
+    /// Concatenates paths whose ends are connected along the edge.
     fn joined(&self, paths: Vec<Path>) -> Vec<Path> {
         let mut owner = vec![usize::MAX; self.graph.ends.len()];
         let mut joined: Vec<Path> = Vec::new();
-        // The end at which the pen leaves the last line, and the one at which it arrives at the first.
+        // The end where the pen leaves the last line, and the one where it arrives at the first.
         let last = |path: &Path| path.back().map(|end| self.graph.mate(*end));
         let first = |path: &Path| path.front().copied();
         for mut path in paths {
@@ -272,7 +281,7 @@ impl<'a> Ways<'a> {
 
 #[cfg(test)]
 impl Graph {
-    /// The least number of paths, found by trying all ways to join the lines; nothing if there are too many of these.
+    /// Smallest number of paths, found by exhaustive search; `None` if that would take too long.
     pub(super) fn fewest(&self, longest: f64) -> Option<usize> {
         let ways = Ways::new(self, longest);
         let pieces: Vec<[usize; 2]> = { 0..self.ends.len() }
@@ -299,7 +308,7 @@ impl Graph {
     }
 }
 
-/// The most of these pieces that can be used together: each end once, and no path closed.
+/// Largest number of pieces usable together: each end once, and no closed path.
 #[cfg(test)]
 fn join_most(
     pieces: &[[usize; 2]],

@@ -1,4 +1,8 @@
-//! Areas filled with lines: hatched, or with rings from their edge inwards.
+//! Filling of areas: hatching, or rings from the edge inwards.
+//!
+//! An area is split into layers: the part farther from the edge than the inset, then narrower parts
+//! with smaller insets, and finally stubs that get a single line. This way hairlines and serifs are
+//! marked although no line of the pen's width fits into them.
 //!
 //! ```
 //! use magician_formats::fill::{Area, Fill, FillMode};
@@ -25,16 +29,16 @@ pub(crate) use region::Region;
 
 use crate::words::words;
 
-/// How an area is filled.
+/// Fill pattern of an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FillMode {
-    /// It is not.
+    /// No filling.
     #[default]
     None,
     /// Parallel lines.
     Hatch,
-    /// Parallel lines, and others across them.
+    /// Two sets of parallel lines at right angles.
     Cross,
     /// Rings from the edge inwards.
     Contour,
@@ -48,27 +52,30 @@ words! {
     Contour = "contour",
 }
 
-/// How the shapes of a drawing are filled, as far as that was said. Lengths are mm on the surface, however the drawing is scaled.
+/// Fill options of a drawing, as far as the user gave them. Lengths are mm on the surface,
+/// regardless of the drawing's scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Filling {
-    /// With which lines.
+    /// Pattern.
     pub mode: FillMode,
-    /// Distance of the lines; 0.8 with a pen and 0.2 with a laser unless given.
+    /// Distance between lines; default 0.8 for a pen and 0.2 for a laser.
     pub spacing: Option<f64>,
-    /// Direction of the lines, degrees counter-clockwise from x; 45 unless given.
+    /// Direction of the lines, degrees counter-clockwise from x; default 45.
     pub angle: Option<f64>,
-    /// Distance from the edge; half the distance of the lines unless given.
+    /// Distance from the edge; default half the spacing.
     pub inset: Option<f64>,
 }
 
 impl Filling {
-    /// The widths of a pen's line and of a laser's.
+    /// Width of a pen's line, mm.
     const PEN: f64 = 0.8;
+    /// Width of a laser's beam, mm.
     const BEAM: f64 = 0.2;
+    /// Default direction of the lines, degrees: it avoids being parallel to the usual edges.
     const ANGLE: f64 = 45.0;
 
-    /// With what was not said as it is for a pen, or for a laser.
+    /// Returns the complete options, with defaults for a laser if `burns`, else for a pen.
     #[must_use]
     pub fn fill(&self, burns: bool) -> Fill {
         let usual = if burns { Self::BEAM } else { Self::PEN };
@@ -82,28 +89,29 @@ impl Filling {
     }
 }
 
-/// Which side of its rings is inside (SVG 2, section 13.4.2).
+/// Rule that decides what is inside the rings of an area (SVG 2, section 13.4.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FillRule {
-    /// What the rings go round in one direction more often than in the other.
+    /// Inside if the winding number is not zero.
     #[default]
     NonZero,
-    /// What an odd number of rings is around.
+    /// Inside if an odd number of rings surrounds it.
     EvenOdd,
 }
 
-/// A filled shape. Lengths are mm.
+/// A filled shape. Lengths are in mm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Area {
-    /// Its edges, each closed by a line from its last point to its first. They may cross themselves and each other.
+    /// Rings, each closed from its last point to its first. They may intersect themselves and each
+    /// other.
     pub rings: Vec<Vec<[f64; 2]>>,
-    /// Which side of them is inside.
+    /// Fill rule.
     pub rule: FillRule,
 }
 
 impl Area {
-    /// What of it is within a rectangle, from its least to its greatest corner.
+    /// Returns the part within a rectangle, given by its smallest and largest corner.
     #[must_use]
     pub fn within(&self, [least, most]: [[f64; 2]; 2]) -> Self {
         let corners = [least, [most[0], least[1]], most, [least[0], most[1]]];
@@ -115,29 +123,31 @@ impl Area {
     }
 }
 
-/// How an area is filled. Lengths are mm.
+/// Options for filling an area. Lengths are in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fill {
-    /// With which lines.
+    /// Pattern.
     pub mode: FillMode,
-    /// Distance of neighbouring lines; the width of the pen or beam leaves no gap. They may be nearer to each other, so that
-    /// the last line is as near to its edge as the first.
+    /// Distance between lines. The width of the pen or beam leaves no gap. Lines are placed
+    /// slightly closer where needed, so that the last one is as near to its edge as the first.
     pub spacing: f64,
     /// Direction of the lines, degrees counter-clockwise from x.
     pub angle: f64,
-    /// Distance of the lines from the edge; half the spacing keeps the width of the pen inside.
+    /// Distance of the lines from the edge. Half the spacing keeps the pen's width inside.
     pub inset: f64,
 }
 
-/// No lines are nearer to each other than this, mm: a pen that fine is not on this arm.
+/// Smallest spacing, mm. The arm has no finer pen.
 pub const LEAST_SPACING: f64 = 0.02;
-/// An area has no more lines than this across it.
+/// Largest number of lines across an area. A choice that bounds memory and time.
 const MOST_LINES: f64 = 20_000.0;
 
 impl Fill {
-    /// The lines that fill an area, each drawn without lifting the pen. Parts that are narrower than twice the inset get lines
-    /// nearer to their edge, down to an eighth of the spacing; what is narrower still, or no larger than the
-    /// spacing, gets one line. None where the spacing is below [`LEAST_SPACING`] or no number.
+    /// Returns the lines that fill an area, each drawn without lifting the pen.
+    ///
+    /// Parts narrower than twice the inset get lines nearer to their edge, down to an eighth of the
+    /// spacing. Anything narrower, or not larger than the spacing, gets one line. Empty if the
+    /// spacing is below [`LEAST_SPACING`] or a number is not finite.
     #[must_use]
     pub fn lines(&self, area: &Area) -> Vec<Vec<[f64; 2]>> {
         let numbers = [self.spacing, self.angle, self.inset];
@@ -163,15 +173,15 @@ impl Fill {
         lines
     }
 
-    /// Returns what is farther from the edge than the inset; then what is narrower, with ever smaller
-    /// insets; and what is left of all that.
+    /// Splits a region into the part farther from the edge than the inset, narrower parts with
+    /// decreasing insets, and the rest.
     fn layers(&self, region: &Region) -> Layers {
         let mut layers = Layers::default();
         let mut rest = region.clone();
         let mut inset = self.inset;
         loop {
             let parts = rest.offset(-inset);
-            // What the pen has passed, and a little more: rounding leaves slivers along the edge.
+            // Area covered by the pen, plus 2 %, because rounding leaves slivers along the edge.
             let passed = parts.offset(inset.max(self.spacing * 0.5) * 1.02);
             layers.parts.extend(parts.parts());
             let left = rest.except(&passed);
@@ -186,11 +196,12 @@ impl Fill {
             rest = worth.into_iter().collect();
             inset = next;
         }
-        // Smaller ones are the corners that no round pen reaches.
+        // Smaller remainders are corners that no round pen can reach.
         layers.stubs.retain(|stub| {
             stub.size() > self.spacing / 2.0 && stub.size_of() > self.spacing.powi(2) / 16.0
         });
-        // The dot of an i and a hairline are drawn, however small they are.
+        // Parts that got no line yet, such as the dot of an i or a hairline, are drawn however
+        // small they are.
         let served = layers.parts.iter().chain(&layers.stubs);
         let mut middles: Vec<_> = served.filter_map(Region::inner_point).collect();
         middles.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
@@ -200,12 +211,12 @@ impl Fill {
     }
 }
 
-/// An area as it is filled.
+/// An area split for filling.
 #[derive(Default)]
 struct Layers {
-    /// Parts whose edge lies as far inside as the pen has to stay.
+    /// Parts to fill. Their edge is inset already.
     parts: Vec<Region>,
-    /// What is too small or too narrow for that: one line is enough.
+    /// Remainders too small or narrow for a pattern, which get one line each.
     stubs: Vec<Region>,
 }
 

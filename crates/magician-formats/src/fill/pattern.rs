@@ -1,31 +1,32 @@
-//! The lines of a pattern within an area, as a drawing says them itself.
+//! Hatch patterns that a drawing defines itself: families of parallel, possibly dashed lines.
 
-/// Of a line at the very edge of an area, by so many of the distances it may miss it, the lower one is drawn, the upper one is not.
+/// Tolerance of a line at the very edge of an area, in distances between lines. Within it the line
+/// at the lower edge is drawn and that at the upper edge is not.
 const ROUNDED: f64 = 1e-9;
-/// As many lines and dashes of one area are drawn.
+/// Largest number of lines and dashes per area. It bounds memory for patterns with a tiny distance.
 const MOST: f64 = 100_000.0;
 
-/// Parallel lines.
+/// A family of parallel lines.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LineFamily {
-    /// Their direction, degrees counter-clockwise from x.
+    /// Direction, degrees counter-clockwise from x.
     pub(crate) angle: f64,
-    /// Where one of them begins.
+    /// Start of one of the lines.
     pub(crate) base: [f64; 2],
-    /// From where each begins to where the next one does.
+    /// Offset from the start of each line to that of the next.
     pub(crate) offset: [f64; 2],
-    /// How long its dashes are, and below 0 the gaps between them; none if it has no gaps.
+    /// Lengths of dashes; negative lengths are gaps. Empty for solid lines.
     pub(crate) dashes: Vec<f64>,
 }
 
 impl LineFamily {
-    /// What of the lines is within an odd number of rings; none if that would be too many lines.
+    /// Returns the parts of the lines within the rings (even-odd). `None` if there are too many.
     pub(crate) fn within(&self, rings: &[Vec<[f64; 2]>]) -> Option<Vec<[[f64; 2]; 2]>> {
         let (sin, cos) = libm::sincos(self.angle.to_radians());
         let turned = |[x, y]: [f64; 2]| [x * cos + y * sin, y * cos - x * sin];
         let back = |[x, y]: [f64; 2]| [x * cos - y * sin, x * sin + y * cos];
         let (base, step) = (turned(self.base), turned(self.offset));
-        // Levels are counted upwards.
+        // Make the step positive, so that levels count upwards.
         let step = if step[1] < 0.0 {
             step.map(|side| -side)
         } else {
@@ -43,7 +44,8 @@ impl LineFamily {
                 };
                 let level = |y: f64| ((y - base[1]) / step[1] - ROUNDED).ceil();
                 let (first, end) = (level(low[1]), level(high[1]));
-                // Of lines without a distance there is no end.
+                // NaN and infinity fail the comparison too: lines without a distance are infinitely
+                // many.
                 let is_bounded = (end - first) + crossings.len() as f64 <= MOST;
                 if !is_bounded {
                     return None;
@@ -73,7 +75,8 @@ impl LineFamily {
         Some(lines)
     }
 
-    /// The dashes from one place of a line to another; the pattern begins somewhere on it.
+    /// Returns the dashes of a line between two positions. The pattern starts at `begin`. `None` if
+    /// there are too many.
     fn dashed(&self, [from, to]: [f64; 2], begin: f64) -> Option<Vec<[f64; 2]>> {
         let period: f64 = self.dashes.iter().map(|dash| dash.abs()).sum();
         if period <= 0.0 || self.dashes.iter().all(|dash| *dash >= 0.0) {

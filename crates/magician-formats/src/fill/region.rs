@@ -1,4 +1,7 @@
-//! Areas as shapes that neither cross nor overlap: an outline each, and its holes.
+//! Regions: areas normalised to shapes that neither cross nor overlap, each an outline and its
+//! holes.
+//!
+//! The boolean operations and offsets of the fill modes work on this form.
 
 use i_overlay::core::fill_rule::FillRule as OverlayFillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
@@ -11,13 +14,13 @@ use super::{Area, FillRule};
 use crate::artwork::distance;
 use crate::simplify::off_chord;
 
-/// Corners sharper than this are cut off when an edge is moved, radians.
+/// Smallest angle of a mitre, radians. Sharper corners are bevelled when an edge is offset.
 const SHARPEST: f64 = 0.5;
 
-/// A longer edge is not compared with itself: that takes its square in time.
+/// Largest number of edges of a ring that is compared with itself, which takes quadratic time.
 const LONGEST_COMPARED: usize = 2_000;
 
-/// Shapes: of each first its outline, counter-clockwise, then its holes.
+/// Shapes: the outline of each first, counter-clockwise, then its holes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Region(Vec<Vec<Vec<[f64; 2]>>>);
 
@@ -42,29 +45,29 @@ impl Region {
         self.0.is_empty()
     }
 
-    /// Each shape by itself.
+    /// Iterates over the shapes as regions.
     pub(super) fn parts(&self) -> impl Iterator<Item = Self> + '_ {
         self.0.iter().map(|shape| Self(vec![shape.clone()]))
     }
 
-    /// All outlines and holes.
+    /// Iterates over outlines and holes.
     pub(super) fn rings(&self) -> impl Iterator<Item = &Vec<[f64; 2]>> {
         self.0.iter().flatten()
     }
 
-    /// All outlines, without holes.
+    /// Iterates over outlines only.
     pub(super) fn outlines(&self) -> impl Iterator<Item = &Vec<[f64; 2]>> {
         self.0.iter().filter_map(|shape| shape.first())
     }
 
-    /// Returns the least and the greatest corner; `None` if it is empty.
+    /// Returns the bounding box (smallest and largest corner), or `None` if the region is empty.
     #[cfg(feature = "drawings")]
     pub(crate) fn bounds(&self) -> Option<[[f64; 2]; 2]> {
         let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
         (!self.is_empty()).then_some([[x.0, y.0], [x.1, y.1]])
     }
 
-    /// The larger of its width and height.
+    /// Larger of width and height.
     pub(super) fn size(&self) -> f64 {
         let side = |which: usize| {
             let (least, most) = self.extent(|point| point[which]);
@@ -73,7 +76,8 @@ impl Region {
         side(0).max(side(1))
     }
 
-    /// From where to where it goes, measured in one direction.
+    /// Smallest and largest value of a measure over all vertices, usually a coordinate along a
+    /// direction.
     pub(super) fn extent(&self, measure: impl Fn([f64; 2]) -> f64) -> (f64, f64) {
         let measures = self.rings().flatten().map(|point| measure(*point));
         measures.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| {
@@ -81,7 +85,7 @@ impl Region {
         })
     }
 
-    /// With its edge moved outwards, or inwards below 0.
+    /// Offsets the edge outwards, or inwards if `by` is negative.
     pub(super) fn offset(&self, by: f64) -> Self {
         if by == 0.0 || self.is_empty() {
             return self.clone();
@@ -97,18 +101,18 @@ impl Region {
         }
     }
 
-    /// Returns the part that is in both.
+    /// Returns the intersection.
     pub(crate) fn common(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Intersect)
     }
 
-    /// Returns the parts of both together.
+    /// Returns the union.
     #[cfg(feature = "drawings")]
     pub(crate) fn joined(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Union)
     }
 
-    /// Returns the part that is in this one alone.
+    /// Returns the difference.
     pub(crate) fn except(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Difference)
     }
@@ -120,7 +124,7 @@ impl Region {
         )
     }
 
-    /// Without another one; of what is left only what is worth a line that wide.
+    /// Returns the difference, without parts too small for a line of this width.
     pub(super) fn without(&self, other: &Self, width: f64) -> Self {
         let rest = self.except(other);
         rest.parts()
@@ -128,12 +132,12 @@ impl Region {
             .collect()
     }
 
-    /// True if it is larger than a line that wide, and not a sliver.
+    /// True if the region is larger than a line of this width and not a sliver.
     pub(super) fn is_worth_a_line(&self, width: f64) -> bool {
         self.size() > width && self.size_of() > width * width / 4.0
     }
 
-    /// True if one of these points, which are in order of their x, is inside.
+    /// True if one of these points, sorted by x, is inside.
     pub(super) fn has_any_of(&self, points: &[[f64; 2]]) -> bool {
         let (least, most) = self.extent(|point| point[0]);
         let first = points.partition_point(|point| point[0] < least);
@@ -146,9 +150,10 @@ impl Region {
         self.rings().filter(|ring| is_around(ring, point)).count() % 2 == 1
     }
 
-    /// Returns one line for a single shape that is small or thin: through its middle if it is no larger
-    /// than `width`, else along its edge, and only one way where a line of that width covers the way
-    /// back.
+    /// Returns one line for a single small or thin shape.
+    ///
+    /// The line goes through the middle if the shape is not larger than `width`, else along its
+    /// edge. It goes only one way if a line of that width covers the way back.
     pub(super) fn one_line(&self, width: f64) -> Vec<[f64; 2]> {
         if self.size() <= width {
             return self.middle_line();
@@ -156,6 +161,8 @@ impl Region {
         let Some(ring) = self.outlines().next() else {
             return Vec::new();
         };
+        // The two vertices farthest from each other, roughly: farthest from any vertex, then from
+        // that one.
         let farthest = |from: usize| {
             let far = |nth: &usize| distance(ring[from], ring[*nth]);
             (0..ring.len()).max_by(|one, other| far(one).total_cmp(&far(other)))
@@ -180,12 +187,13 @@ impl Region {
         }
     }
 
-    /// Returns a point inside of a single shape; `None` if it has no area.
+    /// Returns a point inside a single shape; `None` if it has no area.
     pub(super) fn inner_point(&self) -> Option<[f64; 2]> {
         self.middle_line().get(1).copied()
     }
 
-    /// A line in its middle, along x or y where it is longer, and half as long as there.
+    /// Returns a line through the middle along x or y, whichever is longer, of half the shape's
+    /// length there.
     fn middle_line(&self) -> Vec<[f64; 2]> {
         let chords = [0, 1].into_iter().filter_map(|side: usize| {
             let (least, most) = self.extent(|point| point[1 - side]);
@@ -202,7 +210,7 @@ impl Region {
         longest.map_or_else(Vec::new, |(_, line)| line.to_vec())
     }
 
-    /// From where to where it is cut longest by a line along x (0) or y (1).
+    /// Returns the longest chord along x (0) or y (1) at a level.
     fn longest_chord(&self, side: usize, level: f64) -> Option<(f64, f64)> {
         let edges = self.rings().flat_map(|ring| {
             let next = ring.iter().cycle().skip(1);
@@ -221,13 +229,13 @@ impl Region {
         chords.max_by(|one, other| (one.1 - one.0).total_cmp(&(other.1 - other.0)))
     }
 
-    /// Returns the area, mm2.
+    /// Area, mm2.
     pub(super) fn size_of(&self) -> f64 {
         self.rings().map(|ring| ring_area(ring)).sum()
     }
 }
 
-/// True if a ring goes round a point.
+/// True if a ring surrounds a point.
 fn is_around(ring: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
     let next = ring.iter().cycle().skip(1);
     let crossed = ring.iter().zip(next).filter(|(a, b)| {
@@ -236,7 +244,7 @@ fn is_around(ring: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
     crossed.count() % 2 == 1
 }
 
-/// Above 0 counter-clockwise.
+/// Signed area of a ring, positive if counter-clockwise.
 fn ring_area(ring: &[[f64; 2]]) -> f64 {
     let next = ring.iter().cycle().skip(1);
     let twice: f64 = { ring.iter().zip(next) }

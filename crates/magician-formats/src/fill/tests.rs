@@ -1,4 +1,4 @@
-//! How well shapes are covered, and how often the pen is lifted.
+//! Tests of filling: coverage of shapes, and number of pen lifts.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -78,7 +78,7 @@ fn fill(mode: FillMode, angle: f64) -> Fill {
     }
 }
 
-/// Of the shape's area the share that is bare, and of what is marked the share beside it, on a fine raster.
+/// Share of the shape that is bare, and share of the marks outside the shape, on a fine raster.
 fn coverage(area: &Area, lines: &[Vec<[f64; 2]>], pen: f64) -> (f64, f64) {
     const CELL: f64 = 0.16;
     let region = Region::of(area);
@@ -153,7 +153,7 @@ fn rings_cover_shapes_and_nothing_beside_them() {
     }
 }
 
-/// Whatever is left between the last two rings.
+/// Covers different widths between the last two rings.
 #[test]
 fn the_middle_of_a_band_is_drawn_once() {
     for inner in [15.0, 15.3, 15.6, 15.9, 16.2, 16.5] {
@@ -222,7 +222,7 @@ fn what_is_narrower_than_the_pen_gets_a_line() {
     }
 }
 
-/// A hairline is drawn, once and not there and back.
+/// A hairline is drawn once, not there and back.
 #[test]
 fn hairline_gets_one_line() {
     let strip = |width: f64| vec![[0.0, 0.0], [30.0, 0.0], [30.0, width], [0.0, width]];
@@ -243,7 +243,7 @@ fn hairline_gets_one_line() {
     }
 }
 
-/// The bar of a t, the leg of a k: narrower and shorter than the pen, beside a part that is wider.
+/// The bar of a t or the leg of a k is narrower and shorter than the pen, beside a wider part.
 #[test]
 fn bars_beside_a_wider_part_are_drawn() {
     let stem = |length: f64, height: f64| {

@@ -1,4 +1,5 @@
-//! Which format a file has, by its first bytes. It is told of every format, whether its reader is built in or not.
+//! Format detection by the first bytes of a file. It knows every format, whether its reader is
+//! built in or not.
 
 pub(super) mod plot;
 pub(super) mod points;
@@ -6,12 +7,13 @@ pub(super) mod points;
 use super::Format;
 use crate::encoding;
 
-/// So much of a file is looked at.
+/// Bytes at the start of a file that are examined. A choice: headers and comments before the first
+/// telling line are shorter.
 const HEAD: usize = 4096;
-/// What gzip files begin with (RFC 1952, section 2.3.1).
+/// Magic number of gzip files (RFC 1952, section 2.3.1).
 pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// What a file is by what is in it; nothing if that does not tell.
+/// Detects the format of a file from its bytes; `None` if they do not determine it.
 pub(super) fn of(bytes: &[u8]) -> Option<Format> {
     let head = bytes.get(..HEAD).unwrap_or(bytes);
     let begins = |with: &[u8]| head.starts_with(with);
@@ -29,7 +31,7 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
     if points::is_recording(head) {
         return Some(Format::Points);
     }
-    // Nothing else that is read is packed.
+    // SVG is the only supported format that is commonly packed (`.svgz`).
     if begins(&GZIP) {
         return Some(Format::Svg);
     }
@@ -49,7 +51,8 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
         '{' if text.contains("\"magician-testgrid\"") => Some(Format::TestGrid),
         _ if points::is_one(text) => Some(Format::Points),
         '{' => None,
-        // A list of DobotLab.
+        // A program of DobotLab is a JSON list.
+        // DXF, HPGL and G-code come last because their tests are the weakest.
         '[' if text.contains("\"type\"") && text.contains("\"params\"") => Some(Format::Playback),
         _ if is_dxf(text) => Some(Format::Dxf),
         _ if is_hpgl(text) => Some(Format::Hpgl),
@@ -58,7 +61,7 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
     }
 }
 
-/// True for the netpbm formats: `P1` to `P6`, then the size.
+/// True for the netpbm formats: `P1` to `P6`, followed by the size.
 fn is_netpbm(head: &[u8]) -> bool {
     let Some((magic, rest)) = head.split_at_checked(2) else {
         return false;
@@ -73,20 +76,20 @@ fn is_netpbm(head: &[u8]) -> bool {
             .is_some_and(|byte| byte.is_ascii_digit() || *byte == b'#')
 }
 
-/// True if a file is XML whose first element has this name.
+/// True if a file is XML whose root element has this name.
 pub(super) fn begins_with_element(bytes: &[u8], name: &str) -> bool {
     let text = encoding::head(bytes.get(..HEAD).unwrap_or(bytes));
     text.is_some_and(|text| text.trim_start().starts_with('<') && root_element(&text) == Some(name))
 }
 
-/// The name of the first element, without its namespace.
+/// Returns the name of the root element without its namespace.
 fn root_element(mut text: &str) -> Option<&str> {
     loop {
         text = text.trim_start();
         let end = match text {
             _ if text.starts_with("<!--") => "-->",
             _ if text.starts_with("<?") => "?>",
-            // A document type may hold declarations in brackets.
+            // A document type may contain declarations in brackets, which contain `>` themselves.
             _ if text.starts_with("<!") && text.split('>').next()?.contains('[') => "]>",
             _ if text.starts_with("<!") => ">",
             _ => break,
@@ -100,7 +103,8 @@ fn root_element(mut text: &str) -> Option<&str> {
     Some(name.rsplit(':').next().unwrap_or(name))
 }
 
-/// Pairs of lines: a code, and a value. It begins with a section, comments before it.
+/// True if the text begins with a DXF section, possibly after comments. DXF is pairs of lines, a
+/// code and a value.
 fn is_dxf(text: &str) -> bool {
     let mut lines = text.lines().map(str::trim);
     while let (Some(code), Some(value)) = (lines.next(), lines.next()) {
@@ -113,7 +117,8 @@ fn is_dxf(text: &str) -> bool {
     false
 }
 
-/// It begins with an instruction of two letters that plots begin with, and has another.
+/// True if the text begins with a two-letter instruction that plots begin with and contains a
+/// terminator.
 fn is_hpgl(text: &str) -> bool {
     const FIRST: [&str; 9] = ["IN", "DF", "SP", "PU", "PD", "PA", "PG", "VS", "BP"];
     let text = plot::without_escapes(text).trim_start_matches([';', ':']);
@@ -124,7 +129,8 @@ fn is_hpgl(text: &str) -> bool {
         && rest.contains(';')
 }
 
-/// The first line that is no comment has nothing but words of a letter and a number, one of them a G or an M.
+/// True if the first line that is not a comment consists of words of a letter and a number, one of
+/// them a G or an M.
 fn is_gcode(text: &str) -> bool {
     let mut lines = text
         .lines()
@@ -148,7 +154,7 @@ fn is_gcode(text: &str) -> bool {
         })
 }
 
-/// A line of G-code without what is in parentheses and after a semicolon.
+/// Removes the comments of a line of G-code: parentheses, and anything after a semicolon.
 fn without_comments(line: &str) -> String {
     let mut depth = 0u32;
     let code = line.split(';').next().unwrap_or_default();

@@ -1,5 +1,12 @@
-//! Curves of a file as chords: how fine they are, and the file to read again where they are too coarse for the size in which it
-//! is drawn.
+//! Tolerance of flattened curves, and reading a file again at a finer one.
+//!
+//! A reader flattens curves before the final size of the drawing is known. If the drawing is then
+//! enlarged, its chords are too coarse; if it is reduced, there are far too many. So a file with
+//! curves is kept beside its content ([`Curves`]). Once the scale is known, the file is read again
+//! unless the chords already fit ([`CurvedFile::is_unfit_for`]).
+//!
+//! Content that was edited since it was read must not be replaced, so a fingerprint of the lines is
+//! compared first.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,24 +15,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::{Content, Format, ReadOptions, lines};
 use crate::{Artwork, Diagnostic, Plan};
 
-/// Finer is of no use to any arm, mm.
+/// Finest tolerance, mm. The arm cannot resolve less.
 const FINEST: f64 = 1e-4;
-/// Chords made for a size so many times the final one are four times as many as it needs, which costs less than another
-/// reading.
+/// Ratio of scales up to which fine chords are kept. Their number grows with the square root of the
+/// scale, so at 16 they are four times as many as needed, which costs less than reading again.
 const COARSER: f64 = 16.0;
-/// Share by which sizes differ through rounding.
+/// Relative difference of scales that counts as rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// Tolerance of the chords of a file, and true in `curved` once a curve has asked for it.
+/// Tolerance of the chords of a file. `curved` becomes true once a curve has asked for it.
 #[derive(Debug)]
 #[cfg_attr(
     not(any(feature = "drawings", feature = "lettering", feature = "programs")),
     allow(dead_code)
 )]
 pub(crate) struct Chords {
-    /// Largest distance of a line from its curve in the size in which it is drawn, mm.
+    /// Largest distance of a chord from its curve at the size drawn, mm.
     drawn: f64,
-    /// Length in the file of what is drawn 1 mm long.
+    /// Length in the file that is drawn 1 mm long.
     unit: f64,
     curved: AtomicBool,
 }
@@ -39,6 +46,7 @@ impl Chords {
         let usual = ReadOptions::default();
         let drawn = match options.tolerance {
             tolerance if tolerance.is_finite() => tolerance.max(FINEST),
+            // NaN or infinity: use the default instead of refusing to draw.
             _ => usual.tolerance,
         };
         Self {
@@ -48,26 +56,26 @@ impl Chords {
         }
     }
 
-    /// Largest distance of a chord from a curve, mm in the size of the file. Notes that there is a curve: the lines depend on
-    /// the size in which they are drawn.
+    /// Returns the tolerance for a curve, mm at the size of the file, and records that the file has
+    /// curves: its lines then depend on the scale.
     pub(super) fn for_curve(&self) -> f64 {
         self.curved.store(true, Ordering::Relaxed);
         self.drawn * self.unit
     }
 
-    /// The same, of lines that may be straight.
+    /// Tolerance as [`for_curve`](Self::for_curve), for lines that may turn out straight.
     #[cfg(feature = "drawings")]
     pub(super) fn tolerance(&self) -> f64 {
         self.drawn * self.unit
     }
 
-    /// Length in the file of what is drawn 1 mm long.
+    /// Length in the file that is drawn 1 mm long.
     #[cfg(feature = "drawings")]
     pub(super) fn unit(&self) -> f64 {
         self.unit
     }
 
-    /// Largest distance of a line from its curve in the size in which it is drawn, mm.
+    /// Largest distance of a chord from its curve at the size drawn, mm.
     #[cfg(feature = "programs")]
     pub(super) fn drawn(&self) -> f64 {
         self.drawn
@@ -82,10 +90,10 @@ fn usable(scale: f64) -> f64 {
     }
 }
 
-/// The curves behind the lines that were read from a file: the file itself, to follow them more closely once it is known how
-/// large they are drawn. Lines that were changed since then are drawn as they are.
+/// The file behind flattened curves, kept to flatten them again at the size in which they are
+/// drawn. Ignored if the lines were changed since.
 ///
-/// It says nothing of the lines: any two of them are equal.
+/// Equality ignores it: two contents with the same lines are equal.
 #[derive(Clone, Default)]
 pub struct Curves(Option<Arc<CurvedFile>>);
 
@@ -104,24 +112,24 @@ impl PartialEq for Curves {
     }
 }
 
-/// A file with curves, as it was read.
+/// A file with curves, and the options it was read with.
 pub struct CurvedFile {
     format: Format,
     bytes: Arc<[u8]>,
     options: ReadOptions,
-    /// Tells the lines that were read from others.
+    /// Fingerprint of the lines that were read.
     lines: u64,
 }
 
 impl CurvedFile {
-    /// True if the chords are too coarse for this scale, or far finer than it needs.
+    /// True if the chords are too coarse for this scale, or much finer than it needs.
     #[must_use]
     pub fn is_unfit_for(&self, scale: f64) -> bool {
         let made_for = usable(self.options.scale);
         scale > made_for * (1.0 + ROUNDING) || scale * COARSER < made_for
     }
 
-    /// Reads the file again, to be drawn at this scale.
+    /// Reads the file again for drawing at this scale.
     ///
     /// # Errors
     /// Those of [`read`](fn@super::read).
@@ -135,7 +143,7 @@ impl CurvedFile {
     }
 }
 
-/// Reads a file, and keeps it beside its lines if it has curves.
+/// Reads a file and keeps it beside its content if it has curves.
 pub(super) fn read(
     format: Format,
     bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>,
@@ -164,20 +172,21 @@ impl Content {
         }
     }
 
-    /// Takes the file that it was read from. `None` if that has no curves, or the lines were changed since.
+    /// Takes the file that the content was read from. `None` if it has no curves or the lines were
+    /// changed since.
     pub fn take_curves(&mut self) -> Option<Arc<CurvedFile>> {
         let Curves(file) = std::mem::take(self.curves()?);
         file.filter(|file| file.lines == self.fingerprint())
     }
 
-    /// Keeps the file that its lines were read from.
+    /// Keeps the file that the lines were read from.
     pub fn put_curves(&mut self, file: Arc<CurvedFile>) {
         if let Some(curves) = self.curves() {
             *curves = Curves(Some(file));
         }
     }
 
-    /// Longer side of the box around it, mm; 0 for images and test grids.
+    /// Longer side of the bounding box, mm; 0 for images and test grids.
     #[must_use]
     pub fn longest_side(&self) -> f64 {
         let bounds = match self {
@@ -193,7 +202,7 @@ impl Content {
         })
     }
 
-    /// Tells lines from others.
+    /// Fingerprint of the lines, to detect changes.
     fn fingerprint(&self) -> u64 {
         let mut print = Fingerprint(0);
         match self {
@@ -208,7 +217,8 @@ impl Content {
 struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// Two instructions a number: a drawing has millions.
+    /// Mixes in a number with two instructions, as `FxHash` does: a drawing has millions of
+    /// numbers.
     fn take(&mut self, bits: u64) {
         self.0 = (self.0.rotate_left(5) ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }

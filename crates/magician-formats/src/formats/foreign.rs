@@ -1,16 +1,16 @@
-//! Files of other programs that are not read, each with the way to one that is.
+//! Files of other programs that are not supported, each with advice on how to convert it.
 
 use super::content;
 use crate::Diagnostic;
 use magician_host::message;
 
-/// A kind of file that people bring.
+/// A kind of unsupported file that people try.
 struct Kind {
-    /// Endings of its names.
+    /// File name extensions.
     endings: &'static [&'static str],
-    /// Its name in a sentence.
+    /// Name in a sentence.
     what: &'static str,
-    /// The way to a file that is read.
+    /// Advice on converting it to a supported format.
     help: &'static str,
 }
 
@@ -62,7 +62,8 @@ const SCRIPT: Kind = Kind {
     what: "a program in Python, as the script editor of DobotStudio saves it",
     help: "run it with Python: the vendor's library and the Python package of this program both run it",
 };
-/// All of them; where a file begins as one of them says it before its ending does.
+/// All kinds. Where the first bytes of a file identify a kind, they take precedence over its
+/// extension.
 const KINDS: [&Kind; 12] = [
     &PDF,
     &POSTSCRIPT,
@@ -96,7 +97,7 @@ const KINDS: [&Kind; 12] = [
     },
 ];
 
-/// Kind of a file by its first bytes, where these leave no doubt.
+/// Identifies a kind by the first bytes of a file, if they are unambiguous.
 fn by_content(bytes: &[u8]) -> Option<&'static Kind> {
     let brand = bytes.get(8..12).unwrap_or_default();
     let is_media = bytes.get(4..8) == Some(b"ftyp");
@@ -137,13 +138,13 @@ impl Kind {
     }
 }
 
-/// Refuses bytes that are beyond doubt of another kind, whatever they were said to be.
+/// Refuses bytes that are certainly of an unsupported kind, whatever format the caller named.
 pub(super) fn check(bytes: &[u8]) -> Result<(), Diagnostic> {
     by_content(bytes).map_or(Ok(()), |kind| Err(kind.diagnostic()))
 }
 
-/// Names a file that is of no [`Format`](super::Format), with the way to one that is read: by its first bytes, else by its name.
-/// `None` if neither is known.
+/// Identifies a file of no [`Format`](super::Format) by its first bytes, else by its name, and
+/// returns advice on how to convert it. `None` if neither is known.
 ///
 /// ```
 /// let found = magician_formats::foreign("plan.pdf", b"%PDF-1.4").unwrap();

@@ -1,29 +1,35 @@
+//! Options for reading G-code.
+
 use std::fmt;
 use std::str::FromStr;
 
 use crate::Surface;
 
-/// What draws, as far as a program leaves it open.
+/// Tool that a G-code program drives. The words of G-code do not say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Dialect {
-    /// A pen that a servo lifts, if the program moves one (M280, M300); a laser if it switches a spindle or a laser (M3, M4), a
-    /// fan without extruding (M106), or gives a power S, and is not a mill's: one that cuts in depth (Z below 0 while X or Y
-    /// feeds), changes tools, switches coolant, counts in a tool's length (G43), turns at the speed of a surface (G96), drills, or lifts its
-    /// tool between cuts, without the header of a laser's program. A pen otherwise.
+    /// Detect it from the program.
+    ///
+    /// * A servo-lifted pen if the program moves a servo (M280, M300).
+    /// * A laser if it switches a spindle or a laser (M3, M4), a fan without extruding (M106), or
+    ///   gives a power S, and nothing marks it as a mill's. Marks of a mill are: Z below 0 while X
+    ///   or Y feeds, tool changes, coolant, tool length (G43), constant surface speed (G96),
+    ///   drilling, and lifting between cuts without the header of a laser program.
+    /// * A pen otherwise.
     #[default]
     Detect,
     /// A pen: M3 to M5, M106, M107 and S are left out.
     Pen,
     /// A laser.
     Laser,
-    /// A pen that a servo lifts (M3 or M280 with angles, M300): the angle in force while X or Y feeds is down, any other up.
-    /// Z words do not count.
+    /// A pen that a servo lifts (M3 or M280 with angles, M300). The angle in force while X or Y
+    /// feeds means down, any other means up. Z words are ignored.
     Servo,
 }
 
 impl Dialect {
-    /// The names of those that can be asked for.
+    /// Names of the dialects that a user can choose.
     pub const NAMES: &'static [&'static str] = &["pen", "laser", "servo"];
 }
 
@@ -51,50 +57,58 @@ impl fmt::Display for Dialect {
     }
 }
 
-/// How arcs (G2, G3) of a pen are done. A laser's are lines always: the arm has no power on an arc.
+/// Execution of a pen's arcs (G2, G3). A laser's arcs are always lines, because the arm has no
+/// laser power on an arc.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Arcs {
-    /// As arcs of the arm, which comes to rest at both ends of each.
+    /// Arcs of the arm, which stops at both ends of each.
     #[default]
     Arcs,
-    /// As lines within the tolerance, without a stop.
+    /// Lines within the tolerance, without stops.
     Lines,
 }
 
-/// How G-code is read, where it leaves a choice. Lengths are mm.
+/// Options for reading G-code. Lengths are in mm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GcodeOptions {
-    /// What draws.
+    /// Tool that the program drives.
     pub dialect: Dialect,
-    /// True if the program is to burn: coolant (M7, M8) alone does not make it a mill's then, but is the air assist of a laser.
+    /// True if the program is to burn. Coolant (M7, M8) alone then counts as the air assist of a
+    /// laser and not as the mark of a mill.
     pub burns: bool,
-    /// Where the arm stands when the program begins. Moves of one axis and relative moves begin there; nothing is drawn from
-    /// there that the program does not count from there. Without it moves wait until the program has named X and Y, then the
-    /// arm comes from above, and what counts from the start is refused: relative moves and arcs.
+    /// Position of the arm when the program begins.
+    ///
+    /// Moves of a single axis and relative moves start from it. Only these draw from that position.
+    /// If it is `None`, moves wait until the program has given X and Y, and the arm then comes from
+    /// above; relative moves and arcs before that are refused.
     pub start: Option<[f64; 3]>,
-    /// The program is to be placed: its coordinates are its own, the tool is taken to stand at its zero when it begins, and Z
-    /// is 0 where it touches until the program says Z. `start` counts for nothing then.
+    /// True if the program is placed on the sheet. Its coordinates are then its own: the tool is
+    /// assumed at their origin at the start, with Z 0 at the surface until the program gives a Z.
+    /// `start` is ignored.
     pub placed: bool,
-    /// The S at which the laser has full power. Without it: `$30` of the program, before the laser is switched on; what
-    /// LightBurn's comments tell; 255 where M106 is the laser; 1000 if no S is above that.
+    /// S word of full laser power.
+    ///
+    /// If `None`, the first of these: `$30` of the program before the laser is switched on; the
+    /// value in LightBurn's comments; 255 where M106 is the laser; 1000 if no S exceeds it.
     pub s_max: Option<f64>,
-    /// Speed of a laser that burns before the program has said F, mm/s.
+    /// Speed of a laser that burns before the program gives an F, mm/s.
     pub laser_speed: f64,
-    /// The surface that a pen goes down to which a servo lifts; Z words then do not count.
+    /// Surface that a servo-lifted pen is lowered to. If set, Z words are ignored.
     pub surface: Option<Surface>,
-    /// How far above the surface that pen is when it is up, mm.
+    /// Height of a lifted pen above that surface, mm.
     pub lift: f64,
-    /// Speed of moves without drawing (G0), mm/s, before the ratio that is in force on the arm.
+    /// Speed of rapid moves (G0), mm/s, before the ratio in force on the arm.
     pub travel_speed: f64,
-    /// Acceleration of moves without drawing, mm/s2, before the ratio.
+    /// Acceleration of rapid moves, mm/s2, before the ratio in force on the arm.
     pub travel_acceleration: f64,
     /// Acceleration along lines and arcs, mm/s2.
     pub acceleration: f64,
-    /// How a pen's arcs are done.
+    /// Execution of a pen's arcs.
     pub arcs: Arcs,
-    /// Whether G28 homes the arm; it is left out if not, because homing turns the base all the way to its switch.
+    /// True if G28 homes the arm. Otherwise it is left out, because homing turns the base all the
+    /// way to its switch.
     pub home: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Which format a file has.
+//! Table of the formats: name, file name extensions, reader, and the cargo feature of the reader.
 
 use magician_host::message;
 use std::fmt;
@@ -8,10 +8,11 @@ use super::{Chords, Content, Format, Parsed, ReadOptions, content};
 use crate::plan::file;
 use crate::{Diagnostic, Missing};
 
-/// Makes of the bytes of a file what is in it.
+/// Reader of a format: parses bytes into content.
 type Reader = fn(&[u8], &ReadOptions, &Chords) -> Result<Parsed, Diagnostic>;
 
-/// A feature of this crate, and the reader that it builds in.
+/// Pairs a cargo feature with the reader that it builds in (`None` without the feature). `curved`
+/// readers flatten curves and get the tolerance.
 macro_rules! behind {
     ($feature:literal, $module:ident) => {
         behind!($feature, |bytes, options, _| super::$module::read(
@@ -31,7 +32,7 @@ macro_rules! behind {
 }
 
 impl Format {
-    /// All of them, in the order in which people are told.
+    /// All formats, in the order in which users see them.
     pub const ALL: [Self; 11] = [
         Self::Playback,
         Self::Svg,
@@ -46,7 +47,7 @@ impl Format {
         Self::Plan,
     ];
 
-    /// What people call it.
+    /// Name, as users type it.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -64,7 +65,8 @@ impl Format {
         }
     }
 
-    /// How the names of its files end, the usual one first; none for text, which no name tells from other files. `.xml` and `.json` may be something else as well.
+    /// File name extensions, the usual one first. Empty for text, which no extension tells from
+    /// points or G-code. `.xml` and `.json` are absent because several formats use them.
     #[must_use]
     pub fn endings(self) -> &'static [&'static str] {
         match self {
@@ -80,13 +82,13 @@ impl Format {
                 ".ppm", ".pnm",
             ],
             Self::Points => &[".csv", ".xyz", ".mcap"],
-            // No ending says that its text is to be written: `.txt` may be points or G-code.
+            // `.txt` may be points or G-code, so no extension means text to write.
             Self::Text => &[],
             Self::TestGrid => &[".testgrid.json", ".testgrid"],
         }
     }
 
-    /// What a file of this name is called, without its folder and its ending: a title for what is made of it.
+    /// Returns the file name without folder and extension: a title for the content.
     ///
     /// ```
     /// use magician_formats::Format;
@@ -105,7 +107,7 @@ impl Format {
         plain.filter(|plain| !plain.is_empty()).unwrap_or(name)
     }
 
-    /// What it is.
+    /// Description, a noun phrase.
     #[must_use]
     pub fn description(self) -> &'static str {
         match self {
@@ -123,7 +125,7 @@ impl Format {
         }
     }
 
-    /// What reads it, and the feature of this crate that builds that in.
+    /// Returns the cargo feature of the reader, and the reader if this build has it.
     fn built_in(self) -> (Option<&'static str>, Option<Reader>) {
         match self {
             Self::Plan => (None, Some(read_plan)),
@@ -140,8 +142,8 @@ impl Format {
         }
     }
 
-    /// Feature of this crate that builds its reader in. `None` for our own plan files, which are always
-    /// read.
+    /// Cargo feature of this crate that builds the reader in. `None` for our own plan files, which
+    /// are always read.
     ///
     /// ```
     /// use magician_formats::Format;
@@ -154,7 +156,7 @@ impl Format {
         self.built_in().0
     }
 
-    /// Whether this build reads it.
+    /// True if this build reads the format.
     #[must_use]
     pub fn is_built_in(self) -> bool {
         self.built_in().1.is_some()
@@ -174,8 +176,8 @@ impl Format {
         })
     }
 
-    /// True for drawings, images and G-code: they say where on a sheet something goes. What was taught is what that arm said of
-    /// itself.
+    /// True for drawings, images and G-code, whose coordinates refer to a sheet and must be placed.
+    /// Taught points and plans are already in the arm's coordinates.
     #[must_use]
     pub fn is_drawing(self) -> bool {
         match self {
@@ -190,8 +192,9 @@ impl Format {
         }
     }
 
-    /// What a file is: by the ending of its name (with or without a path), and by what is in it where the ending says
-    /// nothing, or not enough (`.xml`, `.json`, `.txt`). Nothing if neither tells.
+    /// Detects the format by the extension of a name (with or without a path), or by the content if
+    /// the extension is missing or ambiguous (`.xml`, `.json`, `.txt`). `None` if neither
+    /// determines it.
     ///
     /// ```
     /// use magician_formats::Format;
@@ -229,7 +232,7 @@ impl fmt::Display for Format {
 impl FromStr for Format {
     type Err = String;
 
-    /// By name or ending, without regard to case.
+    /// Parses a name or an extension, ignoring case.
     fn from_str(text: &str) -> Result<Self, String> {
         let wanted = text.trim().trim_start_matches('.').to_ascii_lowercase();
         let is_meant = |format: &Self| {

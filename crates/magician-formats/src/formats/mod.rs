@@ -1,4 +1,8 @@
-//! The files people have, each read by a module of its own.
+//! Readers of file formats, one module each, and the options that they share.
+//!
+//! [`read`](fn@read) checks that the options suit the format, refuses files that are certainly of
+//! another kind ([`foreign`](fn@foreign)), and calls the format's reader. A reader returns
+//! [`Content`] and notes. To add a format, add a row to `kind.rs` and a directory here.
 
 #[cfg(feature = "programs")]
 mod blockly;
@@ -45,7 +49,7 @@ use crate::raster::Raster;
 use crate::words::words;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Plan, TestGrid};
 
-/// What a file is.
+/// Format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
@@ -65,68 +69,72 @@ pub enum Format {
     Blockly,
     /// PNG, JPEG, BMP, WebP, GIF, TIFF and netpbm images.
     Image,
-    /// Lists of points: CSV, JSON, text.
+    /// Lists of points and recordings: CSV, JSON, text, MCAP.
     Points,
-    /// Text, to be written.
+    /// Plain text, to be written with the pen.
     Text,
     /// Test grids of the laser.
     TestGrid,
 }
 
-/// How a file is read, where it leaves a choice.
+/// Options for reading a file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ReadOptions {
-    /// What it is called in what is made of it; the file's name without its ending, as a rule.
+    /// Title of the content, usually the file's name without its extension.
     pub title: String,
-    /// Largest distance of a line from its curve, mm in the size in which it is drawn.
+    /// Largest distance of a chord from its curve, mm at the size drawn.
     pub tolerance: f64,
-    /// Size in which it is drawn, 1 being the true one, as far as that is known. What places the
-    /// lines reads the file again ([`CurvedFile`]) where they are drawn larger.
+    /// Scale at which the content will be drawn, 1 being the true size, as far as the caller knows
+    /// it. Code that places the content reads the file again ([`CurvedFile`]) if it is enlarged
+    /// further.
     pub scale: f64,
-    /// What G-code leaves open.
+    /// Options for G-code.
     pub gcode: GcodeOptions,
-    /// What becomes of filled shapes that have no line of their own.
+    /// Treatment of filled shapes.
     pub fills: Fills,
-    /// What becomes of white in a drawing.
+    /// Treatment of white in a drawing.
     pub white: White,
-    /// Whether what lies beyond the page of a drawing is cut off.
+    /// True if everything beyond the page of a drawing is cut off.
     pub clip_page: bool,
-    /// Points of a recording that are nearer to the line than this are left out, mm; the times of the others stay.
+    /// Tolerance for thinning a recording, mm; `None` keeps every point. The remaining points keep
+    /// their times.
     pub resample: Option<f64>,
-    /// How text is set.
+    /// Layout of plain text.
     pub text: TextOptions,
-    /// How the letters of texts in drawings are drawn.
+    /// Treatment of letters in the texts of drawings.
     pub text_lines: TextLines,
-    /// What is kept of an image, in its pixels as it is seen upright: from the left, from the top, width, height.
+    /// Part of an image to keep: left, top, width, height, in pixels of the upright image. `None`
+    /// keeps all of it.
     pub crop: Option<[u32; 4]>,
-    /// Whether texts in drawings are written in the fonts that are installed.
+    /// Fonts for texts in drawings.
     pub system_fonts: SystemFonts,
-    /// Whether text is refused of which the font lacks a character; that is left out otherwise.
+    /// True if text with characters that the font lacks is refused. Otherwise these are left out
+    /// with a note.
     pub strict_text: bool,
 }
 
-/// What becomes of filled shapes without a line in a drawing.
+/// Treatment of filled shapes in a drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Fills {
-    /// Their edge is drawn.
+    /// Draw the outline of a shape that has no stroke.
     #[default]
     Outline,
-    /// They are left out.
+    /// Ignore fills.
     Ignore,
-    /// What is filled is kept as [areas](Artwork::areas), also where there is a line around it.
+    /// Keep fills as [areas](Artwork::areas), even if the shape also has a stroke.
     Areas,
 }
 
-/// How the letters of texts in a drawing are drawn.
+/// Treatment of letters in the texts of a drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum TextLines {
-    /// By their outlines, but for those of fonts whose name says that they have single lines.
+    /// Draw the outlines of letters, except in fonts whose name says that they have single lines.
     #[default]
     Outline,
-    /// All in single lines.
+    /// Draw all letters in single lines.
     Stroke,
 }
 
@@ -136,14 +144,14 @@ words! {
     Stroke = "stroke",
 }
 
-/// Whether texts in drawings are written in the fonts that they name, where those are installed.
+/// Fonts for texts in drawings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SystemFonts {
-    /// All are written in the one that is built in, on every machine alike.
+    /// The bundled font for every text, so that the result is the same on every machine.
     #[default]
     Off,
-    /// They are, with feature `system-fonts`.
+    /// The fonts that the drawing names, if installed. Needs the feature `system-fonts`.
     On,
 }
 
@@ -153,14 +161,14 @@ words! {
     Off = "off",
 }
 
-/// What becomes of white lines and shapes in a drawing.
+/// Treatment of white lines and shapes in a drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum White {
-    /// They are drawn on darker shapes, and where nothing else would be drawn; otherwise they are left out.
+    /// Draw white only on darker shapes, or if the drawing would otherwise be empty.
     #[default]
     Skip,
-    /// They are drawn.
+    /// Draw white as any other colour.
     Draw,
 }
 
@@ -190,34 +198,34 @@ impl Default for ReadOptions {
     }
 }
 
-/// What was in a file.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Content {
-    /// What the arm is to do, in its own coordinates.
+    /// Steps for the arm, in its own coordinates.
     Plan(Plan),
-    /// Lines on a sheet, to be placed before the arm.
+    /// Lines on a sheet, still to be placed in front of the arm.
     Artwork(Artwork),
     /// An image, to be engraved or traced.
     Image(Raster),
-    /// A grid of squares to be burnt with many powers and speeds.
+    /// A grid of squares to burn with many powers and speeds.
     TestGrid(TestGrid),
 }
 
-/// A file that was understood.
+/// Result of reading a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parsed<T = Content> {
-    /// What was in it.
+    /// Content.
     pub content: T,
-    /// What was left out or taken in a certain way; nothing of it is an error.
+    /// Notes about parts left out and assumptions made. They are not errors.
     pub notes: Vec<Diagnostic>,
 }
 
-/// Reads a file of this format.
+/// Reads a file of a format.
 ///
 /// # Errors
-/// The first [`Diagnostic`] that makes it unreadable, with its place; for a format that this build does not read one that
-/// [`missing`](Diagnostic::missing) its [`Format::feature`].
+/// The first [`Diagnostic`] that makes the file unreadable, with its place. For a format that this
+/// build cannot read, [`missing`](Diagnostic::missing) names its [`Format::feature`].
 pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if format != Format::Points {
         only_recordings(options.resample)?;
@@ -228,7 +236,7 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Parse
     curved::read(format, bytes, options)
 }
 
-/// Reads the lines of a file, its curves as these chords.
+/// Reads a file and flattens its curves to the tolerance of `chords`.
 fn lines(
     format: Format,
     bytes: &[u8],
@@ -236,7 +244,7 @@ fn lines(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     let reader = format.reader()?;
-    // Text is given as it is, too, and has an answer of its own.
+    // Empty text gets its own message from its reader, because users also type text.
     if bytes.is_empty() && format != Format::Text {
         return Err(Diagnostic::of_file(message!("the file is empty")));
     }
@@ -249,7 +257,7 @@ fn lines(
     Ok(reading)
 }
 
-/// Refuses to thin what is no recording.
+/// Refuses resampling for anything but a recording.
 fn only_recordings(resample: Option<f64>) -> Result<(), Diagnostic> {
     match resample {
         None => Ok(()),
@@ -260,7 +268,7 @@ fn only_recordings(resample: Option<f64>) -> Result<(), Diagnostic> {
     }
 }
 
-/// Refuses to crop what is no image.
+/// Refuses cropping for anything but an image.
 fn only_images(crop: Option<[u32; 4]>) -> Result<(), Diagnostic> {
     match crop {
         None => Ok(()),
@@ -271,11 +279,11 @@ fn only_images(crop: Option<[u32; 4]>) -> Result<(), Diagnostic> {
     }
 }
 
-/// What is no farther beyond the edge of a page is on it, mm: numbers are rounded.
+/// Tolerance of the page's edge, mm. It absorbs the rounding of coordinates in a file.
 const ON_THE_EDGE: f64 = 1e-3;
 
 impl Parsed {
-    /// Cuts off what lies beyond the page; what there is to be said of that.
+    /// Cuts off everything beyond the page and returns a note about it.
     fn clip_to_page(&mut self) -> Option<Diagnostic> {
         let page = match &self.content {
             Content::Artwork(artwork) => artwork.page,

@@ -1,9 +1,10 @@
-//! What was left out or taken in a certain way, said once with how often.
+//! Collector of notes that merges equal ones and counts them.
 
 use crate::{Diagnostic, DiagnosticCode, Origin};
 use magician_host::message;
 
-/// More kinds of notes than this are not told apart.
+/// Largest number of distinct notes to keep. A choice that bounds memory and output for damaged
+/// files.
 const MOST_KINDS: usize = 200;
 
 #[derive(Debug, Default)]
@@ -13,7 +14,7 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    /// Notes something; what has been said already is counted.
+    /// Adds a note, or counts it if the same message was added before.
     pub(super) fn add(&mut self, code: DiagnosticCode, origin: Origin, message: &str) {
         if let Some((_, count)) = self.find(message) {
             *count += 1;
@@ -25,7 +26,7 @@ impl Notes {
         }
     }
 
-    /// As [`add`](Self::add), with what to do about it.
+    /// Adds a note like [`add`](Self::add); `advised` adds advice to it.
     pub(super) fn add_with(
         &mut self,
         code: DiagnosticCode,
@@ -46,7 +47,7 @@ impl Notes {
         found.find(|(diagnostic, _)| diagnostic.message == message)
     }
 
-    /// All of them, in the order in which they came.
+    /// Returns the notes in the order in which they first occurred.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let told = |(mut diagnostic, count): (Diagnostic, u64)| {
             if count > 1 {

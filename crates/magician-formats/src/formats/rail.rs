@@ -1,22 +1,24 @@
-//! Taught points that say where the carriage of a sliding rail is.
+//! Positions of the sliding rail in taught points.
 
 use magician_host::{Action as Deed, build};
 
 use crate::{Action, Diagnostic, DiagnosticCode};
 
-/// Follows the rail through taught points.
+/// Position of the rail's carriage along a list of taught points.
 ///
-/// Files have a rail position also where no rail was in use: it is 0 throughout then, and says nothing.
+/// Files store a rail position even if the arm had no rail. It is then 0 in every point and is
+/// ignored.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RailCourse {
     used: bool,
     at: Option<f32>,
-    /// The least and the greatest position, mm.
+    /// Smallest and largest position, mm.
     range: [f32; 2],
 }
 
 impl RailCourse {
-    /// The rail of points with these positions, mm.
+    /// Creates the course from the rail positions of the points, mm. `None` means that a point has
+    /// none.
     pub(super) fn of(points: impl IntoIterator<Item = Option<f32>>) -> Self {
         let mut course = Self::default();
         let mut known = points.into_iter().flatten().peekable();
@@ -32,10 +34,11 @@ impl RailCourse {
         course
     }
 
-    /// The motion to a point that takes the rail along. A point without a position leaves the carriage where it is.
+    /// Returns the motion with the rail moved along. A point without a position leaves the carriage
+    /// where it is.
     ///
     /// # Errors
-    /// Why the arm cannot: the rail would have to move on an arc or a path.
+    /// A sentence if the rail would have to move during an arc or a path, which the arm cannot do.
     pub(super) fn lead(&mut self, motion: Action, l: Option<f32>) -> Result<Action, String> {
         let Some(l) = l.or(self.at).filter(|_| self.used) else {
             return Ok(motion);
@@ -53,11 +56,12 @@ impl RailCourse {
         let along = motion.command().map(|command| build::with_rail(command, l));
         Ok(match along {
             Some(Ok(along)) => Action::from(along),
+            // Only point-to-point moves have a form with the rail.
             _ => motion,
         })
     }
 
-    /// Note that the arm has to be on a rail.
+    /// Returns a note that the arm must be on a rail; `None` if the rail is not used.
     pub(super) fn note(&self) -> Option<Diagnostic> {
         let [least, most] = self.range;
         self.used.then(|| {

@@ -1,10 +1,12 @@
+//! Diagnostics that refer to a range of bytes, before lines and columns are known.
+
 use std::ops::Range;
 
 use magician_host::Remedy;
 
 use crate::{Diagnostic, Missing, Origin};
 
-/// A [`Diagnostic`] that knows the bytes of its line, and not yet the line.
+/// A [`Diagnostic`] with a byte range within its line instead of a place.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SpanDiagnostic {
     pub(super) range: Range<usize>,
@@ -25,7 +27,7 @@ impl SpanDiagnostic {
         }
     }
 
-    /// What is wrong with a file that this one leads to.
+    /// Wraps a diagnostic from another file that this file refers to.
     #[cfg(feature = "drawings")]
     pub(super) fn of(range: Range<usize>, diagnostic: Diagnostic) -> Self {
         Self {
@@ -35,7 +37,7 @@ impl SpanDiagnostic {
         }
     }
 
-    /// At the place that its bytes have in the file.
+    /// Converts to a diagnostic at the place of the byte range.
     pub(super) fn into_diagnostic(self, origin: Origin) -> Diagnostic {
         let mut diagnostic = Diagnostic::new(origin, self.message).with_missing(self.missing);
         diagnostic.help = self.help.map(Into::into);

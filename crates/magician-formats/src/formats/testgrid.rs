@@ -1,4 +1,4 @@
-//! Test grids: what they are to have, as JSON.
+//! Reader of test grids: options as JSON, laid out as cells and labels.
 
 use super::{Content, Parsed, ReadOptions};
 use crate::encoding::{Otherwise, decode};
@@ -9,11 +9,12 @@ use magician_host::message;
 
 /// Height of a label, in sides of a cell.
 const LABEL: f64 = 0.25;
-/// Room between labels and cells, in sides of a cell,
+/// Gap between labels and cells, in sides of a cell.
 const GAP: f64 = 0.2;
-/// and no label is wider than this.
+/// Largest width of a label, in sides of a cell. Wider labels are scaled down; at 1.1 neighbours
+/// still have a gap because cells are 1.25 sides apart ([`TestGrid::PITCH`]).
 const WIDEST: f64 = 1.1;
-/// How far the lines of a letter may be from its curves, mm.
+/// Flattening tolerance of the labels, mm.
 const TOLERANCE: f64 = 0.02;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
@@ -43,7 +44,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     })
 }
 
-/// What is wrong, without the place, which is told beside it.
+/// Message of a serde error without the place, which the diagnostic carries itself.
 fn said(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.split(" at line ").next().unwrap_or(&text).to_owned()
@@ -87,7 +88,7 @@ fn laid_out(title: &str, options: TestGridOptions) -> Result<TestGrid, Diagnosti
         .fold(0.0, f64::max);
     let [left, top] = [widest, highest].map(|side| side + GAP * cell);
     grid.corner = [left, top];
-    // Labels of the columns may be wider than a cell.
+    // The label of the last column may be wider than its cell and stick out to the right.
     let last = power
         .last()
         .map_or(0.0, |label| (label.size[0] - cell).max(0.0) / 2.0);
@@ -118,7 +119,7 @@ fn laid_out(title: &str, options: TestGridOptions) -> Result<TestGrid, Diagnosti
     Ok(grid)
 }
 
-/// Lines of a label, y down from its upper left corner.
+/// Polylines of a label, y down from its upper left corner.
 struct Label {
     lines: Vec<Vec<[f64; 2]>>,
     size: [f64; 2],

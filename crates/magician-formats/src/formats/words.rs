@@ -1,4 +1,4 @@
-//! Text: its characters as lines of a font.
+//! Reader of plain text: lays out its characters in a font.
 
 use std::ops::Range;
 
@@ -11,11 +11,11 @@ use crate::fill::{Area, FillRule};
 use crate::lettering::{Glyphs, LaidText, lacks, lay_out};
 use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
 
-/// As many characters text may have.
+/// Largest number of characters. A choice: far more than a sheet can hold.
 const LONGEST: usize = 100_000;
-/// No capital is higher, mm.
+/// Largest height of a capital, mm.
 const LARGEST: f64 = 10_000.0;
-/// As many characters are named that a font lacks.
+/// Largest number of missing characters to name. The rest is counted.
 const NAMED: usize = 20;
 
 pub(super) fn read(
@@ -56,7 +56,7 @@ pub(super) fn read(
         ..Artwork::default()
     };
     let filled = options.fills == Fills::Areas && font.is_outlined();
-    // What the font does not have is written in single lines.
+    // Characters that the font lacks come from a single-line font, so they have nothing to fill.
     let single = |range: &Range<usize>| substituted.iter().any(|(_, other)| other == range);
     for letter in penned.chunk_by(|one, next| one.range == next.range) {
         let Some(range) = letter.first().map(|line| line.range.clone()) else {
@@ -85,7 +85,7 @@ pub(super) fn read(
     })
 }
 
-/// What there is to be said of characters that another font has.
+/// Returns a note about characters taken from another font.
 fn substitution(
     substituted: &[(char, Range<usize>)],
     lines: &Lines<'_>,
@@ -110,7 +110,7 @@ fn substitution(
     Some(note.coded(DiagnosticCode::Assumed))
 }
 
-/// What there is to be said of characters that no font has.
+/// Returns notes about characters that no font has, or the error for the first one in strict mode.
 fn notes(
     missing: &[(char, Range<usize>)],
     lines: &Lines<'_>,

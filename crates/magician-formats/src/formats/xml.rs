@@ -1,14 +1,15 @@
-//! XML as the readers of this crate take it: without a document type, with places.
+//! XML parsing for the readers of this crate: document types are refused, and errors carry their
+//! place.
 
 use magician_host::message;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::{Diagnostic, Origin};
 
-/// More elements, texts and comments than any file of these kinds has.
+/// Largest number of nodes. A choice above any real file; it bounds memory.
 const MOST_NODES: u32 = 8_000_000;
 
-/// The document in a text.
+/// Parses a document.
 pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     let options = ParsingOptions {
         nodes_limit: MOST_NODES,
@@ -29,12 +30,12 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     })
 }
 
-/// The elements in an element.
+/// Iterates over the child elements of a node.
 pub(super) fn elements<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(Node::is_element)
 }
 
-/// The text in an element, without those of elements in it.
+/// Returns the text directly inside an element, without that of its child elements.
 pub(super) fn content<'a>(node: Node<'a, '_>) -> std::borrow::Cow<'a, str> {
     let mut texts = node
         .children()

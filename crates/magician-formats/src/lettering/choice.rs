@@ -1,4 +1,4 @@
-//! Which font text is written with.
+//! Choice of a font for text.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,16 +6,16 @@ use std::sync::Arc;
 
 use crate::words::words;
 
-/// The single-line fonts that are built in: those of A. V. Hershey.
+/// Bundled single-line fonts, by A. V. Hershey.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum BundledFont {
-    /// One stroke for each line of a letter, without ornament.
+    /// Sans serif, one stroke per line of a letter.
     #[default]
     Sans,
-    /// A hand that joins its letters.
+    /// Script with joined letters.
     Script,
-    /// Black letter, its broad strokes outlined.
+    /// Black letter, its broad strokes as outlines.
     Gothic,
 }
 
@@ -27,14 +27,14 @@ words! {
 }
 
 impl BundledFont {
-    /// Its licence, in a word of the field; the whole of it lies beside the data.
+    /// Name of its licence. The full text lies beside the data.
     #[must_use]
     pub const fn licence(self) -> &'static str {
         "Hershey"
     }
 }
 
-/// Whether the lines of a font are what a pen follows, or the edges of its letters.
+/// Kind of a font: lines for a pen to follow, or outlines of letters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FontKind {
@@ -45,7 +45,7 @@ pub enum FontKind {
 }
 
 impl FontKind {
-    /// Its name in JSON.
+    /// Name in JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl FontKind {
     }
 }
 
-/// A font: one that is built in, by its name, or a file.
+/// A font: a bundled one by name, or a file.
 ///
 /// ```
 /// use magician_formats::{BundledFont, FontChoice};
@@ -66,19 +66,19 @@ impl FontKind {
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum FontChoice {
-    /// Built in.
+    /// Bundled font.
     Bundled(BundledFont),
-    /// A file, and what it is called.
+    /// Font file.
     File {
-        /// The name of the file.
+        /// Name of the file.
         name: String,
-        /// What is in it.
+        /// Bytes of the file.
         bytes: Arc<[u8]>,
     },
 }
 
 impl FontChoice {
-    /// What is in a file of this name.
+    /// Creates a choice from the name and the bytes of a file.
     #[must_use]
     pub fn file(name: impl Into<String>, bytes: impl Into<Arc<[u8]>>) -> Self {
         Self::File {
@@ -114,7 +114,7 @@ impl fmt::Display for FontChoice {
 impl FromStr for FontChoice {
     type Err = String;
 
-    /// One that is built in.
+    /// Parses the name of a bundled font.
     fn from_str(text: &str) -> Result<Self, String> {
         let wanted = text.trim().to_ascii_lowercase();
         let named = wanted.parse().map(Self::Bundled);

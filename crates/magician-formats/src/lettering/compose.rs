@@ -1,13 +1,16 @@
-//! Letters that are a base letter and a mark.
+//! Letters composed of a base letter and a diacritic.
+//!
+//! The Hershey fonts have only ASCII. Accented letters are built from a base letter and a [`Mark`],
+//! which is centred on the top or foot of the base and leans with the font.
 
 use super::drawn;
 use super::hershey::{CAP, Hershey};
 use super::marks::{Mark, Position};
 use super::{BundledFont, Glyph};
 
-/// Between a letter and the mark above, below or beside it, units of the fonts.
+/// Gap between a letter and its mark, in units of the font.
 const GAP: f64 = 3.0;
-/// Letters with these marks, and the base of each.
+/// Letters by mark, and the base of each.
 const COMPOSED: [(Mark, &str, &str); 17] = [
     (Mark::Grave, "ÀÈÌÒÙàèìòùǸǹ", "AEIOUaeıouNn"),
     (
@@ -36,7 +39,7 @@ const COMPOSED: [(Mark, &str, &str); 17] = [
     (Mark::Dot, "Ḃḃ", "Bb"),
 ];
 
-/// What a letter is composed of.
+/// Returns the mark and the base of a letter.
 fn parts(character: char) -> Option<(Mark, char)> {
     COMPOSED.iter().find_map(|(mark, letters, bases)| {
         let mut both = letters.chars().zip(bases.chars());
@@ -45,21 +48,22 @@ fn parts(character: char) -> Option<(Mark, char)> {
     })
 }
 
-/// The glyph of a character: from the file, composed, or drawn.
+/// Returns the glyph of a character: from the font file, composed, or drawn.
 pub(super) fn glyph(font: &Hershey, character: char) -> Option<Glyph> {
     if let Some((mark, base)) = parts(character) {
         return Some(marked(font, glyph(font, base)?, mark));
     }
     match character {
         '\u{A0}' | '\u{202F}' => font.plain(' '),
-        // What is at its place in the file is an arrow.
+        // The script file has an arrow in this place.
         '^' if font.style == BundledFont::Script => Hershey::of(BundledFont::Sans).plain('^'),
         ' '..='~' => font.plain(character),
         _ => drawn::glyph(font, character),
     }
 }
 
-/// The letter that a base and a combining mark are together, as other programs write letters with accents: `e` and U+0301.
+/// Returns the letter that a base and a combining mark form, because other programs write accents
+/// decomposed: `e` followed by U+0301.
 pub(super) fn precomposed(base: char, mark: char) -> Option<char> {
     let mark = Mark::combining(mark)?;
     COMPOSED.iter().find_map(|(known, letters, bases)| {
@@ -73,13 +77,14 @@ pub(super) fn precomposed(base: char, mark: char) -> Option<char> {
     })
 }
 
-/// A letter with a mark.
+/// Adds a mark to a letter.
 fn marked(font: &Hershey, letter: Glyph, mark: Mark) -> Glyph {
     let Some([least, most]) = letter.bounds() else {
         return letter;
     };
     let slant = match mark.position() {
         Position::Beside => 0.0,
+        // A mark above or below shifts with the slant of the letter.
         _ => font.slant(),
     };
     let lines = mark.lines().mapped(|[x, y]| [x + slant * y, y]);
@@ -106,7 +111,8 @@ fn marked(font: &Hershey, letter: Glyph, mark: Mark) -> Glyph {
     Glyph { advance, ..glyph }
 }
 
-/// The middle of the top of a letter, where a mark is put: between the middle of its upper third and that of the whole.
+/// X of the top of a letter, where a mark goes: halfway between the middle of its upper third and
+/// the middle of the whole letter.
 fn top(letter: &Glyph, least: [f64; 2], most: [f64; 2]) -> f64 {
     let from = most[1] - (most[1] - least[1].max(0.0)) / 3.0;
     let upper = letter.lines.iter().flatten().filter(|[_, y]| *y >= from);
@@ -117,7 +123,8 @@ fn top(letter: &Glyph, least: [f64; 2], most: [f64; 2]) -> f64 {
     ((left + right) / 2.0 + (least[0] + most[0]) / 2.0) / 2.0
 }
 
-/// Where a letter stands on the baseline: at its right, or in its middle.
+/// Point where a letter stands on the baseline: the rightmost one, or the one nearest to its
+/// middle.
 fn foot(letter: &Glyph, right: bool) -> (f64, f64) {
     let middle = letter.middle();
     let points = letter.lines.iter().flatten();
@@ -147,7 +154,7 @@ mod tests {
         }
     }
 
-    /// How near lines come to each other.
+    /// Smallest distance between two sets of lines.
     fn distance(one: &[Vec<[f64; 2]>], other: &[Vec<[f64; 2]>]) -> f64 {
         let points = |lines: &[Vec<[f64; 2]>]| -> Vec<[f64; 2]> {
             let pieces = lines.iter().flat_map(|line| line.windows(2));

@@ -1,14 +1,15 @@
-//! Letters and signs that the files of the fonts do not have, made of what they do have where that can be. Units are those of the
-//! Hershey fonts, whose capitals are 21 high.
+//! Letters and signs absent from the font files, built from existing glyphs where possible.
+//!
+//! Units are those of the Hershey fonts, whose capitals are 21 high.
 
 use super::BundledFont;
 use super::glyph::Glyph;
 use super::hershey::{CAP, Hershey};
 use super::marks::{DOT, Mark, ellipse};
 
-/// How large raised digits and letters are.
+/// Scale of superscripts.
 const RAISED: f64 = 0.55;
-/// The tail of an eng, from where the letter ends.
+/// Tail of an eng, relative to the end of its letter.
 const TAIL: [[f64; 2]; 5] = [
     [0.0, 0.0],
     [0.0, -3.5],
@@ -17,7 +18,7 @@ const TAIL: [[f64; 2]; 5] = [
     [-5.0, -6.5],
 ];
 
-/// The glyph of a letter or a sign.
+/// Returns the glyph of a letter or a sign.
 pub(super) fn glyph(font: &Hershey, character: char) -> Option<Glyph> {
     letter(font, character).or_else(|| sign(font, character))
 }
@@ -27,7 +28,6 @@ fn letter(font: &Hershey, character: char) -> Option<Glyph> {
     let (x_height, slant) = (font.x_height(), font.slant());
     let sans = font.style == BundledFont::Sans;
     Some(match character {
-        // Without the dot.
         'ı' => dotless(plain('i')?, x_height),
         'ȷ' => dotless(plain('j')?, x_height),
         'Æ' if sans => Glyph::new(
@@ -364,7 +364,7 @@ fn sign(font: &Hershey, character: char) -> Option<Glyph> {
 }
 
 impl Glyph {
-    /// With this advance.
+    /// Sets the advance.
     fn widened(self, advance: f64) -> Self {
         Self { advance, ..self }
     }
@@ -374,7 +374,7 @@ fn dotless(letter: Glyph, x_height: f64) -> Glyph {
     letter.without(|line| line.iter().all(|[_, y]| *y > x_height + 1.0))
 }
 
-/// Where the leftmost stem of a letter crosses a height.
+/// X at which the leftmost stem of a letter crosses a height.
 fn stem(letter: &Glyph, height: f64) -> f64 {
     let crossings = letter.crossings(height);
     crossings
@@ -383,14 +383,14 @@ fn stem(letter: &Glyph, height: f64) -> f64 {
         .unwrap_or_else(|| letter.middle())
 }
 
-/// Two small letters that share the line at which they meet.
+/// Ligature of two small letters that share a line.
 fn overlapped(left: Glyph, right: Glyph, font: &Hershey) -> Glyph {
     let edges = left.bounds().zip(right.bounds());
     let meet = edges.map_or(0.0, |([_, most], [least, _])| {
         left.advance - most[0] + least[0]
     });
     let nearer = match font.style {
-        // The stroke that leads from one letter to the next does it.
+        // Joined letters already overlap by their connecting stroke.
         BundledFont::Script => 0.0,
         BundledFont::Sans => meet,
         BundledFont::Gothic => meet + 1.0,
@@ -398,7 +398,7 @@ fn overlapped(left: Glyph, right: Glyph, font: &Hershey) -> Glyph {
     left.then(right, nearer)
 }
 
-/// An f without what crosses it: its bar, in script the loop that goes on from its foot.
+/// Long s: an f without its bar, or in script without the loop from its foot.
 fn long_s(font: &Hershey) -> Option<Glyph> {
     let x_height = font.x_height();
     let mut letter = font.plain('f')?;
@@ -440,13 +440,13 @@ fn sharp_s(slant: f64) -> Glyph {
             [8.3, 0.0],
         ]],
     );
-    // Letters that lean are narrow too.
+    // Slanted letters are also narrower.
     letter
         .scaled([1.0 - 0.6 * slant, 1.0])
         .mapped(|[x, y]| [x + slant * (y - 10.0), y])
 }
 
-/// A small thorn: a p whose stem goes up.
+/// Small thorn: a p with its stem extended upwards.
 fn thorn(font: &Hershey) -> Option<Glyph> {
     let letter = font.plain('p')?;
     let at = *letter.crossings(0.0).first()?;

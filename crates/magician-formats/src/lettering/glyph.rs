@@ -1,25 +1,26 @@
-//! The lines of one character.
+//! Glyphs: the polylines of one character.
 
-/// The lines of a character in the units of its font: x to the right from where it begins, y up from the baseline.
+/// Polylines of a character in units of its font: x to the right from its origin, y up from the
+/// baseline.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Glyph {
-    /// Where the next character begins.
+    /// Distance to the origin of the next character.
     pub(crate) advance: f64,
-    /// Its lines, in the order in which they are drawn.
+    /// Polylines in drawing order.
     pub(crate) lines: Vec<Vec<[f64; 2]>>,
 }
 
-/// A box: its least and its greatest corner.
+/// Bounding box: smallest and largest corner.
 pub(crate) type Bounds = [[f64; 2]; 2];
 
 impl Glyph {
-    /// Of lines.
+    /// Creates a glyph from polylines.
     pub(super) fn new(advance: f64, lines: &[&[[f64; 2]]]) -> Self {
         let lines = lines.iter().map(|line| line.to_vec()).collect();
         Self { advance, lines }
     }
 
-    /// What encloses its lines; none if it has none.
+    /// Bounding box, or `None` if the glyph has no lines.
     pub(crate) fn bounds(&self) -> Option<Bounds> {
         let mut points = self.lines.iter().flatten();
         let first = *points.next()?;
@@ -31,7 +32,7 @@ impl Glyph {
         }))
     }
 
-    /// Each point somewhere else.
+    /// Maps every point.
     pub(super) fn mapped(mut self, to: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         for point in self.lines.iter_mut().flatten() {
             *point = to(*point);
@@ -43,31 +44,31 @@ impl Glyph {
         self.mapped(|[x, y]| [x + dx, y + dy])
     }
 
-    /// Scaled from where it begins on the baseline, its advance with it.
+    /// Scales about the origin, including the advance.
     pub(super) fn scaled(mut self, [sx, sy]: [f64; 2]) -> Self {
         self.advance *= sx;
         self.mapped(|[x, y]| [x * sx, y * sy])
     }
 
-    /// With the lines of another one; it keeps its advance.
+    /// Adds the lines of another glyph and keeps the advance.
     pub(super) fn with(mut self, other: Self) -> Self {
         self.lines.extend(other.lines);
         self
     }
 
-    /// With one more line.
+    /// Adds a line.
     pub(super) fn line(mut self, line: &[[f64; 2]]) -> Self {
         self.lines.push(line.to_vec());
         self
     }
 
-    /// Without the lines for which this holds.
+    /// Removes the lines for which `is_dropped` returns true.
     pub(super) fn without(mut self, is_dropped: impl Fn(&[[f64; 2]]) -> bool) -> Self {
         self.lines.retain(|line| !is_dropped(line));
         self
     }
 
-    /// The other one after it, so much nearer than it would be.
+    /// Appends another glyph, closer by `nearer` than its advance says.
     pub(super) fn then(self, next: Self, nearer: f64) -> Self {
         let at = self.advance - nearer;
         let advance = at + next.advance;
@@ -77,7 +78,7 @@ impl Glyph {
         }
     }
 
-    /// Where its lines cross a height, from the left.
+    /// X at which lines cross a height, sorted from left to right.
     pub(super) fn crossings(&self, height: f64) -> Vec<f64> {
         let pieces = self.lines.iter().flat_map(|line| line.windows(2));
         let crossing = |piece: &[[f64; 2]]| match piece {
@@ -91,7 +92,7 @@ impl Glyph {
         all
     }
 
-    /// The middle of where its lines cross a height; of the whole where none does.
+    /// Middle of the outermost crossings at a height, or of the whole glyph if there are none.
     pub(super) fn middle_at(&self, height: f64) -> f64 {
         let crossings = self.crossings(height);
         match (crossings.first(), crossings.last()) {
@@ -100,7 +101,7 @@ impl Glyph {
         }
     }
 
-    /// The middle from left to right.
+    /// Middle between left and right edge.
     pub(super) fn middle(&self) -> f64 {
         self.bounds().map_or(self.advance / 2.0, |[least, most]| {
             (least[0] + most[0]) / 2.0

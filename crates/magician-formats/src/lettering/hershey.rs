@@ -1,20 +1,21 @@
-//! The single-line fonts of A. V. Hershey, in the format of James Hurt.
+//! Single-line fonts of A. V. Hershey, in the format of James Hurt.
 //!
-//! A line of the file is a character, from the space on: its number (5 characters), how many pairs follow (3), then the pairs, two
-//! characters each, whose coordinates are their codes less that of `R`. The first pair is where it begins and where the next one
-//! does; ` R` lifts the pen. y grows downwards, the baseline is at 9, capitals begin at -12.
+//! Each line of a file is a character, in the order of ASCII from the space on: its number (5
+//! characters), the number of pairs (3), then the pairs of two characters each. A coordinate is the
+//! character code minus that of `R`. The first pair is the left and right edge; ` R` lifts the pen.
+//! y grows downwards, the baseline is at 9, and capitals begin at -12.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use super::{BundledFont, Glyph, Glyphs, compose};
 
-/// What is above the baseline in the files, in their units.
+/// Y of the baseline in the files.
 const BASELINE: f64 = 9.0;
-/// How high a capital is.
+/// Height of a capital.
 pub(super) const CAP: f64 = 21.0;
 
-/// One of them.
+/// A Hershey font.
 pub(crate) struct Hershey {
     pub(super) style: BundledFont,
     plain: HashMap<char, Glyph>,
@@ -50,12 +51,12 @@ impl Hershey {
         }
     }
 
-    /// A character that the file has.
+    /// Returns the glyph of a character in the file.
     pub(super) fn plain(&self, character: char) -> Option<Glyph> {
         self.plain.get(&character).cloned()
     }
 
-    /// The height of small letters without what goes above.
+    /// Height of small letters without ascenders.
     pub(super) fn x_height(&self) -> f64 {
         match self.style {
             BundledFont::Sans | BundledFont::Gothic => 14.0,
@@ -63,7 +64,7 @@ impl Hershey {
         }
     }
 
-    /// How far its letters lean to the right for each unit upwards.
+    /// Slant of the letters: x per unit of y.
     pub(super) fn slant(&self) -> f64 {
         match self.style {
             BundledFont::Sans | BundledFont::Gothic => 0.0,
@@ -82,7 +83,7 @@ impl Glyphs for &Hershey {
     }
 }
 
-/// A line of the file.
+/// Parses a line of the file.
 fn glyph(line: &str) -> Option<Glyph> {
     let value = |byte: &u8| f64::from(*byte) - f64::from(b'R');
     let pairs: Vec<&[u8]> = line.as_bytes().get(8..)?.chunks_exact(2).collect();

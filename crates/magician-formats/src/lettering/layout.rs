@@ -1,4 +1,8 @@
-//! Text in lines: where each character goes.
+//! Text layout: the position of each character.
+//!
+//! Characters become cells with a scaled glyph. Paragraphs are broken into rows where the script
+//! allows it, rows are aligned, and the result is moved so that its bounding box starts at the
+//! origin. There is no kerning and no shaping of right-to-left text.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -12,28 +16,29 @@ use super::glyph::Bounds;
 use super::{Align, Glyph, Glyphs, LoadedFont, TextOptions};
 use crate::{Diagnostic, Lines};
 
-/// Numbers are rounded: a line that is wider by no more than this is not, mm.
+/// Tolerance of line widths, mm. It absorbs rounding, so that a row exactly as wide as the limit
+/// fits.
 const ROUNDED: f64 = 1e-9;
-/// A tab is as wide as so many spaces.
+/// Width of a tab, in spaces.
 const TAB: u8 = 4;
-/// What does not begin a line in Chinese and Japanese.
+/// Characters that must not begin a line in Chinese and Japanese.
 const NOT_FIRST: &str =
     "、。，．・：；？！）］｝」』】〉》”’ゝゞ々ーぁぃぅぇぉっゃゅょァィゥェォッャュョ";
-/// What does not end one.
+/// Characters that must not end a line in Chinese and Japanese.
 const NOT_LAST: &str = "（［｛「『【〈《“‘";
 
-/// A line of a character, and which bytes of the text the character is.
+/// A polyline of a character, and the bytes of the character in the text.
 pub(crate) struct Penned {
     pub(crate) points: Vec<[f64; 2]>,
     pub(crate) range: Range<usize>,
 }
 
-/// Text that was laid out, mm: x to the right, y up, from the lower left corner of what is drawn.
+/// Text after layout, mm: x to the right, y up, from the lower left corner of its bounding box.
 pub(crate) struct LaidText {
     pub(crate) lines: Vec<Penned>,
-    /// Each character that the font does not have, once, where it is first.
+    /// Characters that no font has, each once, with its first place.
     pub(crate) missing: Vec<(char, Range<usize>)>,
-    /// Each that another font has, once.
+    /// Characters taken from the fallback font, each once.
     pub(crate) substituted: Vec<(char, Range<usize>)>,
 }
 
@@ -51,10 +56,10 @@ impl Cell {
     }
 }
 
-/// Lays text out.
+/// Lays out text.
 ///
 /// # Errors
-/// A character that is wider than lines may be.
+/// A [`Diagnostic`] if a character is wider than the wrap width.
 pub(crate) fn lay_out(
     text: &str,
     font: &LoadedFont,
@@ -114,10 +119,10 @@ impl LaidText {
     }
 }
 
-/// A glyph at its size, and what encloses it.
+/// A scaled glyph and its bounding box.
 type SizedGlyph = (Rc<Glyph>, Option<Bounds>);
 
-/// Makes glyphs of characters, each once.
+/// Cache of scaled glyphs.
 struct Setter<'f> {
     font: &'f LoadedFont,
     size: f64,
@@ -142,7 +147,7 @@ impl<'f> Setter<'f> {
         }
     }
 
-    /// The characters of a paragraph that begins at this byte of the text.
+    /// Returns the cells of a paragraph that begins at byte `at` of the text.
     fn cells(&mut self, paragraph: &str, at: usize) -> Vec<Cell> {
         let mut cells: Vec<Cell> = Vec::new();
         for (offset, character) in paragraph.char_indices() {
@@ -160,6 +165,7 @@ impl<'f> Setter<'f> {
             }
             let (character, times) = match character {
                 '\t' => (' ', TAB),
+                // Non-breaking spaces stay, because a row must not end at them.
                 '\u{A0}' | '\u{202F}' => (character, 1),
                 space if space.is_whitespace() => (' ', 1),
                 other => (other, 1),
@@ -196,6 +202,7 @@ impl<'f> Setter<'f> {
                 None => {
                     let other = font.fallback()?;
                     let glyph = other.glyph(character, *tolerance)?;
+                    // A blank from another font looks the same, so it is not reported.
                     if !character.is_whitespace() {
                         substituted.push((character, range.clone()));
                     }
@@ -215,8 +222,8 @@ impl<'f> Setter<'f> {
     }
 }
 
-/// What marks something else and is not seen: marks of order and of joining, soft hyphens, variants, the end of lines of other
-/// systems.
+/// True for invisible control characters: directional marks, joiners, soft hyphens, variation
+/// selectors, byte order marks, carriage returns.
 const fn is_ignored(character: char) -> bool {
     matches!(
         character,
@@ -224,7 +231,8 @@ const fn is_ignored(character: char) -> bool {
     )
 }
 
-/// From where to where a line is drawn, from where its first character begins. Spaces at its beginning count.
+/// Left and right end of what a row draws, from the origin of its first character. Leading spaces
+/// count, trailing ones do not.
 fn extent(cells: &[Cell]) -> [f64; 2] {
     let mut measure = Measure::default();
     for cell in cells {
@@ -233,7 +241,7 @@ fn extent(cells: &[Cell]) -> [f64; 2] {
     measure.extent()
 }
 
-/// How wide a line is, as it grows.
+/// Width of a row while it grows.
 #[derive(Default)]
 struct Measure {
     pen: f64,
@@ -266,7 +274,7 @@ impl Measure {
     }
 }
 
-/// Breaks a paragraph into lines: where it may be broken, else where it has to be.
+/// Breaks a paragraph into rows at allowed positions, or anywhere if a row has none.
 fn broken(
     cells: Vec<Cell>,
     width: f64,
@@ -294,10 +302,12 @@ fn broken(
         }
         let end = match allowed {
             Some(end) => end,
+            // No allowed position: break within the word.
             None if end > 0 => end,
             None => return Err(too_wide(rest.first(), width, text)),
         };
         let mut next = rest.split_off(end);
+        // Blanks after a break do not begin the next row.
         let spaces = next.iter().take_while(|cell| cell.is_space()).count();
         next.drain(..spaces);
         rows.push(rest);
@@ -308,7 +318,7 @@ fn broken(
     }
 }
 
-/// Whether a line may end between two characters.
+/// True if a row may end between two characters.
 fn may_break(cell: &Cell, next: Option<&Cell>) -> bool {
     let Some(next) = next.map(|next| next.character) else {
         return true;
@@ -325,7 +335,7 @@ fn may_break(cell: &Cell, next: Option<&Cell>) -> bool {
     }
 }
 
-/// A character of Chinese, Japanese or Korean, which are written without spaces.
+/// True for characters of Chinese, Japanese and Korean, which are written without spaces.
 const fn is_wide(character: char) -> bool {
     matches!(character, '\u{2E80}'..='\u{9FFF}' | '\u{F900}'..='\u{FAFF}' | '\u{FF00}'..='\u{FFEF}' | '\u{20000}'..='\u{3FFFF}')
 }

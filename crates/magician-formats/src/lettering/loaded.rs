@@ -1,20 +1,20 @@
-//! A font that is there to be written with.
+//! Loaded fonts.
 
 use super::hershey::Hershey;
 use super::{BundledFont, FontChoice, Glyph, Glyphs};
 use crate::Diagnostic;
 
-/// A font, and what writes the characters that it lacks.
+/// A font, and the fallback for characters that it lacks.
 pub(crate) struct LoadedFont {
     font: Box<dyn Glyphs>,
     fallback: Option<&'static Hershey>,
 }
 
 impl FontChoice {
-    /// Reads the font.
+    /// Loads the font.
     ///
     /// # Errors
-    /// What is wrong with its file.
+    /// A [`Diagnostic`] if the file cannot be read as a font.
     pub(crate) fn load(&self) -> Result<LoadedFont, Diagnostic> {
         match self {
             Self::Bundled(font) => Ok(LoadedFont {
@@ -44,7 +44,7 @@ fn of_file(name: &str, _bytes: &std::sync::Arc<[u8]>) -> Result<Box<dyn Glyphs>,
 }
 
 impl LoadedFont {
-    /// What writes the characters that the font lacks, if anything does.
+    /// Fallback for characters that the font lacks. `None` for bundled fonts.
     pub(crate) fn fallback(&self) -> Option<&'static Hershey> {
         self.fallback
     }

@@ -1,9 +1,10 @@
-//! Accents: lines about x 0, those above from y 0 upwards, those below from y 0 downwards. Units are those of the Hershey fonts, whose
-//! capitals are 21 high.
+//! Diacritics as lines around x = 0: those above a letter go up from y = 0, those below go down.
+//!
+//! Units are those of the Hershey fonts, whose capitals are 21 high.
 
 use super::Glyph;
 
-/// A mark that goes with a letter.
+/// A diacritic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mark {
     Grave,
@@ -17,27 +18,27 @@ pub(super) enum Mark {
     Dot,
     DoubleAcute,
     Caron,
-    /// A caron beside a tall letter: an apostrophe.
+    /// A caron beside a tall letter, drawn as an apostrophe.
     CaronBeside,
     Cedilla,
     Ogonek,
     CommaBelow,
-    /// The comma of a letter that has no room below: turned, and above.
+    /// The comma of a letter without room below (g): turned round and placed above.
     CommaAbove,
 }
 
-/// How a mark is joined to its letter.
+/// Position of a mark relative to its letter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Position {
     Above,
     Beside,
-    /// Apart from the letter.
+    /// Below the letter with a gap.
     Below,
-    /// Grown from where the letter touches the baseline.
+    /// Attached where the letter touches the baseline.
     Attached,
 }
 
-/// A dot as the fonts draw theirs.
+/// Dot in the style of the fonts.
 pub(super) const DOT: [[f64; 2]; 5] = [[0.0, 2.0], [-1.0, 1.0], [0.0, 0.0], [1.0, 1.0], [0.0, 2.0]];
 
 impl Mark {
@@ -46,11 +47,12 @@ impl Mark {
             Self::CaronBeside => Position::Beside,
             Self::CommaBelow => Position::Below,
             Self::Cedilla | Self::Ogonek => Position::Attached,
+            // All remaining marks go above.
             _ => Position::Above,
         }
     }
 
-    /// The mark that a combining character adds.
+    /// Returns the mark of a combining character.
     pub(super) const fn combining(character: char) -> Option<Self> {
         Some(match character {
             '\u{300}' => Self::Grave,
@@ -71,7 +73,7 @@ impl Mark {
         })
     }
 
-    /// Its lines.
+    /// Returns its lines.
     pub(super) fn lines(self) -> Glyph {
         let dots = |places: &[f64]| {
             let none = Glyph::default();
@@ -138,7 +140,7 @@ impl Mark {
     }
 }
 
-/// About a centre.
+/// Ellipse about a centre, as a closed polyline.
 pub(super) fn ellipse([x, y]: [f64; 2], [rx, ry]: [f64; 2]) -> Vec<[f64; 2]> {
     const CORNERS: u32 = 24;
     let mut corners: Vec<[f64; 2]> = (0..CORNERS)

@@ -1,7 +1,9 @@
-//! Text as lines: fonts, and how text is laid out with them.
+//! Text in lines: fonts and layout.
 //!
-//! A font gives for a character the lines of its `Glyph` and how far the next one is. Three single-line fonts are built in
-//! (`hershey`); their accents and the letters that they lack are composed (`compose`, `drawn`).
+//! A font returns a `Glyph` per character: its polylines, and the distance to the next character.
+//! Three single-line fonts are bundled (`hershey`). They have only ASCII; accented letters are
+//! composed (`compose`), and other missing letters and signs are drawn (`drawn`). Further fonts
+//! come from files (`files`).
 
 mod choice;
 #[cfg(feature = "lettering")]
@@ -46,21 +48,21 @@ pub(crate) use placed::Lettering;
 pub(crate) use {outlines::cap_height, svg_font::SvgFont};
 
 #[cfg(feature = "lettering")]
-/// What gives the glyphs of a font.
+/// A source of glyphs.
 pub(crate) trait Glyphs {
-    /// How high a capital H is, in the font's units.
+    /// Height of a capital H, in units of the font.
     fn cap_height(&self) -> f64;
 
-    /// The glyph of a character, its curves followed within a tolerance, both in the font's units; none if the font does not have
-    /// it.
+    /// Returns the glyph of a character with its curves flattened to a tolerance, both in units of
+    /// the font. `None` if the font lacks the character.
     fn glyph(&self, character: char, tolerance: f64) -> Option<Glyph>;
 
-    /// Whether its lines are the edges of its letters, which can be filled.
+    /// True if the lines are outlines of letters, which can be filled.
     fn is_outlined(&self) -> bool {
         false
     }
 
-    /// Whether the order of its lines has a meaning.
+    /// True if the order of the lines must be kept.
     fn has_stroke_order(&self) -> bool {
         false
     }

@@ -1,27 +1,27 @@
-//! How text is set.
+//! Options for text layout.
 
 use super::FontChoice;
 
 use crate::words::words;
 
-/// How text is set. Lengths are mm.
+/// Options for text layout. Lengths are in mm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TextOptions {
-    /// With which font.
+    /// Font.
     pub font: FontChoice,
     /// Height of a capital.
     pub size: f64,
-    /// The width that lines are broken at; they are not if none is given.
+    /// Width at which lines are wrapped; `None` for no wrapping.
     pub wrap: Option<f64>,
-    /// Where lines that are shorter than others lie.
+    /// Alignment of lines.
     pub align: Align,
-    /// From one baseline to the next, in heights of a capital.
+    /// Distance of baselines, in heights of a capital.
     pub line_height: f64,
 }
 
 impl Default for TextOptions {
-    /// Sans, 10 mm high.
+    /// The bundled sans font, 10 mm high, left-aligned, not wrapped.
     fn default() -> Self {
         Self {
             font: FontChoice::default(),
@@ -33,16 +33,16 @@ impl Default for TextOptions {
     }
 }
 
-/// Where lines lie that are shorter than the width: that at which they are broken, else that of the longest.
+/// Alignment within the wrap width, or within the longest line without wrapping.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Align {
-    /// They begin at the left.
+    /// Left-aligned.
     #[default]
     Left,
-    /// Their middles lie below each other.
+    /// Centred.
     Center,
-    /// They end at the right.
+    /// Right-aligned.
     Right,
 }
 

@@ -5,12 +5,15 @@ use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 
-/// Height of a capital where a font does not tell it, of its em.
+/// Height of a capital if the font does not give it, as a share of its em. The usual ratio of Latin
+/// fonts.
 const USUAL_CAP: f64 = 0.7;
 
-/// Height of a capital, in the font's units: that of its H, else the one that it states, else the usual one.
+/// Height of a capital, in units of the font: of the glyph H, else as stated in the font, else the
+/// usual ratio.
 ///
-/// The table `OS/2` states it from version 2 on only, and many installed fonts have an older one.
+/// The glyph comes first because table `OS/2` states the height only from version 2 on, and many
+/// installed fonts have an older one.
 pub(crate) fn cap_height(font: &FontRef<'_>) -> f64 {
     let metrics = font.metrics(Size::unscaled(), LocationRef::default());
     let of_h = font.charmap().map('H').and_then(|id| outline(font, id));
@@ -21,7 +24,8 @@ pub(crate) fn cap_height(font: &FontRef<'_>) -> f64 {
     }
 }
 
-/// The edges of a glyph, in the font's units; empty if it has none, `None` if it cannot be drawn.
+/// Returns the outline of a glyph, in units of the font. Empty for blanks; `None` if it cannot be
+/// drawn.
 pub(crate) fn outline(font: &FontRef<'_>, id: GlyphId) -> Option<BezPath> {
     let mut path = PathPen::default();
     if let Some(outline) = font.outline_glyphs().get(id) {
@@ -31,7 +35,7 @@ pub(crate) fn outline(font: &FontRef<'_>, id: GlyphId) -> Option<BezPath> {
     Some(path.0)
 }
 
-/// Collects the edges of a glyph.
+/// Pen that collects an outline as a Bézier path.
 #[derive(Default)]
 struct PathPen(BezPath);
 

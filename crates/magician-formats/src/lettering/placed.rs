@@ -1,4 +1,4 @@
-//! Letters for drawings that say themselves where their texts go.
+//! Letters for drawings that place each letter themselves.
 
 use super::{Glyph, Glyphs, LoadedFont};
 use crate::formats::ReadOptions;
@@ -7,7 +7,7 @@ use crate::{Diagnostic, DiagnosticCode, Origin};
 use magician_host::message;
 use magician_host::{Given, Setting};
 
-/// The font that the texts of a drawing are written with.
+/// Font for the texts of a drawing.
 #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 pub(crate) struct Lettering {
     font: LoadedFont,
@@ -18,10 +18,10 @@ pub(crate) struct Lettering {
 
 #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 impl Lettering {
-    /// The font that was asked for.
+    /// Loads the font from the options.
     ///
     /// # Errors
-    /// What is wrong with its file.
+    /// A [`Diagnostic`] if the file cannot be read as a font.
     pub(crate) fn new(options: &ReadOptions, tolerance: f64) -> Result<Self, Diagnostic> {
         Ok(Self {
             font: options.text.font.load()?,
@@ -31,12 +31,12 @@ impl Lettering {
         })
     }
 
-    /// A character whose capitals are so high, mm; none if no font has it.
+    /// Returns a character whose capitals are `size` mm high. `None` if no font has it.
     pub(crate) fn glyph(&self, character: char, size: f64) -> Option<Glyph> {
         let character = match character {
             '\u{A0}' | '\u{202F}' => character,
             space if space.is_whitespace() => ' ',
-            // What drawings mean by the sign of a diameter.
+            // Drawings use both signs for a diameter.
             '∅' | '⌀' => 'Ø',
             other => other,
         };
@@ -49,7 +49,7 @@ impl Lettering {
         sized(&self.font).or_else(other)
     }
 
-    /// That no font has a character: a note, or the reason to refuse the drawing.
+    /// Reports a character that no font has: a note, or in strict mode an error.
     pub(crate) fn lacks(&self, character: char, origin: Origin) -> Result<Diagnostic, Diagnostic> {
         let found = lacks(character, &self.name, self.strict, origin);
         if self.strict {
@@ -60,7 +60,7 @@ impl Lettering {
     }
 }
 
-/// That a font does not have a character, and what helps.
+/// Creates the diagnostic for a character that a font lacks.
 pub(crate) fn lacks(character: char, font: &str, strict: bool, origin: Origin) -> Diagnostic {
     let code = format!("{:04X}", u32::from(character));
     let message = if strict {

@@ -1,4 +1,4 @@
-//! Fonts of SVG (SVG 1.1, chapter 20), whose open paths are single lines.
+//! SVG fonts (SVG 1.1, chapter 20). Open paths in their glyphs are single lines.
 
 use magician_host::message;
 use std::collections::HashMap;
@@ -11,14 +11,14 @@ use super::{BundledFont, Glyph, Glyphs};
 use crate::Diagnostic;
 use crate::curves::flatten;
 
-/// Units of the em where the font does not say it (20.8.3).
+/// Units per em if the font does not give them (20.8.3).
 const USUAL_EM: f64 = 1000.0;
-/// No capital is lower, of its em.
+/// Smallest height of a capital, as a share of the em. Below it the font is unusable.
 const LEAST_CAP: f64 = 0.01;
-/// How high a capital is where the font has no H and does not say it, of its em.
+/// Height of a capital if the font has no H and does not state it, as a share of the em.
 const USUAL_CAP: f64 = 0.7;
 
-/// Nothing of a glyph lies farther out than so many of its font's squares.
+/// Largest coordinate of a glyph, in squares of its font. A choice that rejects damaged files.
 const FARTHEST: f64 = 100.0;
 
 #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
@@ -33,16 +33,16 @@ pub(crate) struct SvgFont {
 struct Entry {
     advance: f64,
     path: BezPath,
-    /// Whether it is another font's.
+    /// True if the glyph was borrowed from another font.
     lent: bool,
 }
 
 #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 impl SvgFont {
-    /// That of an element `font`.
+    /// Reads an element `font`.
     ///
     /// # Errors
-    /// A glyph that cannot be read, and a font without any.
+    /// A [`Diagnostic`] if a glyph cannot be read or the font has no glyphs.
     pub(crate) fn of(font: &Node<'_, '_>) -> Result<Self, Diagnostic> {
         let face = font.children().find(|node| is(node, "font-face"));
         let of_face = |name| face.and_then(|face| number(&face, name));
@@ -53,7 +53,7 @@ impl SvgFont {
         let mut glyphs = HashMap::new();
         for node in font.children().filter(|node| is(node, "glyph")) {
             let mut characters = node.attribute("unicode").unwrap_or_default().chars();
-            // More than one is a ligature.
+            // More than one character is a ligature, which single-line text does not use.
             let (Some(character), None) = (characters.next(), characters.next()) else {
                 continue;
             };
@@ -61,7 +61,7 @@ impl SvgFont {
             let advance = number(&node, "horiz-adv-x").or(usual);
             let advance = advance.filter(|advance| advance.abs() <= FARTHEST * em);
             let advance = advance.unwrap_or(em / 2.0);
-            // The first one counts (20.4).
+            // If a character occurs twice, the first glyph counts (20.4).
             glyphs.entry(character).or_insert(Entry {
                 advance,
                 path,
@@ -92,23 +92,23 @@ impl SvgFont {
         }
     }
 
-    /// Units of its em.
+    /// Units per em.
     pub(crate) fn em(&self) -> f64 {
         self.em
     }
 
-    /// Its characters, each with how far the next one is.
+    /// Iterates over the characters with their advances.
     pub(crate) fn advances(&self) -> impl Iterator<Item = (char, f64)> + '_ {
         let glyphs = self.glyphs.iter();
         glyphs.map(|(character, entry)| (*character, entry.advance))
     }
 
-    /// Whether a character is [another font's](Self::with_lacking).
+    /// True if the font lacks the character, or [borrowed](Self::with_lacking) it.
     pub(crate) fn lacks(&self, character: char) -> bool {
         self.glyphs.get(&character).is_none_or(|entry| entry.lent)
     }
 
-    /// Whether the lines of a character are edges of what is filled: all of them are closed.
+    /// True if all lines of a character are closed, so that they are the outline of a filled shape.
     pub(crate) fn is_closed(&self, character: char) -> bool {
         let entry = self.glyphs.get(&character);
         entry.is_some_and(|entry| {
@@ -123,12 +123,13 @@ impl SvgFont {
         })
     }
 
-    /// Whether it has single lines of its own.
+    /// True if some of its own glyphs have single lines.
     pub(crate) fn is_single_line(&self) -> bool {
         self.single_line
     }
 
-    /// With the letters of the font that writes what any other lacks, as high as its own.
+    /// Adds the characters that the font lacks from the fallback font, scaled to the same capital
+    /// height.
     pub(crate) fn with_lacking(mut self, characters: impl IntoIterator<Item = char>) -> Self {
         let other = Hershey::of(BundledFont::Sans);
         let scale = self.cap_height / other.cap_height();
@@ -161,10 +162,10 @@ impl SvgFont {
     }
 }
 
-/// The first font of a file.
+/// Reads the first font of a file.
 ///
 /// # Errors
-/// As [`SvgFont::of`], and a file without a font.
+/// Those of [`SvgFont::of`], and a [`Diagnostic`] if the file has no font.
 #[cfg(feature = "font-files")]
 pub(super) fn read(text: &str) -> Result<SvgFont, Diagnostic> {
     let document = super::files::document(text)?;
@@ -173,7 +174,7 @@ pub(super) fn read(text: &str) -> Result<SvgFont, Diagnostic> {
     SvgFont::of(&font)
 }
 
-/// The lines of a glyph, if they are of numbers that can be drawn.
+/// Parses the path of a glyph, and refuses coordinates that cannot be drawn.
 pub(super) fn path(path: &str, character: char, square: f64) -> Result<BezPath, Diagnostic> {
     let path = BezPath::from_svg(path).map_err(|error| {
         Diagnostic::of_file(message!(

@@ -1,23 +1,25 @@
+//! Actions of a plan and their translation to and from commands of the protocol.
+
 use magician_host::build;
 use magician_protocol::{MAX_PARAMS, PtpMode, Set, Writer};
 
 use super::{Part, Pause};
 
-/// Which way a point-to-point move goes.
+/// Path shape of a point-to-point move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Travel {
-    /// All joints together; the tool's way is a curve (MOVJ).
+    /// All joints move together; the tool follows a curve (MOVJ).
     #[default]
     Joints,
-    /// On a straight line (MOVL).
+    /// The tool follows a straight line (MOVL).
     Line,
     /// Up, across, down (JUMP).
     Jump,
 }
 
 impl Travel {
-    /// The one after it, and the first after the last: what a control goes through that chooses one.
+    /// Returns the next variant, wrapping round. For controls that cycle through them.
     #[must_use]
     pub const fn next(self) -> Self {
         match self {
@@ -27,13 +29,13 @@ impl Travel {
         }
     }
 
-    /// The command that goes to a pose in this way: x, y, z, r.
+    /// Returns the command that moves to a pose x, y, z, r.
     #[must_use]
     pub fn to_pose(self, to: [f32; 4]) -> Set {
         ptp(self, [build::move_to, build::line_to, build::jump_to], to)
     }
 
-    /// The command that goes to joint angles in this way: J1 to J4.
+    /// Returns the command that moves to joint angles J1 to J4.
     #[must_use]
     pub fn to_joints(self, to: [f32; 4]) -> Set {
         let words = [build::move_joints, build::line_joints, build::jump_joints];
@@ -41,95 +43,97 @@ impl Travel {
     }
 }
 
-/// What a gripper does.
+/// State of a gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Grip {
-    /// Its pump is off.
+    /// Pump off.
     Off,
-    /// It lets go.
+    /// Open.
     Open,
-    /// It holds.
+    /// Closed.
     Close,
 }
 
-/// What is done in one step. An action is one command of the protocol, or none: a [`Part`](Self::Part) and a [`Pause`](Self::Pause) send
-/// nothing. Commands that people say often have names of their own, all others are an [`Action::Command`]. A command has one action,
-/// `Action::from(command)`, which gives it back to the last bit.
+/// Action of one step: one command of the protocol, or none.
+///
+/// [`Part`](Self::Part) and [`Pause`](Self::Pause) send nothing. Frequent commands have variants of
+/// their own; all others are an [`Action::Command`]. `Action::from(command)` maps each command to
+/// exactly one action, which returns the command bit for bit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Action {
-    /// Goes to a pose: x, y, z, r.
+    /// Move to a pose x, y, z, r.
     Move {
-        /// Where.
+        /// Target.
         to: [f32; 4],
-        /// Which way.
+        /// Path shape.
         by: Travel,
     },
-    /// Goes to joint angles J1 to J4.
+    /// Move to joint angles J1 to J4.
     Joints {
-        /// Where.
+        /// Target.
         to: [f32; 4],
-        /// Which way.
+        /// Path shape.
         by: Travel,
     },
-    /// Goes by so much in x, y, z, r from where the arm then is. A jump cannot: it goes by its joints.
+    /// Move relative to the current position by x, y, z, r. The protocol has no relative jump.
     Shift {
-        /// How far.
+        /// Distance.
         by: [f32; 4],
-        /// On a straight line; with all joints together if not.
+        /// True for a straight line, false for all joints together.
         line: bool,
     },
-    /// Goes through one pose to another on an arc of a circle.
+    /// Move along an arc of a circle through one pose to another.
     Arc {
-        /// A pose on the way.
+        /// A pose on the arc.
         via: [f32; 4],
-        /// Where it ends.
+        /// End of the arc.
         to: [f32; 4],
     },
-    /// A segment of a continuous path, straight to x, y, z.
+    /// Segment of a continuous path, straight to x, y, z.
     Path {
-        /// Where it ends.
+        /// End.
         to: [f32; 3],
     },
-    /// A segment of a continuous path with the laser at a power.
+    /// Segment of a continuous path with laser power.
     Burn {
-        /// Where it ends.
+        /// End.
         to: [f32; 3],
-        /// Percent, 0 to 100.
+        /// Power, percent, 0 to 100.
         power: f32,
     },
-    /// Switches the suction cup.
+    /// Suction cup on or off.
     Suction(bool),
-    /// Has the gripper do something.
+    /// Gripper state.
     Gripper(Grip),
-    /// Switches the laser.
+    /// Laser on or off.
     Laser(bool),
-    /// Waits so many ms.
+    /// Wait, ms.
     Wait(u32),
-    /// Finds the reference and goes to the home point.
+    /// Home: find the reference, then move to the home point.
     Home,
-    /// Anything else that can be queued: speeds, pins, sensors, the rail, motors.
+    /// Any other command that can be queued: speeds, pins, sensors, the rail, motors.
     Command(Box<Set>),
-    /// A part of the work begins; nothing is sent.
+    /// Start of a part of the work. Nothing is sent.
     Part(Box<Part>),
-    /// The job waits for a person; nothing is sent.
+    /// Pause until a person continues the job. Nothing is sent.
     Pause(Box<Pause>),
 }
 
 impl Action {
-    /// What each kind is called, in the order in which people are told.
+    /// Names of the kinds, in the order in which users see them.
     pub const NAMES: [&'static str; 14] = [
         "move", "joints", "shift", "arc", "path", "burn", "suction", "gripper", "laser", "wait",
         "home", "command", "part", "pause",
     ];
 
-    /// What its kind is called: one of [`NAMES`](Self::NAMES), and its key in a plan file.
+    /// Name of the kind, which is also its key in a plan file: one of [`NAMES`](Self::NAMES).
     #[must_use]
     pub fn name(&self) -> &'static str {
         Self::NAMES.get(self.kind()).copied().unwrap_or("command")
     }
 
-    /// Index of its name in [`NAMES`](Self::NAMES).
+    /// Index of the kind in [`NAMES`](Self::NAMES).
     #[must_use]
     pub fn kind(&self) -> usize {
         match self {
@@ -150,7 +154,7 @@ impl Action {
         }
     }
 
-    /// The command that does it; none where nothing is sent.
+    /// Returns the command of the action, or `None` if nothing is sent.
     #[must_use]
     pub fn command(&self) -> Option<Set> {
         Some(match *self {
@@ -178,13 +182,13 @@ impl Action {
         })
     }
 
-    /// Whether nothing is sent for it.
+    /// True if nothing is sent.
     #[must_use]
     pub fn is_silent(&self) -> bool {
         matches!(self, Self::Part(_) | Self::Pause(_))
     }
 
-    /// Whether it draws or burns a line: a segment of a path, a burn, an arc.
+    /// True if it draws or burns a line: a path segment, a burn, an arc.
     #[must_use]
     pub fn marks(&self) -> bool {
         matches!(
@@ -205,7 +209,7 @@ impl Action {
         }
     }
 
-    /// Whether it may light the laser, or burns with it.
+    /// True if it may light the laser or burns with it.
     pub(crate) fn burns(&self) -> bool {
         match self {
             Self::Burn { power, .. } => *power > 0.0,
@@ -219,7 +223,8 @@ impl Action {
         }
     }
 
-    /// Where it leads the tool, when it says so itself: x, y, z.
+    /// Returns the position x, y, z that it names explicitly. `None` for all other actions,
+    /// including relative moves and moves to joint angles.
     #[must_use]
     pub fn target(&self) -> Option<[f32; 3]> {
         match *self {
@@ -235,7 +240,7 @@ impl Action {
     }
 }
 
-/// A word that takes x, y, z, r or four joint angles.
+/// Builder of a command from x, y, z, r or from four joint angles.
 type Word = fn(f32, f32, f32, f32) -> Set;
 
 fn ptp(by: Travel, words: [Word; 3], to: [f32; 4]) -> Set {
@@ -254,7 +259,8 @@ fn each(word: Word, [a, b, c, d]: [f32; 4]) -> Set {
 impl From<Set> for Action {
     fn from(command: Set) -> Self {
         let action = named(&command);
-        // What a name does not say in full stays a command.
+        // If the variant does not reproduce the command exactly (unused fields set, -0), keep the
+        // command.
         match action {
             Some(action)
                 if action
@@ -268,7 +274,8 @@ impl From<Set> for Action {
     }
 }
 
-/// Whether two commands are equal and look the same on the wire, where -0 is not 0. NaN equals nothing.
+/// True if two commands are equal and have the same bytes. -0 differs from 0, and NaN equals
+/// nothing.
 fn is_same(one: &Set, other: &Set) -> bool {
     let bytes = |command: &Set| {
         let mut room = [0; MAX_PARAMS];
@@ -307,6 +314,7 @@ fn named(command: &Set) -> Option<Action> {
                     line: false,
                 },
                 PtpMode::MovlXyzInc => Action::Shift { by: to, line: true },
+                // Joint increments and jumps with a straight line have no action of their own.
                 _ => return None,
             }
         }
@@ -332,6 +340,7 @@ fn named(command: &Set) -> Option<Action> {
         Set::SetEndEffectorLaser(laser) => Action::Laser(laser.on.is_on()),
         Set::WaitCmd(wait) => Action::Wait(wait.timeout),
         Set::HomeCmd(_) => Action::Home,
+        // All other commands keep their own form.
         _ => return None,
     })
 }

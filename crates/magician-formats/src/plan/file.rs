@@ -1,4 +1,4 @@
-//! Plans as files of our own: JSON that people can read, with one step on a line, so that two of them can be compared.
+//! Plans as files: JSON for people, one step per line, so that two files can be compared.
 //!
 //! ```text
 //! {"format":"magician-plan","version":1,"title":"house","tool":"pen","surface":{"height":-60,"slope":[0,0]},"steps":[
@@ -11,11 +11,13 @@
 //!
 //! A plan with a `part` or a `pause` has version 2.
 //!
-//! Numbers are the shortest decimals that read back the same, NaN and infinities strings. `plan.schema.json` beside the
-//! crate's manifest describes all of it; what is read back is the plan that was written.
+//! Reading a written file returns the same plan: numbers are the shortest decimals that read back
+//! bit for bit, and NaN and infinities are strings. `plan.schema.json` beside the crate's manifest
+//! describes the format.
 //!
-//! serde_json reads it, as raw values and not as derived types: an error of those names the place where the parser stood, here
-//! it is that of the value that is wrong; and what a command takes is said by the protocol's table, which no type says.
+//! The reader uses `serde_json`'s raw values instead of derived types for two reasons. An error of a
+//! derived type points to where the parser stopped, not to the value that is wrong. And the fields
+//! of a command are defined by the protocol's table, which no Rust type lists.
 
 mod read;
 mod write;
@@ -24,18 +26,19 @@ use super::Plan;
 use crate::Diagnostic;
 use crate::formats::{Parsed, ReadOptions};
 
-/// What the file says it is.
+/// Value of `format`.
 const FORMAT: &str = "magician-plan";
-/// The version of plans that wait for nobody and have no parts.
+/// Version of plans without parts and pauses.
 const VERSION: u32 = 1;
-/// The version of those with parts or pauses, which a reader of version 1 refuses.
+/// Version of plans with parts or pauses. A reader of version 1 must refuse them, because it would
+/// run on where the plan waits for a person.
 const WITH_PARTS: u32 = 2;
 
-/// The JSON Schema of plan files.
+/// JSON Schema of plan files.
 pub const PLAN_SCHEMA: &str = include_str!("../../plan.schema.json");
 
 impl Plan {
-    /// Reads what [`write_to`](Self::write_to) has written; or what a person has, in the same form.
+    /// Reads a plan that [`write_to`](Self::write_to) or a person has written.
     ///
     /// ```
     /// use magician_formats::Plan;

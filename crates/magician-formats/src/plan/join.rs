@@ -1,11 +1,13 @@
-//! One plan after another.
+//! Concatenation of plans.
 
 use super::Plan;
 use crate::{Origin, Step};
 
 impl Plan {
-    /// The steps of another one after these, under this one's title. Where the other is made for another tool, a step says
-    /// so in between; a surface is known only if both work on the same one.
+    /// Returns this plan followed by the steps of another, under this plan's title.
+    ///
+    /// If the other plan uses a different tool, a step between them sets it. The surface is unknown
+    /// unless both plans have the same one.
     #[must_use]
     pub fn joined(&self, other: &Self) -> Self {
         let mut plan = self.clone();

@@ -1,4 +1,8 @@
-//! JSON whose every value still knows where in the text it stands.
+//! A JSON parser whose values remember their place in the text.
+//!
+//! A value is a slice of the text, so its place is the distance of its pointer from the start of
+//! the text: nothing needs to be stored per value. Syntax is checked once for the whole text; after
+//! that each object or array is split on demand.
 
 #[cfg(feature = "programs")]
 mod members;
@@ -13,15 +17,16 @@ use serde_json::value::RawValue;
 
 use crate::{Diagnostic, Lines, Origin};
 
-/// More members than any object of ours has.
+/// Largest number of members. A choice above any object of our formats; the check for duplicates is
+/// quadratic.
 const MOST_MEMBERS: usize = 64;
 
-/// A JSON text. Its values are slices of it, so that where they stand need not be kept.
+/// A JSON text. Values are slices of it.
 pub(crate) struct Json<'t> {
     text: &'t str,
 }
 
-/// A member of an object.
+/// Member of an object.
 pub(crate) struct Member<'t> {
     pub(crate) key: Cow<'t, str>,
     pub(crate) value: &'t str,
@@ -31,12 +36,12 @@ pub(crate) struct Member<'t> {
 struct Key<'t>(#[serde(borrow)] Cow<'t, str>);
 
 impl<'t> Json<'t> {
-    /// The text of a file.
+    /// Wraps the text of a file.
     pub(crate) fn of(text: &'t str) -> Self {
         Self { text }
     }
 
-    /// The value that the text is, after a look at the syntax of all of it.
+    /// Checks the syntax of the whole text and returns its value.
     pub(crate) fn whole(&self) -> Result<&'t str, Diagnostic> {
         let value = serde_json::from_str::<&RawValue>(self.text);
         value
@@ -44,7 +49,7 @@ impl<'t> Json<'t> {
             .map_err(|error| self.syntax(self.text, &error))
     }
 
-    /// What is wrong with a value, and where it stands.
+    /// Creates a diagnostic at the place of a value.
     pub(crate) fn diagnostic(
         &self,
         value: &str,
@@ -53,8 +58,9 @@ impl<'t> Json<'t> {
         Diagnostic::new(self.origin(value, value.len()), message)
     }
 
-    /// An unknown member.
+    /// Creates the diagnostic for an unknown member, with the known ones.
     pub(crate) fn unknown(&self, member: &Member<'_>, known: &str) -> Diagnostic {
+        // A key with escapes was copied and has no place in the text.
         let place = match &member.key {
             Cow::Borrowed(key) => key,
             Cow::Owned(_) => member.value,
@@ -72,7 +78,8 @@ impl<'t> Json<'t> {
         Lines::new(self.text).origin(start..start.saturating_add(length))
     }
 
-    /// An error of the parser, which counts lines and columns (in bytes) from where the part begins.
+    /// Converts an error of the parser, which counts lines and columns (in bytes) from the start of
+    /// `part`.
     fn syntax(&self, part: &str, error: &serde_json::Error) -> Diagnostic {
         let lines = part
             .split_inclusive('\n')
@@ -91,7 +98,7 @@ impl<'t> Json<'t> {
         Diagnostic::new(origin, format!("this is not JSON: {what}"))
     }
 
-    /// The members of an object, none of them twice.
+    /// Returns the members of an object. A duplicate member is an error.
     pub(crate) fn object(&self, value: &'t str) -> Result<Vec<Member<'t>>, Diagnostic> {
         struct Members;
 
@@ -132,7 +139,7 @@ impl<'t> Json<'t> {
         Ok(members)
     }
 
-    /// Every item of an array in turn.
+    /// Calls `visit` for each item of an array.
     pub(crate) fn each(
         &self,
         value: &'t str,
@@ -152,6 +159,7 @@ impl<'t> Json<'t> {
 
             fn visit_seq<A: SeqAccess<'t>>(mut self, mut items: A) -> Result<(), A::Error> {
                 while let Some(item) = items.next_element::<&'t RawValue>()? {
+                    // serde carries only messages, so the diagnostic is passed around it.
                     if let Err(diagnostic) = (self.visit)(item.get()) {
                         *self.diagnostic = Some(diagnostic);
                         return Err(A::Error::custom("a problem"));
@@ -173,7 +181,7 @@ impl<'t> Json<'t> {
         parsed.map_err(|error| diagnostic.unwrap_or_else(|| self.syntax(value, &error)))
     }
 
-    /// The items of an array.
+    /// Returns the items of an array.
     pub(crate) fn array(&self, value: &'t str) -> Result<Vec<&'t str>, Diagnostic> {
         let mut items = Vec::new();
         self.each(value, |item| {
@@ -183,7 +191,7 @@ impl<'t> Json<'t> {
         Ok(items)
     }
 
-    /// A text.
+    /// Parses a string.
     pub(crate) fn string(&self, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
         if !value.starts_with('"') {
             return Err(self.diagnostic(value, "expected a string, \"..\""));
@@ -193,21 +201,21 @@ impl<'t> Json<'t> {
         Ok(text.0)
     }
 
-    /// A whole number of some size.
+    /// Parses a whole number that fits into `T`; `what` describes it in the message.
     pub(crate) fn number<T: FromStr>(&self, value: &str, what: &str) -> Result<T, Diagnostic> {
         value
             .parse()
             .map_err(|_| self.diagnostic(value, format!("expected {what}")))
     }
 
-    /// Yes or no.
+    /// Parses a boolean.
     pub(crate) fn boolean(&self, value: &str) -> Result<bool, Diagnostic> {
         value
             .parse()
             .map_err(|_| self.diagnostic(value, "expected true or false"))
     }
 
-    /// One of a few words.
+    /// Parses one of a few words.
     pub(crate) fn one_of<T: Copy>(
         &self,
         value: &str,
@@ -227,7 +235,7 @@ impl<'t> Json<'t> {
     }
 }
 
-/// `a, b or c`.
+/// Joins names as `a, b or c`.
 fn or(names: &[impl Display]) -> String {
     let mut text = String::new();
     for (at, name) in names.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What an arm is to do, step by step, as a value.
+//! Plans: the steps that an arm shall do, as a value.
 
 mod action;
 pub(crate) mod file;
@@ -27,28 +27,29 @@ pub use step::{Step, Tool};
 use crate::formats::Curves;
 use crate::{Origin, Surface};
 
-/// What the arm is to do: steps in their order, each with where it came from.
+/// Steps for the arm in their order, each with its place in the source file.
 ///
-/// Coordinates are the arm's (origin where the base axis meets the shoulder axis, X forward, Y to the arm's left, Z up), for
-/// the tip of [`tool`](Self::tool), or for the tool bias in force on the arm when there is none.
+/// Coordinates are the arm's: origin where the base axis meets the shoulder axis, X forward, Y to
+/// the arm's left, Z up. They refer to the tip of [`tool`](Self::tool), or to the tool bias in
+/// force on the arm if the plan names no tool.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
-    /// What it is called; a file's name if it has no better one.
+    /// Title, by default the name of the file.
     pub title: String,
-    /// The tool that it is made for. The arm is told of it first.
+    /// Tool of the plan, which is sent to the arm first.
     pub tool: Option<Tool>,
-    /// The surface that it works on, where that is known.
+    /// Surface that the plan works on, if known.
     pub surface: Option<Surface>,
-    /// The steps.
+    /// Steps.
     pub steps: Vec<Step>,
     /// Names that origins refer to.
     pub names: Vec<String>,
-    /// The curves behind its lines, if it was read from a program that has arcs.
+    /// The file behind flattened curves, if the plan was read from a program with arcs.
     pub curves: Curves,
 }
 
 impl Plan {
-    /// An empty one.
+    /// Creates an empty plan.
     #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
         Self {
@@ -57,7 +58,7 @@ impl Plan {
         }
     }
 
-    /// True if it leads to positions on a rail.
+    /// True if a step moves the rail.
     #[must_use]
     pub fn uses_rail(&self) -> bool {
         let on_rail = |step: &Step| {
@@ -72,43 +73,45 @@ impl Plan {
         self.steps.push(Step::new(action, origin));
     }
 
-    /// Adds a name and tells its index, for [`Origin::named`].
+    /// Adds a name and returns its index, for [`Origin::named`].
     pub fn name(&mut self, name: impl Into<String>) -> usize {
         self.names.push(name.into());
         self.names.len() - 1
     }
 
-    /// The name of an origin.
+    /// Returns the name of an origin.
     #[must_use]
     pub fn name_of(&self, origin: &Origin) -> Option<&str> {
         self.names.get(origin.name_index()?).map(String::as_str)
     }
 
-    /// What the arm is told first: the tool that the plan is made for.
+    /// Returns the command to send first: the tool of the plan. `None` if the plan names no tool.
     #[must_use]
     pub fn preamble(&self) -> Option<Set> {
         self.tool.map(|tool| build::tool(tool.bias()))
     }
 
-    /// Everything the arm is told, in order: the preamble, and the command of each step that has one.
+    /// Iterates over all commands in order: the preamble, then the command of each step that has
+    /// one.
     pub fn commands(&self) -> impl Iterator<Item = Set> + Clone + '_ {
         let steps = self.steps.iter().filter_map(|step| step.action.command());
         self.preamble().into_iter().chain(steps)
     }
 
-    /// One command of each kind: what `Arm::preflight_for` has to read of an arm depends on
-    /// nothing else.
+    /// Returns one command of each kind. They determine what `Arm::preflight_for` has to read from
+    /// an arm.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {
         let mut kinds = BTreeMap::new();
-        // One by one: collecting sorts them all first, and a command takes five times the room of a step.
+        // Insert one by one: `collect` would first gather and sort all commands, each of which is
+        // five times the size of a step.
         for command in self.commands() {
             kinds.insert(command.row().id, command);
         }
         kinds.into_values().collect()
     }
 
-    /// The places, from 0, at which it waits for a person.
+    /// Iterates over the pauses with the index of their step.
     pub fn pauses(&self) -> impl Iterator<Item = (usize, &Pause)> {
         let steps = self.steps.iter().enumerate();
         steps.filter_map(|(nth, step)| match &step.action {
@@ -117,13 +120,14 @@ impl Plan {
         })
     }
 
-    /// Takes its pauses out.
+    /// Removes the pauses.
     pub fn without_pauses(&mut self) {
         let pauses = |step: &Step| matches!(step.action, Action::Pause(_));
         self.steps.retain(|step| !pauses(step));
     }
 
-    /// Least and greatest x, y and z to which steps lead, mm. `None` if none leads to a position.
+    /// Smallest and largest x, y and z of the steps' targets, mm. `None` if no step names a
+    /// position.
     #[must_use]
     pub fn extent(&self) -> Option<[[f64; 3]; 2]> {
         let mut targets = self.steps.iter().filter_map(|step| step.action.target());
@@ -137,7 +141,7 @@ impl Plan {
         }))
     }
 
-    /// Whether anything of it may light the laser.
+    /// True if a step may light the laser.
     #[must_use]
     pub fn burns(&self) -> bool {
         self.steps.iter().any(|step| step.action.burns())

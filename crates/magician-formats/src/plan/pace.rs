@@ -1,4 +1,4 @@
-//! Speeds that a person asks for, instead of a plan's own.
+//! Replacing a plan's speeds by those that the user asks for.
 
 use magician_host::build;
 use magician_protocol::Set;
@@ -6,8 +6,8 @@ use magician_protocol::Set;
 use crate::{Action, Plan, Step};
 
 impl Plan {
-    /// Has all moves use this share of the set speeds, percent, wherever its steps say another. Gives what the arm has to be
-    /// told first.
+    /// Replaces the speed ratio in all steps by `percent` of the set speeds. Returns the command to
+    /// send first, for plans that set no ratio.
     pub fn moves_at(&mut self, percent: f32) -> Set {
         let ratio = build::speed(percent, percent);
         self.steps.iter_mut().for_each(|step| {
@@ -18,7 +18,7 @@ impl Plan {
         ratio
     }
 
-    /// Has continuous paths run at most so fast, mm/s, wherever its steps say another speed for them.
+    /// Limits the speed of continuous paths to `speed`, mm/s, wherever a step sets one.
     pub fn path_at(&mut self, speed: f32) {
         self.steps.iter_mut().for_each(|step| {
             if let Some(Set::CpParams(mut params)) = command_of(step).copied() {
@@ -28,7 +28,7 @@ impl Plan {
         });
     }
 
-    /// The settings that its steps change.
+    /// Iterates over the settings that steps change.
     pub fn settings(&self) -> impl Iterator<Item = &Set> {
         self.steps.iter().filter_map(command_of)
     }

@@ -1,21 +1,22 @@
-//! The same program at each place of a pallet.
+//! Repeating a plan at each position of a pallet.
 
 use super::Plan;
 use crate::Diagnostic;
 use crate::plan::transform::finite;
 use magician_host::message;
 
-/// Places in rows and columns. The first is where a program is as it stands; the others follow row by row.
+/// Positions in rows and columns. The plan as it stands is for the first; the others follow row by
+/// row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pallet {
     rows: usize,
     columns: usize,
-    /// From a place to the next in its row, and from a row to the next, mm.
+    /// Distance to the next position in a row, and to the next row, mm.
     steps: [[f64; 3]; 2],
 }
 
 impl Pallet {
-    /// A grid along the arm's axes: columns in x, rows in y, so far apart, mm.
+    /// Creates a grid along the arm's axes, columns in x and rows in y, with these distances, mm.
     #[must_use]
     pub fn grid(rows: usize, columns: usize, [x, y]: [f64; 2]) -> Self {
         Self {
@@ -25,8 +26,10 @@ impl Pallet {
         }
     }
 
-    /// A pallet as it stands, by three of its places (x, y, z; mm) as the vendor's software has it: the first, the last of
-    /// its row, and the first of the last row. The others are in between, in even distances, on any slope.
+    /// Creates a pallet in any orientation from three of its positions (x, y, z; mm), as in the
+    /// vendor's software: the first, the last of its row, and the first of the last row.
+    ///
+    /// The others are spaced evenly between them.
     #[must_use]
     pub fn corners(
         rows: usize,
@@ -34,7 +37,7 @@ impl Pallet {
         [first, end_of_row, last_row]: [[f64; 3]; 3],
     ) -> Self {
         let step = |to: [f64; 3], count: usize| {
-            // A single one has no next.
+            // A single row or column has no distance to the next.
             let gaps = count.saturating_sub(1).max(1) as f64;
             let [x, y, z] = to;
             let [a, b, c] = first;
@@ -50,13 +53,13 @@ impl Pallet {
         }
     }
 
-    /// How many positions it has; `None` if they are too many to count.
+    /// Number of positions, or `None` if it overflows.
     #[must_use]
     pub fn places(&self) -> Option<usize> {
         self.rows.checked_mul(self.columns)
     }
 
-    /// The way from the first place to another, by its number from 0, mm.
+    /// Offset from the first position to another, counted from 0, mm.
     #[must_use]
     pub fn way_to(&self, place: usize) -> [f64; 3] {
         let columns = self.columns.max(1);
@@ -71,8 +74,8 @@ impl Pallet {
 }
 
 impl Plan {
-    /// The plan at each place of a pallet, one after the other. As it stands it is for the first. One whose surface is
-    /// tilted follows it from place to place.
+    /// Repeats the plan at each position of a pallet. If its surface is tilted, the offsets follow
+    /// it.
     ///
     /// ```
     /// use magician_formats::{Action, Origin, Pallet, Plan, Travel};
@@ -88,7 +91,8 @@ impl Plan {
     /// ```
     ///
     /// # Errors
-    /// As [`moved`](Self::moved), and for a pallet without a place or with more than any arm will ever fill.
+    /// Those of [`moved`](Self::moved), and a [`Diagnostic`] if the pallet has no positions or too
+    /// many.
     pub fn placed_on(&self, pallet: &Pallet) -> Result<Self, Diagnostic> {
         let Pallet {
             rows,

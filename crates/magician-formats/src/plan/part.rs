@@ -1,7 +1,10 @@
+//! Parts of a plan, their colours, and pauses.
+
 use std::fmt;
 use std::str::FromStr;
 
-/// A colour whose red, green and blue are no less is as good as white.
+/// Smallest channel value of a pale colour, 0 to 255. A choice: brighter lines are hardly visible
+/// on white paper.
 const PALE: u8 = 230;
 
 /// A colour of a drawing.
@@ -20,7 +23,7 @@ pub struct Color(
 );
 
 impl Color {
-    /// True if it can hardly be seen on paper.
+    /// True if the colour is hardly visible on white paper.
     #[must_use]
     pub fn is_pale(self) -> bool {
         self.0.iter().all(|channel| *channel >= PALE)
@@ -34,7 +37,7 @@ impl fmt::Display for Color {
     }
 }
 
-/// `#rgb`, `#rrggbb`, or a name of CSS.
+/// Parses `#rgb`, `#rrggbb`, or a CSS colour name.
 impl FromStr for Color {
     type Err = String;
 
@@ -48,20 +51,20 @@ impl FromStr for Color {
     }
 }
 
-/// The part of a plan that begins: what is drawn with one pen.
+/// Start of a part of a plan: everything drawn with one pen.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Part {
-    /// Its number, from 1.
+    /// Number, from 1.
     pub n: u64,
-    /// Its layer, pen or tool, if that has a name.
+    /// Name of the layer, pen or tool, if it has one.
     pub name: Option<String>,
-    /// Its colour, if it has one.
+    /// Colour, if it has one.
     pub color: Option<Color>,
-    /// Which pass over it this is, from 1, where there are several.
+    /// Pass over the part, from 1; `None` if there is only one.
     pub pass: Option<u64>,
 }
 
-/// What a person calls it: `2, outline (#ff0000)`.
+/// Prints number, name and colour: `2, outline (#ff0000)`.
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.n)?;
@@ -74,30 +77,30 @@ impl fmt::Display for Part {
     }
 }
 
-/// A place where a plan waits for a person.
+/// A point where a plan waits for a person.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pause {
-    /// What the person is told.
+    /// Message for the person.
     pub text: String,
-    /// Why it pauses.
+    /// Cause.
     pub cause: PauseCause,
 }
 
-/// Why a plan pauses.
+/// Cause of a pause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PauseCause {
-    /// The next part begins, which may want another pen.
+    /// The next part begins, which may need another pen.
     Part,
-    /// The program says so.
+    /// The program contains a pause.
     Program,
 }
 
 impl PauseCause {
-    /// All of them, by [`name`](Self::name).
+    /// All causes.
     pub const ALL: [Self; 2] = [Self::Part, Self::Program];
 
-    /// Its name in files and interfaces.
+    /// Name in files and interfaces.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

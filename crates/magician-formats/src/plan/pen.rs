@@ -1,20 +1,21 @@
-//! The pen of a plan, and how it stands when the plan has ended.
+//! Pens in plans: whether a plan draws, on which surface, and whether it lifts the pen at its end.
 
 use magician_protocol::Set;
 
 use super::{Action, Plan, Tool, Travel};
 use crate::Surface;
 
-/// Heights that differ by less than this are the same: what 32 bits and a reading cost, mm.
+/// Height difference that counts as none, mm. It covers the rounding of 32-bit coordinates and of
+/// the reported pose.
 const SAME: f64 = 0.05;
 
 impl Plan {
-    /// True if it draws with a pen.
+    /// True if the plan draws with a pen.
     ///
-    /// A plan for a pen does if it goes anywhere. One that names no tool, or gives a bias, does if it
-    /// follows continuous paths or arcs and is known to be a drawing: because it says where its surface is,
-    /// or because of the file that it was made of (`drawing`). Nothing of a laser, a suction cup or a
-    /// gripper does.
+    /// * A plan for a pen draws if any step names a target.
+    /// * A plan without a tool, or with a bias, draws if it contains continuous paths or arcs and
+    ///   is known to be a drawing: it has a surface, or the caller says so (`drawing`).
+    /// * A plan with laser steps, or for any other tool, does not draw.
     #[must_use]
     pub fn draws(&self, drawing: bool) -> bool {
         let any = |is: fn(&Action) -> bool| self.steps.iter().any(|step| is(&step.action));
@@ -28,8 +29,8 @@ impl Plan {
         }
     }
 
-    /// Surface that a pen draws on: that of the plan, else a level one at the lowest point of its
-    /// continuous paths. `None` if it has neither.
+    /// Returns the surface that a pen draws on: that of the plan, else a level one at the lowest
+    /// point of its continuous paths. `None` if it has neither.
     #[must_use]
     pub fn drawn_on(&self) -> Option<Surface> {
         let level = || {
@@ -42,9 +43,11 @@ impl Plan {
         self.surface.or_else(level)
     }
 
-    /// Height, mm, by which a pen that stands at this point when the plan has ended is still to be lifted
-    /// to be `lift` above the paper: above the surface, or above the lowest point of the plan where that is
-    /// higher or no surface is known.
+    /// Returns the height, mm, by which the pen must still be lifted at the end of the plan to be
+    /// `lift` above the paper.
+    ///
+    /// The pen stands at the given point. The paper is at the surface, or at the plan's lowest
+    /// point if that is higher or there is no surface.
     #[must_use]
     pub fn lift_left(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
         let targets = self.steps.iter().filter_map(|step| step.action.target());
@@ -56,7 +59,7 @@ impl Plan {
         if left > SAME { left } else { 0.0 }
     }
 
-    /// True if its last step lifts the pen straight up and does nothing else.
+    /// True if the last step, apart from waits, lifts the pen straight up.
     #[must_use]
     pub fn ends_with_lift(&self) -> bool {
         let mut steps = self.steps.iter().rev().map(|step| &step.action);
@@ -76,7 +79,7 @@ impl Plan {
     }
 }
 
-/// Whether a step draws a line as drawings do.
+/// True if a step draws a line: a continuous path, an arc or a circle.
 fn draws_along(action: &Action) -> bool {
     match action {
         Action::Path { .. } | Action::Arc { .. } => true,
@@ -130,7 +133,7 @@ mod tests {
             assert!(!of(Some(tool), &line).draws(true), "{tool:?}");
         }
         assert!(of(Some(Tool::Pen), &line[..1]).draws(false));
-        // A path that a program makes for a tool that it does not name may be of any.
+        // Without a named tool a path may be for any tool.
         assert!(!of(None, &line).draws(false));
         assert!(!of(None, &line[..1]).draws(true));
         assert!(!of(Some(Tool::Pen), &[build::speed(10.0, 10.0).into()]).draws(true));
@@ -146,11 +149,11 @@ mod tests {
         assert_eq!(plan.lift_left(at(-46.0), 10.0), 6.0);
         assert_eq!(plan.lift_left(at(-40.0), 10.0), 0.0);
         assert_eq!(plan.lift_left(at(20.0), 10.0), 0.0);
-        // A pen that has pressed on.
+        // The pen is pressed into the paper.
         assert_eq!(plan.lift_left(at(-51.0), 10.0), 10.0);
         plan.surface = Some(Surface::level(-45.0));
         assert_eq!(plan.lift_left(at(-45.0), 10.0), 10.0);
-        // What draws above the surface that was named touches something.
+        // A plan that draws above its named surface still touches something at its lowest point.
         plan.surface = Some(Surface::level(-90.0));
         assert_eq!(plan.lift_left(at(-50.0), 10.0), 10.0);
     }

@@ -1,4 +1,10 @@
-//! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
+//! Laser power of a plan: in proportion to speed (M4 of G-code), and scaled to the user's range.
+//!
+//! Under M4 the power of a burn follows the actual speed, so that corners, where the arm is slow,
+//! do not burn deeper. The arm has one power per segment, so segments on which the speed changes
+//! are cut into pieces with a power each. Cutting changes the velocity profile (each piece takes
+//! whole periods of the controller), so the cut is repeated on the new profile, a few times at
+//! most.
 
 use magician_host::message;
 use magician_host::preflight::PathProfiles;
@@ -8,24 +14,32 @@ use magician_motion::ArmModel;
 use super::{Action, Plan, Step};
 use crate::{Diagnostic, DiagnosticCode, Parsed, Power};
 
-/// No piece begins or ends more than this share of the feed from its mean speed: a tenth, less what numbers round.
+/// Largest deviation of a piece's speed from its mean, as a share of the feed: a tenth, minus a
+/// margin for rounding.
 const OFF: f64 = 0.099;
-/// A line gets no more pieces than this besides its first.
+/// Largest number of additional pieces per line. A choice between accuracy and the length of the
+/// queue.
 const MOST_PIECES: usize = 20;
-/// No line is cut into pieces shorter than this, mm: a beam is 0.2 mm wide.
+/// Smallest length of a piece, mm. The beam is 0.2 mm wide, so shorter pieces make no visible
+/// difference.
 const SHORTEST: f64 = 0.005;
-/// So often pieces are cut again, because more of them may be slower.
+/// Largest number of cutting rounds. Cutting may slow down the new pieces, which then need cutting
+/// themselves.
 const ROUNDS: usize = 3;
-/// What comes as near to its feed as this has reached it.
+/// Share of the feed from which it counts as reached. A choice that covers rounding and differences
+/// too small to be seen.
 const REACHED: f64 = 0.99;
 
 impl Plan {
-    /// With the power of every burn that has a [feed](Step::feed) in proportion to the speed at which the arm really goes: times
-    /// its mean speed by the feed, and never more than it says. Lines on which the speed changes are cut, into at most 20
-    /// pieces more, so that each is right within a tenth of its power, or within half of what three periods of the arm
-    /// change: a shorter piece would slow the arm down. A note tells where the feed is never reached.
+    /// Sets the power of every burn that has a [feed](Step::feed) in proportion to the arm's actual
+    /// speed: the nominal power times mean speed by feed, and never more than the nominal power.
     ///
-    /// To be done when all is placed: the arm is faster on longer lines.
+    /// Lines on which the speed changes are cut into at most 20 more pieces. The power of each
+    /// piece is then right within a tenth, or within half of the change over three periods of the
+    /// arm: a shorter piece would slow the arm down. A note reports strokes that never reach their
+    /// feed.
+    ///
+    /// Call it after placing and scaling, because the arm goes faster on longer lines.
     #[must_use]
     pub fn powered_by_speed(mut self) -> Parsed<Self> {
         let follows = |step: &Step| step.feed.is_some();
@@ -35,7 +49,7 @@ impl Plan {
                 notes: Vec::new(),
             };
         }
-        // How many pieces more each step may become.
+        // Remaining number of pieces into which each step may be cut.
         let mut room = vec![MOST_PIECES; self.steps.len()];
         let mut profiles = self.path_laws();
         for _ in 0..ROUNDS {
@@ -49,7 +63,7 @@ impl Plan {
         let notes = unreached(&self.steps, &profiles).into_iter().collect();
         for (step, profile) in self.steps.iter_mut().zip(&profiles) {
             if let (Some(feed), Action::Burn { power, .. }) = (step.feed.take(), &mut step.action) {
-                // What has no way burns nothing.
+                // A zero-length segment burns nothing.
                 let speed = profile.map_or(0.0, |profile| profile.length() / profile.duration());
                 *power = (f64::from(*power) * (speed / f64::from(feed)).min(1.0)) as f32;
                 step.follows_speed = true;
@@ -65,16 +79,16 @@ impl Plan {
         let steps = self.steps.iter().map(|step| step.action.command());
         let commands: Vec<Set> = steps.clone().flatten().collect();
         let mut profiles = PathProfiles::of(&commands).into_iter();
-        // What sends nothing has none.
+        // Steps that send nothing have no profile.
         steps
             .map(|step| step.and_then(|_| profiles.next()).flatten())
             .collect()
     }
 
-    /// With all power as a person wants it.
+    /// Maps all laser powers into the user's range.
     ///
     /// # Errors
-    /// A step that switches the laser on, which is full power always.
+    /// A [`Diagnostic`] if a step switches the laser on, which is always full power.
     pub fn at_power(mut self, power: &Power) -> Result<Self, Diagnostic> {
         let of = |percent: f32| power.of(percent.into()) as f32;
         let names = self.names.clone();
@@ -116,7 +130,8 @@ impl Plan {
     }
 }
 
-/// Cuts the steps that follow their speed where it changes; with how many pieces each may still become.
+/// Cuts the steps with a feed where their speed changes. Returns the steps and the number of pieces
+/// that each may still become.
 fn cut(
     steps: &[Step],
     room: &[usize],
@@ -129,13 +144,14 @@ fn cut(
         let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
         let ways = match (profile, step.feed.filter(|_| lit)) {
             (Some(profile), Some(feed)) => cuts(profile, feed.into()),
+            // Dark segments and those without a feed have nothing to adjust.
             _ => Vec::new(),
         };
         let fits = !ways.is_empty() && ways.len() <= *room;
         if let (true, Some(profile), Some(from), Some(to)) =
             (fits, profile, from, step.action.target())
         {
-            // What is left to cut is shared by the pieces.
+            // The pieces share the remaining cuts.
             let each = (room - ways.len()) / (ways.len() + 1);
             for way in &ways {
                 let mut piece = step.clone();
@@ -167,14 +183,14 @@ fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
     [at((x, to_x)), at((y, to_y)), at((z, to_z))]
 }
 
-/// A piece takes at least this many periods of the arm. It takes the nearest whole number of them: one that is shorter than two may
-/// be faster by up to a half.
+/// Smallest duration of a piece, in periods of the arm. The arm rounds a segment to a whole number
+/// of periods, so one shorter than two may be faster by up to a half.
 const LEAST_PERIODS: f64 = 2.0;
-/// Part of the least time from which a piece is not taken for shorter, for rounding errors of times.
+/// Share of the smallest duration from which a piece counts as long enough, for rounding errors.
 const ROUNDED: f64 = 1.0 - 1e-6;
 
-/// After how many mm a segment is to be cut, so that no piece of it is off its mean speed by more than a tenth of the feed.
-/// Faster than the feed counts as the feed.
+/// Returns the distances, mm, at which a segment is to be cut so that no piece deviates from its
+/// mean speed by more than a tenth of the feed. Speeds above the feed count as the feed.
 fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     let [ramp_in, cruise, ..] = profile.corners();
     let end = profile.duration();
@@ -182,8 +198,9 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     let mut times = Vec::new();
     let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
     let least = LEAST_PERIODS * period;
-    // Whole periods from the end of the segment that the ramp begins or ends at: the segment takes whole ones itself, and so does
-    // what is left in its middle. A segment that is slowed down to whole periods may be slowest there.
+    // Cut at whole periods from that end of the segment at which the ramp begins or ends. The
+    // segment takes a whole number of periods, so the rest in its middle does too. A segment that
+    // was slowed down to whole periods may be slowest in its middle.
     let mut ramp = |outer: f64, inner: f64| {
         let change = (speed(inner) - speed(outer)).abs();
         if change > OFF * feed {
@@ -219,7 +236,7 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     ways
 }
 
-/// Time at which a ramp between two times has come to a speed; its end for one that falls.
+/// Time at which a ramp between two times reaches a speed. For a falling ramp its end.
 fn when(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
     let (slow, fast) = (profile.velocity(from), profile.velocity(to));
     if fast > slow {
@@ -229,12 +246,13 @@ fn when(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
     }
 }
 
-/// A note about the strokes that never come to their feed.
+/// Returns a note about strokes that never reach their feed.
 fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Diagnostic> {
     let (mut strokes, mut weak) = (0_u32, 0_u32);
-    // The first that is weak, its feed, and the best speed of them all.
+    // The first such stroke, its feed, and the best speed of all of them.
     let mut told: Option<(usize, f64, f64)> = None;
-    // Of the stroke under way: its beginning, and the speed that comes nearest to its feed.
+    // The current stroke: its first step, and the feed and speed of the step that comes closest to
+    // its feed.
     let mut stroke: Option<(usize, f64, f64)> = None;
     let end = std::iter::once((steps.len(), None));
     let each = steps.iter().zip(profiles).enumerate();
@@ -291,7 +309,7 @@ mod tests {
     use super::*;
     use crate::Origin;
 
-    /// Lines of 60 % through these points, at a speed that is a share of the feed.
+    /// Lines with 60 % power through these points, at a speed given as a share of the feed.
     fn plan(points: &[[f32; 2]], speed: f32, feed: f32) -> Plan {
         let mut plan = Plan::new("M4");
         plan.push(build::path_speed(speed, 100.0), Origin::NONE);
@@ -309,10 +327,13 @@ mod tests {
         plan
     }
 
-    /// Every piece has the power of its mean speed, and is right all along within a tenth, or within what its periods let it.
-    /// The shortest piece that is cut has two periods, or three where an odd number of them is left; a line of the plan may have
-    /// one. The arm takes the nearest whole number of n periods for what lasts up to n + 1/2 at the acceleration of [`plan`]:
-    /// the mean speed is higher by that share, and the slow end is half of the change below it.
+    /// Asserts that every piece has the power of its mean speed and is right within a tenth, or
+    /// within the limit of the periods.
+    ///
+    /// The shortest piece after a cut has two periods, or three if an odd number was left; a line
+    /// of the plan may have one. For a duration up to n + 1/2 periods at the acceleration of
+    /// [`plan`] the arm takes n periods: the mean speed is higher by that share, and the slow end
+    /// is half of the change below it.
     fn is_right(reading: &Parsed<Plan>, feed: f64) {
         let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
         let plan = &reading.content;
@@ -340,7 +361,7 @@ mod tests {
                 0.0
             };
             let within = 60.0 * f64::max(0.1, hastened / feed);
-            // Not at its end: a piece that is slowed down to whole periods leaves its end to the next one.
+            // Not at its end: a piece slowed down to whole periods leaves its end to the next one.
             for nth in 0..20 {
                 let speed = profile.velocity(profile.duration() * (f64::from(nth) + 0.5) / 20.0);
                 let exact = 60.0 * speed.min(feed) / feed;
@@ -382,7 +403,7 @@ mod tests {
                 assert!(steps > lines || lines == 200, "{steps}");
                 assert!(steps <= lines * (1 + MOST_PIECES), "{steps} of {lines}");
                 let profiles = made.content.path_laws();
-                // A segment between two at the feed may be slowed down to whole periods.
+                // A segment between two segments at the feed may be slowed down to whole periods.
                 let speeds = profiles.iter().flatten().map(|profile| {
                     let [peak, ..] = profile.corners();
                     profile.velocity(peak).max(profile.velocity(0.0))
@@ -414,7 +435,7 @@ mod tests {
 
     #[test]
     fn what_never_reaches_its_feed_is_told() {
-        // 4 mm at 100 mm/s2 lead to 20 mm/s and back.
+        // 4 mm at 100 mm/s2 allow 20 mm/s and back to rest.
         let made = plan(&[[200.0, 0.0], [204.0, 0.0]], 100.0, 100.0).powered_by_speed();
         let [note] = &made.notes[..] else {
             panic!("{:?}", made.notes)

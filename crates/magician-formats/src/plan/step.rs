@@ -1,3 +1,5 @@
+//! Steps of a plan, and the tools that plans name.
+
 use magician_host::{Message, MessageValue, ToMessageValue};
 use std::fmt;
 use std::str::FromStr;
@@ -8,19 +10,22 @@ use magician_protocol::commands::EndEffectorParams;
 use super::{Action, Color};
 use crate::Origin;
 
-/// One step of a plan: one command. Steps that do the same are equal, whatever their colour.
+/// A step of a plan. Equality ignores the colour: steps that do the same are equal.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// What is done.
+    /// Action.
     pub action: Action,
-    /// Where it came from.
+    /// Place in the source file.
     pub origin: Origin,
-    /// Of a burn whose power is to be in proportion to speed (M4): the speed at which it has the power that it says, mm/s.
-    /// [`Plan::powered_by_speed`](super::Plan::powered_by_speed) makes the proportion, and leaves none.
+    /// Speed at which a burn has its nominal power, mm/s, if its power shall be in proportion to
+    /// speed (M4). [`Plan::powered_by_speed`](super::Plan::powered_by_speed) computes the power and
+    /// clears it.
     pub feed: Option<f32>,
-    /// Whether its power was made in proportion to speed: at a lower speed it burns as deep with a lower power.
+    /// True if the power was computed in proportion to speed. At a lower speed a lower power then
+    /// burns just as deep.
     pub follows_speed: bool,
-    /// Colour of its line in the drawing, which a preview shows; `None` if it is unknown. Files of plans do not keep it.
+    /// Colour of the line in the drawing, for previews; `None` if unknown. Plan files do not store
+    /// it.
     pub color: Option<Color>,
 }
 
@@ -44,7 +49,7 @@ impl PartialEq for Step {
 }
 
 impl Step {
-    /// A step of its own power, if it burns.
+    /// Creates a step with constant power.
     #[must_use]
     pub fn new(action: impl Into<Action>, origin: Origin) -> Self {
         Self {
@@ -57,11 +62,11 @@ impl Step {
     }
 }
 
-/// A tool, and how it sits on the arm.
+/// A tool and its position on the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Tool {
-    /// None: coordinates are the wrist's.
+    /// No tool: coordinates refer to the wrist.
     None,
     /// The suction cup.
     Suction,
@@ -71,12 +76,12 @@ pub enum Tool {
     Pen,
     /// The laser.
     Laser,
-    /// Any other, by its bias from the wrist, mm.
+    /// Any other tool, by its bias from the wrist, mm.
     Bias([f32; 3]),
 }
 
 impl Tool {
-    /// The tools that have a name.
+    /// The tools with a name.
     pub const NAMED: [(&'static str, Self); 5] = [
         ("none", Self::None),
         ("suction", Self::Suction),
@@ -85,7 +90,7 @@ impl Tool {
         ("laser", Self::Laser),
     ];
 
-    /// Its bias from the wrist.
+    /// Bias from the wrist.
     #[must_use]
     pub fn bias(self) -> ToolBias {
         match self {
@@ -99,7 +104,7 @@ impl Tool {
     }
 }
 
-/// The tool whose bias is in force: that of a name, if it is one of these to the bit.
+/// Returns the tool whose bias equals the given one bit for bit, else the bias.
 impl From<&EndEffectorParams> for Tool {
     fn from(bias: &EndEffectorParams) -> Self {
         let found = [bias.x_bias, bias.y_bias, bias.z_bias];
@@ -112,7 +117,7 @@ impl From<&EndEffectorParams> for Tool {
     }
 }
 
-/// By name, or a bias as `X,Y,Z`.
+/// Prints the name, or a bias as `X,Y,Z`.
 impl fmt::Display for Tool {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -125,7 +130,7 @@ impl fmt::Display for Tool {
     }
 }
 
-/// Its name as a word, which other languages have too.
+/// Translates a named tool as a word.
 impl ToMessageValue for Tool {
     fn to_message_value(&self, decimals: Option<usize>) -> MessageValue {
         let known = Self::NAMED.iter().find(|(_, tool)| tool == self);

@@ -1,9 +1,9 @@
-//! Lines of a program tidied, where that is asked for: what is drawn twice is drawn once, ends that nearly meet are joined, points
-//! that say nothing are left out. The rest stays as it is and in its order.
+//! Optional clean-up of a plan's lines: duplicates are drawn once, ends that nearly meet are
+//! joined, and redundant points are removed. Everything else keeps its order.
 //!
-//! What is changed has to be certain: a line that is left in costs time, one that is left out, or a way that leads through the
-//! work, costs the work. So a line is left out only where the tool comes to it and leaves it in a way that is known, and none is
-//! turned round or put elsewhere.
+//! The clean-up errs towards keeping a line. A superfluous line costs time, whereas a missing one,
+//! or a travel move through the work, ruins the work. So a line is removed only if the moves to and
+//! from it are fully understood, and no line is reversed or moved.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -14,20 +14,24 @@ use super::{Action, Plan, Step, Travel};
 use crate::artwork::{Tidied, Tidy, from_the_least};
 use crate::simplify::{kept, length};
 
-/// Places no farther apart than about this are the same, mm.
+/// Distance below which positions count as equal, mm. It absorbs the rounding of 32-bit
+/// coordinates.
 const SAME: f64 = 1e-3;
-/// So far above a line a pen is clear of it, mm.
+/// Height above a line at which a pen no longer touches, mm. A choice.
 const CLEAR: f64 = 0.5;
 
 type Point = [f64; 3];
 
 impl Plan {
-    /// Tidies its lines, and tells what came of it. None of what is marked then is farther from what was marked before than `merge`
-    /// and `simplify` together, nor the other way round.
+    /// Cleans up the lines and reports what changed.
     ///
-    /// Two lines are the same that go through the same places at the same heights, whichever way; where they burn, with the same
-    /// power at the same speed. Between them is nothing but travel and settings of speeds: behind a pause, or in another part, a
-    /// line is another one. A program that switches its laser on and off by itself stays as it is.
+    /// Everything marked afterwards is within `merge + simplify` of something marked before, and
+    /// vice versa.
+    ///
+    /// Two lines are duplicates if they pass through the same points at the same heights, in either
+    /// direction; burnt lines also need the same power and speed. Only travel and speed settings
+    /// may lie between them: after a pause or in another part the same line is a different one. A
+    /// plan that switches its laser on and off separately stays as it is.
     pub fn tidy(&mut self, tidy: &Tidy) -> Tidied {
         let mut tidied = Tidied::default();
         let finite = |step: &Step| {
@@ -49,7 +53,7 @@ impl Plan {
         tidied
     }
 
-    /// Leaves out what is there before.
+    /// Removes lines that occurred before, and returns their number.
     fn without_repeated(&mut self) -> usize {
         let traced = Traced::of(self);
         let mut known = HashSet::new();
@@ -70,7 +74,8 @@ impl Plan {
         repeated
     }
 
-    /// Goes on where the next line begins no farther than this from the end of one.
+    /// Joins a line to the next one if that begins within `merge` of its end. Returns the number of
+    /// joins.
     fn without_gaps(&mut self, merge: f64) -> usize {
         let traced = Traced::of(self);
         let mut gone = Gone::new(self.steps.len());
@@ -79,15 +84,15 @@ impl Plan {
             let [line, next] = pair else { continue };
             let between = line.steps.end..next.steps.start;
             let gap = apart(line.end, next.start);
-            // An arc goes through three places: it would become another one.
+            // An arc passes through three points; another start would change its circle.
             let bends = matches!(self.steps[next.steps.start].action, Action::Arc { .. });
             let alike = line.scope == next.scope
                 && line.last_burn(self, &traced) == next.first_burn(self, &traced)
                 && gap <= if bends { merge.min(SAME) } else { merge };
             let near = |step: &Step| match step.action.target().map(wide) {
-                // Even a burn without a way, which is no line, is more than travel.
+                // A zero-length burn is not a line, yet it marks the work.
                 Some(_) if step.action.burns() => false,
-                // It works nowhere else, and comes near nothing.
+                // A step at the gap itself, or high enough above both lines, touches nothing.
                 Some(to) => {
                     line.is_lit
                         || across(line.end, to) <= SAME
@@ -106,7 +111,7 @@ impl Plan {
         joined
     }
 
-    /// Leaves out points of lines that are straight without them.
+    /// Removes points from which the line deviates by no more than the tolerance.
     fn thinned(&mut self, tolerance: f64) {
         let traced = Traced::of(self);
         let mut gone = Gone::new(self.steps.len());
@@ -125,7 +130,7 @@ impl Plan {
                         .flatten()
                         .collect();
                     let stays = kept(&points, tolerance);
-                    // The first is where the line comes from.
+                    // The first point is the start of the line, which belongs to the step before.
                     for (at, stays) in (from..to).zip(stays.into_iter().skip(1)) {
                         gone.steps[at] |= !stays;
                     }
@@ -137,7 +142,7 @@ impl Plan {
     }
 }
 
-/// Whether a step goes straight on from another one in the same way: on a path, with the same power.
+/// True if a step continues a straight path in the same way: same kind, same power, same feed.
 fn goes_on(one: &Step, next: &Step) -> bool {
     let alike = match (&one.action, &next.action) {
         (Action::Path { .. }, Action::Path { .. }) => true,
@@ -147,12 +152,12 @@ fn goes_on(one: &Step, next: &Step) -> bool {
     alike && (one.feed, one.follows_speed) == (next.feed, next.follows_speed)
 }
 
-/// Whether a step lights the laser otherwise than along a way.
+/// True if a step lights the laser other than along a segment.
 fn lights(action: &Action) -> bool {
     action.burns() && !matches!(action, Action::Burn { .. })
 }
 
-/// Whether a step does nothing but say how fast the next ones are.
+/// True if a step only sets the speed of later ones.
 fn sets_speed(action: &Action) -> bool {
     let Action::Command(command) = action else {
         return false;
@@ -175,7 +180,7 @@ fn across(a: Point, b: Point) -> f64 {
     length([a[0] - b[0], a[1] - b[1]])
 }
 
-/// Steps that are left out.
+/// Steps to be removed.
 struct Gone {
     steps: Vec<bool>,
 }
@@ -187,14 +192,15 @@ impl Gone {
         }
     }
 
-    /// Of these the ones that lead somewhere.
+    /// Marks the steps that have a target.
     fn where_led(&mut self, plan: &Plan, steps: impl IntoIterator<Item = usize>) {
         for at in steps {
             self.steps[at] |= plan.steps[at].action.target().is_some();
         }
     }
 
-    /// Of these the settings of speeds along paths behind which the speed is what it was before.
+    /// Marks settings of the path speed whose effect is overridden, or that restore the speed in
+    /// force before.
     fn settings_alike(&mut self, plan: &Plan, traced: &Traced, between: Range<usize>) {
         let sets = |at: &usize| matches!(&plan.steps[*at].action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
         let settings: Vec<usize> = between.clone().filter(sets).collect();
@@ -213,23 +219,23 @@ impl Gone {
     }
 }
 
-/// A line that is marked without a break.
+/// A line marked without a break.
 struct Line {
-    /// Its steps, from the first that marks to behind the last: those, and settings of speeds.
+    /// Steps from the first mark to the last, with the speed settings in between.
     steps: Range<usize>,
     start: Point,
     end: Point,
     is_lit: bool,
-    /// Lines of another one are never the same.
+    /// Lines of different scopes are never duplicates.
     scope: u64,
 }
 
-/// What is known at each step of a plan, and its lines.
+/// The lines of a plan, and the state before each of its steps.
 struct Traced {
     lines: Vec<Line>,
-    /// Where the tool is before a step.
+    /// Position of the tool before each step; `None` if unknown.
     before: Vec<Option<Point>>,
-    /// Which setting of speeds along paths is in force before a step, and behind the last: its values.
+    /// Parameters of continuous paths in force before each step, and after the last.
     speeds: Vec<Option<[u32; 3]>>,
 }
 
@@ -242,7 +248,7 @@ impl Traced {
             speeds: Vec::with_capacity(plan.steps.len() + 1),
         };
         let (mut at, mut speed, mut scope) = (None, None, 0);
-        // The line under way: whether it may go on.
+        // True while the last line may continue.
         let mut open = false;
         for (nth, step) in plan.steps.iter().enumerate() {
             traced.before.push(at);
@@ -282,7 +288,8 @@ impl Traced {
                 }
                 (_, to) => {
                     open = false;
-                    // What else is done may be a pause, another pen, or anything.
+                    // Any other action may be a pause, a change of pen, or anything else, so a new
+                    // scope begins. Silent steps keep the position of the tool.
                     let known = matches!(action, Action::Laser(false) | Action::Wait(_));
                     if to.is_none() && !known {
                         scope += 1;
@@ -296,15 +303,15 @@ impl Traced {
         traced
     }
 
-    /// The steps that lead down to a line and up from it, if nothing else happens there: without them and the line the tool goes
-    /// on above it.
+    /// Returns the steps that lead down to a line and up from it. `None` if anything else happens
+    /// there. Once these steps and the line are removed, the tool passes above the line.
     fn ways_of(&self, line: &Line, plan: &Plan) -> Option<(Range<usize>, Range<usize>)> {
         let Range { start, end } = line.steps;
         let nothing = (start..start, end..end);
         let next = plan.steps.get(end..)?.iter();
         let mut next = next.skip_while(|step| sets_speed(&step.action));
         if line.is_lit {
-            // The ways to it and from it are dark, wherever they lead.
+            // Moves to and from a burnt line are dark, so they may stay wherever they lead.
             let goes_on = next.next().is_none_or(|step| match step.action {
                 Action::Burn { power, .. } => power == 0.0,
                 Action::Move { by, .. } => by == Travel::Line,
@@ -314,7 +321,8 @@ impl Traced {
             return goes_on.then_some(nothing);
         }
         let high = line.height(plan) + CLEAR;
-        // Down: the last steps before it, straight above it, from where the tool is clear.
+        // Down: the steps straight above the start of the line, back to where the tool is clear of
+        // it.
         let mut down = start;
         loop {
             let step = plan.steps.get(down.checked_sub(1)?)?;
@@ -325,12 +333,13 @@ impl Traced {
                 (None, false) => return None,
             }
         }
-        // Up: as far as it is not clear. The step that is stays, and leads on from above the beginning.
+        // Up: the steps straight above its end until the tool is clear. The clear step itself stays
+        // and leads on from above the start of the removed line.
         let mut up = end;
         loop {
             let step = plan.steps.get(up)?;
             match (&step.action, step.action.target().map(wide)) {
-                // Along a curve it could come down in between.
+                // A curve could dip down between its ends.
                 (Action::Move { by, .. }, _) if *by != Travel::Line => return None,
                 (_, Some(to)) if across(to, line.end) > SAME => return None,
                 (_, Some(to)) if to[2] >= high => break,
@@ -347,7 +356,7 @@ fn goes_across(action: &Action, from: Point, to: Point) -> bool {
 }
 
 impl Line {
-    /// The greatest height at which it marks.
+    /// Largest height at which the line marks.
     fn height(&self, plan: &Plan) -> f64 {
         let steps = plan.steps.get(self.steps.clone()).unwrap_or_default();
         let places = steps.iter().flat_map(|step| {
@@ -364,7 +373,7 @@ impl Line {
             .fold(self.start[2], f64::max)
     }
 
-    /// What it burns with at its end and at its beginning.
+    /// Burn settings at its end; [`first_burn`](Self::first_burn) at its start.
     fn last_burn(&self, plan: &Plan, traced: &Traced) -> Option<Burnt> {
         burnt(plan, traced, self.steps.end.checked_sub(1)?)
     }
@@ -373,7 +382,8 @@ impl Line {
         burnt(plan, traced, self.steps.start)
     }
 
-    /// The same for lines of the same places, whichever way they go, and of the same burns.
+    /// Returns a key that is equal for duplicates: independent of direction, and for closed lines
+    /// of the start point.
     fn shape(&self, traced: &Traced, plan: &Plan) -> Vec<Piece> {
         let near = |point: Point| point.map(|value| (value / SAME).round() as i64);
         let mut forth = vec![Piece::At(near(self.start))];
@@ -397,14 +407,15 @@ impl Line {
     }
 }
 
-/// A piece of a line: a place, or how it goes from one to the next.
+/// Element of a shape key: a point, or the segment between two points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Piece {
     At([i64; 3]),
     By(Option<[i64; 3]>, Option<Burnt>),
 }
 
-/// The same for a closed line wherever it begins, if all of it is marked alike.
+/// Normalises a closed line to a canonical start and direction. `None` if it is open, or its
+/// segments differ.
 fn wherever_it_begins(line: &[Piece]) -> Option<Vec<Piece>> {
     let (first, rest) = line.split_first()?;
     let (by, _) = rest.split_first()?;
@@ -417,12 +428,12 @@ fn wherever_it_begins(line: &[Piece]) -> Option<Vec<Piece>> {
     let forth = from_the_least(places.clone());
     places.reverse();
     let mut least = forth.min(from_the_least(places));
-    // A closed line is another than the open one of its corners.
+    // Without the extra elements, a closed line would equal the open line along its corners.
     least.extend([*by, *by]);
     Some(least)
 }
 
-/// With which power, at which speed and in which proportion to it a step burns.
+/// Burn settings of a step: power, path parameters, feed, and whether the power follows the speed.
 type Burnt = (u32, Option<[u32; 3]>, Option<u32>, bool);
 
 fn burnt(plan: &Plan, traced: &Traced, at: usize) -> Option<Burnt> {

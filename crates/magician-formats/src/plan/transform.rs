@@ -1,4 +1,9 @@
-//! Plans moved, scaled and turned.
+//! Transformations of plans: move, scale, mirror, rotate, repeat.
+//!
+//! A plan is a list of commands, and not every command can be transformed: joint angles, homing
+//! points and moves relative to an unknown position cannot. [`Outcome`] classifies the effect of a
+//! transformation on each command; the first command that would end up elsewhere refuses the whole
+//! transformation.
 
 use std::fmt::Display;
 
@@ -7,49 +12,50 @@ use magician_protocol::{CpMode, PtpMode, Set};
 use super::{Action, Plan};
 use crate::{Diagnostic, Step, Surface, Tool};
 
-/// Mirrors, moves, scales or turns whatever has a place: `p' = scale R M (p - about) + about + by`.
+/// An affine map of positions: `p' = scale R M (p - about) + about + by`.
 #[derive(Clone, Copy, Debug)]
 struct Map {
-    /// Of x and y.
+    /// Factor of x and y.
     scale: f64,
-    /// Of z.
+    /// Factor of z.
     scale_z: f64,
-    /// Left to right: x becomes -x.
+    /// Mirrors left to right: x becomes -x.
     mirror: bool,
     degrees: f64,
-    /// Whether it matters how the tool is turned.
+    /// True if the rotation of the tool matters.
     turns_tool: bool,
-    /// Cosine and sine of the turn.
+    /// Cosine and sine of the rotation.
     turn: [f64; 2],
     about: [f64; 3],
     by: [f64; 3],
-    /// What it does, as a sentence goes on: `moved`.
+    /// Participle for messages: `moved`.
     done: &'static str,
 }
 
-/// What a command is to a transformation.
+/// Effect of a transformation on a command.
 enum Outcome {
-    /// It has changed along, or there is nothing about it to change.
+    /// Transformed, or independent of position.
     Done,
-    /// It leads to a place that has changed along.
+    /// Ends at a transformed position.
     Placed,
-    /// It leads on from where the arm is by a way that has changed along.
+    /// Relative move from the current position, with a transformed offset.
     Onwards,
-    /// It leads from where the arm is through places that have changed along: on another curve, unless the arm has too.
+    /// Curve from the current position through transformed points. Its shape is right only if the
+    /// arm starts from a transformed position too.
     Through,
-    /// It leads to where the arm's own homing leads.
+    /// Ends at the arm's own homing point.
     Home,
-    /// It cannot be changed along, and why.
+    /// Cannot be transformed, with the reason.
     Refused(&'static str),
 }
 
 impl Plan {
-    /// The same in another place: everything `[x, y, z]` mm further. What is relative to where the arm stands stays
-    /// as it is, once a step before it has led to a place of the plan.
+    /// Moves the plan by `[x, y, z]` mm. Relative moves stay as they are, provided that an earlier
+    /// step has led to a position of the plan.
     ///
     /// # Errors
-    /// A [`Diagnostic`] that names the first step that cannot be moved: to joint angles, to a homing point, or on from
-    /// where that is unknown; and an offset that is not a number.
+    /// A [`Diagnostic`] for the first step that cannot be moved (joint angles, homing points, a
+    /// start from an unknown position), or if an offset is not finite.
     pub fn moved(&self, by: [f64; 3]) -> Result<Self, Diagnostic> {
         finite(&by, "the offset")?;
         self.mapped(&Map {
@@ -58,25 +64,25 @@ impl Plan {
         })
     }
 
-    /// The same in another size: every length `factor` times as long, `about` a point that stays where it is. Heights of
-    /// jumps count as lengths; speeds and rotations stay.
+    /// Scales all lengths by `factor` about a fixed point. Jump heights are lengths; speeds and
+    /// rotations stay.
     ///
     /// # Errors
-    /// As [`moved`](Self::moved), and for a factor that is not above 0.
+    /// Those of [`moved`](Self::moved), and a factor not above 0.
     pub fn scaled(&self, factor: f64, about: [f64; 3]) -> Result<Self, Diagnostic> {
         self.resized(factor, factor, about)
     }
 
-    /// The same in another size on its surface: x and y `factor` times as far from `about`, `[x, y]`. Lifts, depths and heights
-    /// of jumps stay, and so do speeds and rotations.
+    /// Scales x and y by `factor` about the fixed point `[x, y]`. Lifts, depths, jump heights,
+    /// speeds and rotations stay.
     ///
     /// # Errors
-    /// As [`scaled`](Self::scaled).
+    /// Those of [`scaled`](Self::scaled).
     pub fn scaled_xy(&self, factor: f64, [x, y]: [f64; 2]) -> Result<Self, Diagnostic> {
         self.resized(factor, 1.0, [x, y, 0.0])
     }
 
-    /// With x and y scaled by a factor and z by another, `about` a point that stays where it is.
+    /// Scales x and y by one factor and z by another about a fixed point.
     fn resized(&self, factor: f64, scale_z: f64, about: [f64; 3]) -> Result<Self, Diagnostic> {
         finite(&[factor], "the factor")?;
         finite(&about, "the point that stays")?;
@@ -93,11 +99,11 @@ impl Plan {
         })
     }
 
-    /// The same mirrored left to right, about the line on which x is `x`. A rotation r becomes -r: a gripper has two jaws, and
-    /// holds from the other side.
+    /// Mirrors the plan left to right at the line with this x. A rotation r becomes -r, so a
+    /// gripper with two jaws holds from the other side.
     ///
     /// # Errors
-    /// As [`moved`](Self::moved).
+    /// Those of [`moved`](Self::moved).
     pub fn mirrored(&self, x: f64) -> Result<Self, Diagnostic> {
         finite(&[x], "the line to mirror about")?;
         self.mapped(&Map {
@@ -107,12 +113,13 @@ impl Plan {
         })
     }
 
-    /// The same turned by so many degrees, counter-clockwise seen from above, about the vertical through `[x, y]`. The
-    /// rotation r of poses turns along, within -180 to 180 degrees, but for a pen and a laser, which are round; and so do ways
-    /// that are relative to where the arm stands.
+    /// Rotates the plan counter-clockwise, seen from above, about the vertical through `[x, y]`.
+    ///
+    /// The rotation r of poses changes with it, within -180 to 180 degrees, except for a pen and a
+    /// laser, which are round. Relative moves rotate too.
     ///
     /// # Errors
-    /// As [`moved`](Self::moved).
+    /// Those of [`moved`](Self::moved).
     pub fn rotated(&self, degrees: f64, [x, y]: [f64; 2]) -> Result<Self, Diagnostic> {
         finite(&[degrees, x, y], "the turn")?;
         self.mapped(&Map {
@@ -124,10 +131,10 @@ impl Plan {
         })
     }
 
-    /// The steps so many times over.
+    /// Repeats the steps.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if that would be more steps than any arm will ever do.
+    /// A [`Diagnostic`] if the result would have more steps than an arm can reasonably do.
     pub fn repeated(&self, times: usize) -> Result<Self, Diagnostic> {
         let count = check_size(self, times)?;
         Ok(Self {
@@ -145,9 +152,9 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Adds the steps of this plan, changed along.
+    /// Appends the transformed steps of this plan.
     fn map_steps(&self, map: &Map, steps: &mut Vec<Step>) -> Result<(), Diagnostic> {
-        // Whether the arm is by then where a step of the plan has led it.
+        // True once a step of the plan has defined the arm's position.
         let mut placed = false;
         for (at, step) in self.steps.iter().enumerate() {
             let mut changed = step.clone();
@@ -181,7 +188,7 @@ impl Plan {
         }
     }
 
-    /// The steps again and again, each time so much further.
+    /// Repeats the steps with a different offset each time.
     pub(super) fn at_each(
         &self,
         count: usize,
@@ -202,10 +209,11 @@ impl Plan {
     }
 }
 
-/// More steps than this are a mistake: at 20 ms each they take half a day. All are in memory.
+/// Largest number of steps. More are a mistake: at 20 ms each they take half a day. All of them are
+/// in memory.
 const MOST_STEPS: usize = 2_000_000;
 
-/// How many steps a plan has so many times over.
+/// Returns the number of steps after repeating.
 fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
     let count = plan.steps.len();
     let all = count
@@ -226,7 +234,7 @@ pub(super) fn finite(numbers: &[f64], what: &str) -> Result<(), Diagnostic> {
     }
 }
 
-/// Exact for quarter turns.
+/// Exact for quarter turns, so that these do not add rounding errors.
 fn cos_sin(degrees: f64) -> [f64; 2] {
     match degrees.rem_euclid(360.0) {
         0.0 => [1.0, 0.0],
@@ -268,7 +276,7 @@ impl Map {
         [x + ax + bx, y + ay + by, z + az + bz]
     }
 
-    /// The height of a place, wherever it is.
+    /// Transforms a height without a position.
     fn height(&self, z: &mut f32) {
         let [_, _, about] = self.about;
         let [_, _, by] = self.by;
@@ -304,11 +312,11 @@ impl Map {
         self.point([x, y, z])
     }
 
-    /// A rotation r as a pose has it.
+    /// Transforms the rotation r of a pose.
     fn rotation(&self, r: &mut f32) {
         self.relative_rotation(r);
         if self.degrees != 0.0 && self.turns_tool {
-            // The same direction within half a turn: the servo has no more.
+            // Normalise to half a turn either way, the range of the servo.
             let turned = (f64::from(*r) + self.degrees).rem_euclid(360.0);
             let nearest = if turned > 180.0 {
                 turned - 360.0
@@ -319,7 +327,7 @@ impl Map {
         }
     }
 
-    /// A rotation relative to where the tool stands: only a mirror changes it.
+    /// Transforms a rotation relative to the current one. Only mirroring changes it.
     fn relative_rotation(&self, r: &mut f32) {
         if self.mirror {
             *r = -*r;
@@ -332,7 +340,7 @@ impl Map {
         Outcome::Through
     }
 
-    /// A way.
+    /// Transforms an offset.
     fn onwards(&self, [x, y, z]: [&mut f32; 3]) -> Outcome {
         let way = self.way([f64::from(*x), f64::from(*y), f64::from(*z)]);
         [*x, *y, *z] = way.map(|value| value as f32);
@@ -364,7 +372,7 @@ impl Map {
         }
     }
 
-    /// A command as the protocol has it.
+    /// Transforms a command of the protocol.
     fn command(&self, command: &mut Set) -> Outcome {
         match command {
             Set::PtpCmd(ptp) => self.ptp(
@@ -406,10 +414,11 @@ impl Map {
             Set::ResetPose(_) | Set::PulseMode(_) | Set::SetAutoLeveling(_) => {
                 Outcome::Refused("changes the arm's own position")
             }
-            // It moves the arm in a way that nothing here knows.
+            // A command with an unknown motion must not be kept as it is.
             other if other.row().effect.moves_arm() => {
                 Outcome::Refused("moves the arm to an unknown position")
             }
+            // Commands that do not move the arm are independent of position.
             _ => Outcome::Done,
         }
     }

@@ -1,18 +1,18 @@
-//! The greys of an image before anything is made of them.
+//! Brightness, contrast, inversion and gamma of images.
 
 use super::Raster;
 
-/// How the greys of an image are changed before it is drawn or burnt.
+/// Adjustment of the grey values of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Adjust {
-    /// -100 makes all of it black, 100 all of it white.
+    /// Brightness: -100 is all black, 100 all white.
     pub brightness: f64,
-    /// About the middle grey: -100 makes all of it that grey, 100 black and white.
+    /// Contrast about middle grey: -100 is all grey, 100 black and white only.
     pub contrast: f64,
-    /// White becomes black and black white.
+    /// True to swap black and white.
     pub invert: bool,
-    /// Exponent of the darkness (0 to 1); above 1 spares the light parts.
+    /// Exponent applied to the darkness (0 to 1). Above 1 it lightens the light parts.
     pub gamma: f64,
 }
 
@@ -28,7 +28,7 @@ impl Default for Adjust {
 }
 
 impl Adjust {
-    /// What becomes of each grey: brightness, then contrast, then the other way round, then gamma.
+    /// Lookup table per grey value: brightness, contrast, inversion, gamma, in this order.
     fn table(&self) -> [u8; 256] {
         let steepness = match self.contrast / 100.0 {
             flat if flat <= 0.0 => 1.0 + flat,
@@ -46,20 +46,21 @@ impl Adjust {
     }
 }
 
-/// The darkness of a pixel of this opacity that shows so dark over white.
+/// Darkness of a pixel itself, from its darkness composed over white paper.
 pub(super) fn own_darkness(seen: u8, opacity: u8) -> u8 {
     let (seen, opacity) = (u32::from(seen), u32::from(opacity));
     let own = (seen * 255 + opacity / 2).checked_div(opacity).unwrap_or(0);
     u8::try_from(own).unwrap_or(u8::MAX)
 }
 
-/// How dark a pixel of this opacity shows over white that is so dark itself.
+/// Darkness of a pixel composed over white paper.
 pub(super) fn seen(own: u8, opacity: u8) -> u8 {
     u8::try_from((u32::from(own) * u32::from(opacity) + 127) / 255).unwrap_or(u8::MAX)
 }
 
 impl Raster {
-    /// The image with other greys.
+    /// Returns the image with adjusted greys. Transparency is kept: the pixel's own grey is
+    /// adjusted and composed over white again.
     ///
     /// ```
     /// use magician_formats::Raster;

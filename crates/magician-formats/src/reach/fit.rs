@@ -1,4 +1,9 @@
-//! Where a drawing fits.
+//! Search for the best place of a drawing within the arm's reach.
+//!
+//! For a fixed point the drawing can be scaled about, there is exactly one largest scale, found by
+//! bisection. The point itself is searched on a grid and refined by shrinking steps around the best
+//! one (pattern search). While searching, edges are sampled; the result is checked exactly and
+//! shrunk until it passes.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -7,29 +12,36 @@ use super::{Fit, Reach, SheetTransform, hull};
 use crate::Diagnostic;
 use crate::artwork::distance;
 
-/// Places tried at first are so far apart, mm.
+/// Spacing of the grid of first candidates, mm. A choice between time and the risk of missing a
+/// narrow place.
 const GRID: f64 = 10.0;
-/// Room kept free at the edges, as a share of the size: coordinates are rounded to 32 bits on their way to the arm.
+/// Share of the size kept free at the edges, because coordinates are rounded to 32 bits on their
+/// way to the arm.
 const MARGIN: f64 = 1e-4;
-/// Ratio of sizes above which a place beside the arm is chosen instead of one in front.
+/// Ratio of sizes from which a place beside the arm is preferred to one in front. A user expects
+/// the drawing in front, so a small gain is not enough.
 const BESIDE: f64 = 1.01;
-/// Largest distance from the line straight ahead of the arm at which a drawing is in front of it, mm.
+/// Tolerance for a drawing to count as in front of the arm: distance from the line straight ahead,
+/// mm. It absorbs rounding.
 const AHEAD: f64 = 0.01;
-/// Ways are looked at in pieces of this length while a place is searched, mm; the place found is then checked exactly.
+/// Sampling distance along edges during the search, mm. The place found is checked exactly
+/// afterwards.
 const PIECE: f64 = 15.0;
-/// Sizes are found to this share.
+/// Relative precision of the size. Far finer than a user can notice.
 const FINE: f64 = 1e-5;
 
 impl Reach {
-    /// The best place for a drawing with these points: one where all of it, and every straight way from one of its points to
-    /// another, is within reach on the surface and above it.
+    /// Finds the best place for a drawing with these points: all of it, and every straight way
+    /// between two of its points, is within reach on the surface and at the lift above it.
     ///
-    /// At its true size it goes as near as it can to the middle of what is within reach straight ahead: in front of the arm,
-    /// where the line straight ahead passes through it, or beside the arm if it fits nowhere in front. Otherwise it goes where
-    /// it can be largest, in front unless it is larger beside the arm.
+    /// In true size the drawing goes as near as possible to the middle of the reach straight ahead:
+    /// in front of the arm, so that the line straight ahead passes through it, or beside the arm if
+    /// it fits nowhere in front. Otherwise it goes where it can be largest, again in front unless
+    /// it is larger beside.
     ///
     /// # Errors
-    /// A [`Diagnostic`] with the size of the drawing and the largest that fits, and for points that are no numbers.
+    /// A [`Diagnostic`] with the size of the drawing and the largest size that fits, or if a point
+    /// is not finite.
     pub fn best_place(
         &self,
         hull_points: &[[f64; 2]],
@@ -109,15 +121,15 @@ impl Reach {
     }
 }
 
-/// The outside of a drawing.
+/// Convex hull of a drawing.
 struct Shape {
-    /// Its corners, from its middle.
+    /// Vertices relative to the middle.
     corners: Vec<[f64; 2]>,
-    /// The point within about which it is scaled.
+    /// Point inside the hull about which it is scaled.
     middle: [f64; 2],
     /// Width and height.
     size: [f64; 2],
-    /// Least and greatest y of its corners, from its middle.
+    /// Smallest and largest y of the vertices, relative to the middle.
     across: [f64; 2],
 }
 
@@ -147,7 +159,8 @@ impl Shape {
         self.size == [0.0, 0.0]
     }
 
-    /// Smallest scale at which the line straight ahead of the arm passes through it at a place.
+    /// Smallest scale at which the line straight ahead of the arm passes through the shape with its
+    /// middle at a point.
     fn least_in_front(&self, [_, y]: [f64; 2]) -> f64 {
         let [least, most] = self.across;
         match y {
@@ -157,7 +170,7 @@ impl Shape {
         }
     }
 
-    /// With its middle at a place.
+    /// Returns the transform that puts the middle at a point.
     fn placed(&self, [x, y]: [f64; 2], scale: f64) -> SheetTransform {
         let [mx, my] = self.middle;
         SheetTransform {
@@ -171,33 +184,33 @@ impl Shape {
         corners.map(move |corner| [x + scale * corner[0], y + scale * corner[1]])
     }
 
-    /// Its edges, each by both ends.
+    /// Iterates over the edges as pairs of points.
     fn edges_at(&self, at: [f64; 2], scale: f64) -> impl Iterator<Item = [[f64; 2]; 2]> {
         let next = self.corners_at(at, scale).cycle().skip(1);
         self.corners_at(at, scale).zip(next).map(|(a, b)| [a, b])
     }
 }
 
-/// Area in which a place for a shape is sought.
+/// Area in which to search a place.
 #[derive(Clone, Copy, Debug)]
 enum Area {
     /// In front of the arm: the line straight ahead passes through the shape.
     Front,
-    /// Wherever the arm reaches.
+    /// Anywhere within reach.
     Anywhere,
 }
 
-/// A search for the place of a shape. Scaling it about a point within makes it neither leave nor enter anything that a
-/// larger one did not, so that for each place there is one largest scale.
+/// Search for the place of a shape. Scaling about an inner point is monotonic: a smaller shape lies
+/// within a larger one. So each place has exactly one largest scale.
 struct Search<'s> {
     reach: &'s Reach,
     shape: &'s Shape,
-    /// Where its middle is to be if it can.
+    /// Preferred position of the middle.
     wish: [f64; 2],
 }
 
 impl Search<'_> {
-    /// Whether it fits there, but for what is between the points looked at.
+    /// True if the shape fits at a place, judged by samples along its edges.
     fn fits(&self, at: [f64; 2], scale: f64) -> bool {
         let scale = scale * (1.0 + MARGIN);
         self.reach.has(at)
@@ -212,7 +225,7 @@ impl Search<'_> {
     }
 
     fn has_edge(&self, [a, b]: [[f64; 2]; 2]) -> bool {
-        // Behind the arm the base would have to go round.
+        // The base cannot turn through the rear, so a line behind the arm is impossible.
         let crosses_behind = (a[1] > 0.0) != (b[1] > 0.0)
             && (a[0] * (b[1] - a[1]) - a[1] * (b[0] - a[0])) * (b[1] - a[1]).signum() < 0.0;
         let step = [b[0] - a[0], b[1] - a[1]];
@@ -225,15 +238,16 @@ impl Search<'_> {
             && (1..pieces).all(|piece| self.reach.has(point(f64::from(piece) / f64::from(pieces))))
     }
 
-    /// Whether every way along its edges is within reach, exactly. There is no hole that they could go round: what
-    /// cannot be reached near the base is open to the back.
+    /// True if every way along its edges is within reach, checked exactly. Checking the edges is
+    /// enough: the unreachable area near the base is open to the rear, so it cannot be a hole
+    /// inside the shape.
     fn holds(&self, at: [f64; 2], scale: f64) -> bool {
         let scale = scale * (1.0 + MARGIN);
         let mut edges = self.shape.edges_at(at, scale);
         edges.all(|[a, b]| self.reach.contains_line(a, b).is_ok())
     }
 
-    /// Places of a grid within the farthest reach, the nearest to the wish first.
+    /// Returns the points of a grid within the farthest reach, nearest to the preferred one first.
     fn places(&self) -> Vec<[f64; 2]> {
         let most = (2.0 * self.wish[0] / GRID).ceil().min(60.0) as i32;
         let ahead = self.wish[0];
@@ -246,13 +260,14 @@ impl Search<'_> {
         places
     }
 
-    /// The place nearest to the wish where it fits as it is: in front of the arm if it can, else beside it.
+    /// Returns the place nearest to the preferred one for the true size: in front of the arm, else
+    /// beside it.
     fn true_size(&self) -> Option<[f64; 2]> {
         let places = self.places();
         let fits = |at: &[f64; 2]| self.fits(*at, 1.0) && self.holds(*at, 1.0);
         let in_front = |at: &[f64; 2]| self.shape.least_in_front(*at) <= 1.0;
         let ahead = places.iter().find(|at| in_front(at) && fits(at)).copied();
-        // Where there is just room for it, that is hardly on the grid.
+        // A place with just enough room is unlikely to be on the grid, so search by size.
         let tight = |area: Area| {
             let (at, scale) = self.largest_in(area, &places)?;
             (scale >= 1.0 && fits(&at)).then_some(at)
@@ -263,7 +278,8 @@ impl Search<'_> {
             .or_else(|| tight(Area::Anywhere))
     }
 
-    /// Finds the place where it can be largest, and that size: in front of the arm unless it is larger beside it.
+    /// Returns the place with the largest size, and the size: in front unless it is clearly larger
+    /// beside.
     fn largest(&self) -> Option<([f64; 2], f64)> {
         let places = self.places();
         let front = self.largest_in(Area::Front, &places);
@@ -302,7 +318,7 @@ impl Search<'_> {
         best
     }
 
-    /// The better of a place known and another.
+    /// Returns the better of the best place so far and another.
     fn better(
         &self,
         area: Area,
@@ -332,7 +348,8 @@ impl Search<'_> {
         Some((at, low)).filter(|_| low > 0.0).or(best)
     }
 
-    /// As large as it really can be at a place, all of its ways checked exactly.
+    /// Shrinks the shape at a place until all of its ways pass the exact check. `None` after 500
+    /// steps of 1 %.
     fn settled(&self, (at, mut scale): ([f64; 2], f64)) -> Option<([f64; 2], f64)> {
         for _ in 0..500 {
             if self.holds(at, scale) {
@@ -425,7 +442,7 @@ mod tests {
         }
     }
 
-    /// The size is sought together with the place: no larger one passes anywhere.
+    /// Size and place are searched together: no larger size fits anywhere.
     #[test]
     fn largest_size_is_that_of_the_best_place_in_reach() {
         for [width, height] in [

@@ -1,4 +1,7 @@
-//! Short ways between lines: whether all joints together are quicker than the straight line.
+//! Short moves between strokes: whether a joint move beats the straight line.
+//!
+//! A joint move is often quicker than a straight one over a short distance, but its tool path is
+//! curved. It may replace the straight line only if it stays close enough to it.
 
 use magician_host::ArmState;
 use magician_motion::{
@@ -7,30 +10,36 @@ use magician_motion::{
 
 use super::{Above, Reach};
 
-/// So far aside of the straight line is near enough wherever the tool may touch, mm.
+/// Largest deviation from the straight line where the tool may touch something, mm. A choice well
+/// below the width of a pen's line.
 const ASIDE: f64 = 0.1;
-/// Higher up it may be off by this share of the height.
+/// Largest deviation as a share of the height above the surface. A choice: a higher tool may
+/// deviate further without touching the work.
 const SHARE: f64 = 0.25;
-/// No lower than this is no lower, mm.
+/// Tolerance of heights, mm. It absorbs rounding.
 const ROUNDING: f64 = 1e-4;
-/// A way is looked at in so many places.
+/// Number of points at which a move is sampled. A choice: moves between strokes are short and bend
+/// smoothly.
 const PLACES: u64 = 8;
 
-/// How the tool travels.
+/// Parameters of travel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Travelling {
-    /// Speed on straight lines, mm/s, and of the joints, deg/s; half of it by the ratio at power-up.
+    /// Speed of straight moves, mm/s, and of the joints, deg/s, before the speed ratio (50 % at
+    /// power-up).
     pub(crate) speed: f64,
-    /// Whether the tool turns with the arm.
+    /// True if the tool turns with the arm.
     pub(crate) turns: bool,
-    /// What the tool keeps to.
+    /// Fence to respect.
     pub(crate) fence: Option<Fence>,
 }
 
 impl Reach {
-    /// Whether all joints together are quicker from one place to another than the straight line, by the times of the arm itself,
-    /// and do as well: they stay close to the line, never below the surface, and within the fence, and the tip is no faster than it
-    /// may be on the line.
+    /// True if a joint move between two points is quicker than the straight line and as safe.
+    ///
+    /// Durations are those of the arm's own motion law. As safe means: it stays close to the line,
+    /// never goes below the surface, respects the fence, and the tip is never faster than allowed
+    /// on the line.
     pub(crate) fn is_quicker_by_joints(
         &self,
         from: Above,
@@ -93,7 +102,8 @@ impl Travelling {
     }
 
     fn allows(&self, way: &Trajectory) -> bool {
-        // Twice the mean is the peak of a triangle, and more than that of any other profile.
+        // Twice the mean speed is the peak of a triangular profile, and an upper bound for all
+        // others.
         let seconds = way.duration_us() as f64 / 1e6;
         let peak = 2.0 * way.start().pose.distance_to(&way.end().pose) / seconds;
         let share = ArmModel::MAGICIAN.power_up.speeds().velocity_ratio / 100.0;
@@ -109,7 +119,7 @@ fn places(way: &Trajectory) -> impl Iterator<Item = Pose> + '_ {
     (1..PLACES).map(|nth| way.curve(way.duration_us() * nth / PLACES).pose)
 }
 
-/// How far a place is from a straight line.
+/// Distance of a point from a straight line.
 fn aside([from, to]: [Pose; 2], at: Pose) -> f64 {
     let way = [to.x - from.x, to.y - from.y, to.z - from.z];
     let off = [at.x - from.x, at.y - from.y, at.z - from.z];

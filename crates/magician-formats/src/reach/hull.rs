@@ -1,6 +1,6 @@
-//! The convex hull of points.
+//! Convex hull of points (Andrew's monotone chain).
 
-/// Corners of the convex hull of points, counter-clockwise; points on its edges are left out.
+/// Returns the vertices of the convex hull, counter-clockwise, without points on its edges.
 #[must_use]
 pub fn of(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut sorted = points.to_vec();
@@ -14,7 +14,7 @@ pub fn of(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     hull
 }
 
-/// One side of the hull but for its last corner, which is the other's first.
+/// Returns one side of the hull without its last vertex, which is the first of the other side.
 fn chain<'p>(points: impl Iterator<Item = &'p [f64; 2]>) -> Vec<[f64; 2]> {
     let mut side: Vec<[f64; 2]> = Vec::new();
     for point in points {
@@ -29,12 +29,12 @@ fn chain<'p>(points: impl Iterator<Item = &'p [f64; 2]>) -> Vec<[f64; 2]> {
     side
 }
 
-/// Twice the area to the left of the way from `a` over `b` to `c`.
+/// Twice the signed area of the triangle `a`, `b`, `c`; positive if it turns left.
 fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The mean of the corners: a point within.
+/// Mean of the vertices, which lies inside.
 pub(super) fn middle(hull: &[[f64; 2]]) -> [f64; 2] {
     let count = hull.len().max(1) as f64;
     let sum = hull

@@ -1,4 +1,4 @@
-//! Where a tool can work on a surface, and where a drawing fits there.
+//! Reach of a tool on a surface, and where a drawing fits within it.
 
 mod fit;
 mod hop;
@@ -14,8 +14,10 @@ pub(crate) use hop::Travelling;
 pub use hull::of as hull;
 pub use ways::{APPROACH, Above};
 
-/// Where a tool can be on a surface and, lifted, above it: what placing a drawing needs to know, asked of the same
-/// limits as the check before a run.
+/// Reach of a tool on a surface and, lifted, above it.
+///
+/// It asks the same limits as the check before a run, so a drawing placed with it passes that
+/// check.
 ///
 /// ```
 /// use magician_host::ToolBias;
@@ -26,7 +28,7 @@ pub use ways::{APPROACH, Above};
 /// let error = reach.contains([360.0, 0.0]).unwrap_err();
 /// assert!(error.value() > error.limit()); // by how much
 ///
-/// // A sheet of 80 x 60 mm at its true size, before the arm: a point p of it comes to lie at scale * p + offset.
+/// // A sheet of 80 x 60 mm in true size, in front of the arm: a point p of it goes to scale * p + offset.
 /// let corners = [[0.0, 0.0], [80.0, 0.0], [80.0, 60.0], [0.0, 60.0]];
 /// let place = reach.best_place(&corners, Fit::TrueSize)?;
 /// assert_eq!(place.scale, 1.0);
@@ -42,29 +44,29 @@ pub struct Reach {
     r: f64,
 }
 
-/// How large a drawing may become.
+/// Allowed scaling of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Fit {
-    /// As large as it is.
+    /// True size only.
     TrueSize,
-    /// As large as it is, or as much smaller as it must be.
+    /// True size, or smaller if necessary.
     Shrink,
-    /// As large as there is room for.
+    /// As large as possible.
     Fill,
 }
 
-/// How a drawing comes to lie before the arm: first scaled about the origin of its sheet, then moved.
+/// Transform from a sheet to the arm: scaled about the origin of the sheet, then moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SheetTransform {
-    /// How much larger it becomes.
+    /// Scale.
     pub scale: f64,
-    /// Where the origin of its sheet comes to lie, mm.
+    /// Position of the sheet's origin, mm.
     pub offset: [f64; 2],
 }
 
-/// Largest value that `check` accepts, found by bisection between `does`, which it accepts, and
-/// `does_not`, which it refuses.
+/// Returns the largest value that `check` accepts, found by bisection between `does`, which it
+/// accepts, and `does_not`, which it refuses. The result is accepted.
 #[must_use]
 pub fn bisect(does: f64, does_not: f64, halvings: usize, check: impl Fn(f64) -> bool) -> f64 {
     let (mut does, mut does_not) = (does, does_not);
@@ -80,7 +82,7 @@ pub fn bisect(does: f64, does_not: f64, halvings: usize, check: impl Fn(f64) -> 
 }
 
 impl SheetTransform {
-    /// Where a point of the sheet comes to lie.
+    /// Returns the position of a point of the sheet.
     #[must_use]
     pub fn of(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [dx, dy] = self.offset;
@@ -89,7 +91,8 @@ impl SheetTransform {
 }
 
 impl Reach {
-    /// Of a tool on a surface, and `lift` mm above it, within the controller's own limits, at r = 0.
+    /// Creates the reach of a tool on a surface and `lift` mm above it, within the controller's own
+    /// limits, at r = 0.
     #[must_use]
     pub fn new(tool: ToolBias, surface: Surface, lift: f64) -> Self {
         Self {
@@ -101,22 +104,23 @@ impl Reach {
         }
     }
 
-    /// With the tool at another rotation, deg.
+    /// Sets the rotation of the tool, deg.
     #[must_use]
     pub fn rotated_to(self, r: f64) -> Self {
         Self { r, ..self }
     }
 
-    /// Within other limits, [`ArmModel::guaranteed`](magician_motion::ArmModel::guaranteed) for one.
+    /// Sets other limits, such as [`ArmModel::guaranteed`](magician_motion::ArmModel::guaranteed).
     #[must_use]
     pub fn limits(self, limits: Limits) -> Self {
         Self { limits, ..self }
     }
 
-    /// Whether the tool can be at a point of the surface and above it.
+    /// Checks that the tool can be at a point of the surface and at the lift above it.
     ///
     /// # Errors
-    /// [`Unreachable`](magician_host::ErrorKind::Unreachable) with value and limit: what is in the way, and by how much.
+    /// [`Unreachable`](magician_host::ErrorKind::Unreachable) with the obstacle, the value and the
+    /// limit.
     pub fn contains(&self, point: [f64; 2]) -> Result<(), Error> {
         self.heights(point).try_for_each(|lift| {
             let reached = self.state(point, lift).map(drop);
@@ -127,9 +131,12 @@ impl Reach {
         })
     }
 
-    /// How far above a point it matters whether the tool can be there, for it to be lifted straight up: at both ends, and
-    /// where the way is nearest to what it may not come near. At each limit of a joint the wrist is on a circle round one end of
-    /// a link, and nearest to its middle at the same height.
+    /// Heights above a point at which the tool must be checked so that it can be lifted straight
+    /// up.
+    ///
+    /// These are both ends, and the heights at which the way comes closest to a limit. At a limit
+    /// of a joint the wrist is on a circle around one end of a link, and closest to it at the
+    /// height of the centre.
     fn heights(&self, point: [f64; 2]) -> impl Iterator<Item = f64> + use<> {
         let Geometry {
             rear_arm, forearm, ..
@@ -145,10 +152,11 @@ impl Reach {
         [0.0, self.lift].into_iter().chain(nearest)
     }
 
-    /// Whether the tool can go from one point straight to another, on the surface and above it.
+    /// Checks that the tool can move straight between two points, on the surface and at the lift
+    /// above it.
     ///
     /// # Errors
-    /// As [`contains`](Self::contains).
+    /// Those of [`contains`](Self::contains).
     pub fn contains_line(&self, from: [f64; 2], to: [f64; 2]) -> Result<(), Error> {
         self.line(from, to, 0.0)?;
         self.line(from, to, self.lift)
@@ -164,13 +172,14 @@ impl Reach {
         Ok(ArmState::at_pose(&self.geometry, &pose, &self.limits)?)
     }
 
-    /// As `contains`, for less work.
+    /// Same as `contains`, without an error and with less work.
     pub(crate) fn has(&self, point: [f64; 2]) -> bool {
         self.heights(point)
             .all(|lift| self.joints(point, lift).is_some())
     }
 
-    /// Joint angles that bring the tool `lift` mm above a point of the surface. `None` if it is out of reach.
+    /// Returns the joint angles for the tool `lift` mm above a point of the surface. `None` if it
+    /// is out of reach.
     #[must_use]
     pub fn joints(&self, point: [f64; 2], lift: f64) -> Option<JointAngles> {
         let pose = self.pose(point, lift);
@@ -197,7 +206,7 @@ impl Reach {
     }
 }
 
-/// The same error, of a tool that is above the surface.
+/// Rewords an error for a lifted tool.
 fn lifted(error: &Error, lift: f64) -> Error {
     error.retold(format!("with the tool lifted by {lift} mm: {error}"))
 }

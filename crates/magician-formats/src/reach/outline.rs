@@ -1,19 +1,23 @@
-//! The edges of what a tool can reach, for pictures.
+//! Outline of the reach, for pictures.
+//!
+//! The outline is traced in polar coordinates: for each heading the reachable distances are found
+//! by sampling and bisection, and spans of neighbouring headings are connected to rings. Where
+//! their number changes, the heading of the change is found by bisection too.
 
 use super::Reach;
 
-/// Steps in which distances are looked at before an edge is narrowed down, mm.
+/// Step of distances before bisection, mm. Smaller gaps could be missed.
 const STEP: f64 = 2.0;
-/// No tool of the arm reaches further, mm.
+/// Upper bound of the reach of any tool, mm.
 const FARTHEST: f64 = 600.0;
-/// Degrees from one corner of an arc to the next.
+/// Step of headings, degrees. A choice between a smooth outline and time.
 const TURN: i32 = 2;
-/// The edge is found to this, mm or deg.
+/// Precision of the edge, mm or deg. Far finer than any picture shows.
 const FINE: f64 = 1e-6;
 
 impl Reach {
-    /// The edges of what can be reached on the surface and above it: closed polygons, in the arm's x and y. None where
-    /// there is nothing within reach.
+    /// Returns the outline of the reach on the surface and at the lift above it: closed polygons in
+    /// the arm's x and y. Empty if there is no reach.
     #[must_use]
     pub fn outline(&self) -> Vec<Vec<[f64; 2]>> {
         let mut rings: Vec<Ring> = Vec::new();
@@ -45,7 +49,7 @@ impl Reach {
         closed.filter(|ring| ring.len() > 3).collect()
     }
 
-    /// From which to which distance the tool can be in one direction, mm.
+    /// Returns the spans of reachable distances in a direction, mm.
     fn spans(&self, heading: f64) -> Vec<[f64; 2]> {
         let (sin, cos) = libm::sincos(heading.to_radians());
         let inside = |distance: f64| self.has([distance * cos, distance * sin]);
@@ -64,7 +68,8 @@ impl Reach {
         spans
     }
 
-    /// Where between two headings the number of spans changes: the last with as many, and the first without.
+    /// Bisects between two headings where the number of spans changes. Returns the last heading
+    /// with `count` spans and the first without.
     fn change(&self, mut from: f64, mut to: f64, count: usize) -> (f64, f64) {
         while to - from > 1e-3 {
             let middle = 0.5 * (from + to);
@@ -77,14 +82,14 @@ impl Reach {
         (from, to)
     }
 
-    /// From which to which distance the tool can be straight ahead, the widest such span, mm.
+    /// Returns the widest span of reachable distances straight ahead, mm.
     pub(crate) fn ahead(&self) -> Option<[f64; 2]> {
         let spans = self.spans(0.0).into_iter();
         spans.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
     }
 }
 
-/// Where between a distance inside and one outside the edge is, as seen from the inside.
+/// Bisects the edge between a reachable and an unreachable distance. The result is reachable.
 fn edge(mut inner: f64, mut outer: f64, inside: impl Fn(f64) -> bool) -> f64 {
     while (outer - inner).abs() > FINE {
         let middle = 0.5 * (inner + outer);
@@ -97,7 +102,7 @@ fn edge(mut inner: f64, mut outer: f64, inside: impl Fn(f64) -> bool) -> f64 {
     inner
 }
 
-/// An area between two distances, heading by heading.
+/// An area between two distances per heading.
 #[derive(Clone, Debug, Default)]
 struct Ring {
     near: Vec<[f64; 2]>,
@@ -117,7 +122,7 @@ impl Ring {
         self.far.push([far * cos, far * sin]);
     }
 
-    /// Out along the far edge, back along the near one.
+    /// Closes the ring: out along the far edge, back along the near one.
     fn closed(self) -> Vec<[f64; 2]> {
         let mut points = self.far;
         points.extend(self.near.into_iter().rev());

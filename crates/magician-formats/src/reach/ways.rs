@@ -1,34 +1,42 @@
-//! Straight ways, looked at in pieces: for less work than following them exactly.
+//! Approximate checks of straight moves by sampling, much cheaper than planning them exactly.
 
 use magician_motion::Pose;
 
 use super::Reach;
 use crate::artwork::distance;
 
-/// So much above the height of its ways a tool first comes to what it works on, and passes over what a straight way cannot cross,
-/// mm. Joints that go together lower the tool on their way where the arm is stretched out and low; a way that ends so much higher
-/// does not lead below a level surface that the tool stands at least 3 mm above.
+/// Height above travel at which a tool first approaches its work, and passes where a straight move
+/// is impossible, mm.
+///
+/// A joint move lowers the tool on its way if the arm is stretched out and low. A move that ends
+/// this much higher stays above a level surface if the tool starts at least 3 mm above it.
 pub const APPROACH: f64 = 50.0;
-/// Where it cannot be so high, a place nearer to the base or farther from it is tried by this share, so many times.
+/// Step between positions to try towards the base and away from it if the tool cannot be that high,
+/// as a share of the distance from the base.
 const ASIDE: f64 = 0.05;
+/// Number of such steps in each direction.
 const MOST_ASIDE: i32 = 8;
 
-/// Ways are looked at in pieces of this length, mm.
+/// Distance of samples along a straight move, mm. A choice: the exact check before a run finds what
+/// falls between samples.
 const PIECE: f64 = 4.0;
-/// In no more pieces than this.
+/// Largest number of samples per move. It bounds time for coordinates far out of reach.
 const MOST_PIECES: f64 = 1000.0;
 
-/// A way of all joints is looked at in so many places.
+/// Number of samples along a joint move. A choice between accuracy and time.
 const PLACES: u32 = 64;
-/// A way round the base is straight for no more than this, deg.
+/// Largest angle of a straight piece around the base, deg. Over 30 deg a chord comes closer to the
+/// base than its ends by only 3 %.
 const TURN: f64 = 30.0;
 
-/// Point of the surface, and a height above it, mm.
+/// A point of the surface, and a height above it, mm.
 pub type Above = ([f64; 2], f64);
 
 impl Reach {
-    /// Place at this height above a point, or beside it towards the base or away from it, from which a
-    /// straight way leads to the point. If there is none, as high above the point as the arm reaches.
+    /// Returns a position at a height above a point, from which a straight move leads to it.
+    ///
+    /// It may be shifted towards the base or away from it. If there is none, the highest reachable
+    /// position above the point.
     #[must_use]
     pub fn over(&self, end: Above, height: f64) -> Above {
         let ([x, y], above) = end;
@@ -44,7 +52,7 @@ impl Reach {
         places.find(|place| self.slants(*place, end)).unwrap_or(end)
     }
 
-    /// True if a straight way leads from one place to the other.
+    /// True if a straight move between two positions is within reach.
     #[must_use]
     pub fn slants(&self, from: Above, to: Above) -> bool {
         let count = (libm::hypot(distance(from.0, to.0), to.1 - from.1) / PIECE).ceil();
@@ -56,7 +64,7 @@ impl Reach {
         })
     }
 
-    /// Whether a way of all joints stays so far above the surface.
+    /// True if a joint move stays at least this far above the surface.
     pub(crate) fn clears(&self, from: Above, to: Above, least: f64) -> bool {
         let (Some(from), Some(to)) = (self.joints(from.0, from.1), self.joints(to.0, to.1)) else {
             return false;
@@ -70,8 +78,8 @@ impl Reach {
         })
     }
 
-    /// Corners of a way round the base, straight from each to the next, `lift` mm above the surface. `None`
-    /// if there is no such way.
+    /// Returns the corners of a way around the base, `lift` mm above the surface, with straight
+    /// moves between them. `None` if there is none.
     #[must_use]
     pub fn round_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
         let [near, far] = self.ahead()?;
@@ -91,15 +99,15 @@ impl Reach {
             .then_some(corners)
     }
 
-    /// True if the tool gets from one point to another on a straight way `lift` mm above the surface. Both
-    /// ends must be in reach.
+    /// True if a straight move between two points, `lift` mm above the surface, is within reach.
+    /// Both ends must be within reach.
     #[must_use]
     pub fn leads(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
         let is_reached = |point| self.joints(point, lift).is_some();
         is_reached(nearest_to_base(from, to)) && pieces(from, to).all(is_reached)
     }
 
-    /// Whether a line of these corners is reached on the surface and above it.
+    /// True if a polyline is within reach on the surface and at the lift above it.
     pub(crate) fn has_line(&self, corners: impl Iterator<Item = [f64; 2]>) -> bool {
         let mut last = None;
         for corner in corners {
@@ -120,7 +128,7 @@ impl Reach {
     }
 }
 
-/// Points on a straight way, the last of them its end.
+/// Iterates over samples along a segment, the last of which is its end.
 fn pieces(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
     let count = (distance(from, to) / PIECE).ceil().clamp(1.0, MOST_PIECES);
     (1..=count as u32).map(move |nth| between(from, to, f64::from(nth) / count))

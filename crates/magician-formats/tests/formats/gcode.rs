@@ -1,4 +1,4 @@
-//! G-code: what becomes of it.
+//! Tests of reading G-code as plans.
 
 mod cycles;
 mod full_power;

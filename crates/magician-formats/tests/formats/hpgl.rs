@@ -1,4 +1,4 @@
-//! HPGL: what becomes of it.
+//! Tests of reading HPGL as artwork.
 
 use magician_formats::{
     Artwork, Content, Diagnostic, Fills, Format, Lines, Parsed, ReadOptions, read,
@@ -94,7 +94,7 @@ fn rectangles_and_wedges_leave_the_pen_where_it_was() {
     assert!((before[0] - 10.0).abs() < 1e-9 && (before[1] - 20.0).abs() < 1e-9);
 }
 
-/// Every corner and every middle of a side is so near to the circle.
+/// Asserts that all corners and the middles of all sides are within 0.05 mm of a circle.
 fn is_round(points: &[[f64; 2]], centre: [f64; 2], radius: f64) {
     let off = |[x, y]: [f64; 2]| ((x - centre[0]).hypot(y - centre[1]) - radius).abs();
     for side in points.windows(2) {
@@ -118,14 +118,14 @@ fn circles_and_arcs_are_within_the_tolerance() {
     ] {
         let arc = strokes(text);
         is_round(&arc[0], [100.0, 75.0], 25.0);
-        // From the top, clockwise, to the right.
+        // The arc runs clockwise from the top to the right.
         let end = arc[0].last().expect("an end");
         assert!(
             (end[0] - 125.0).abs() < 1e-9 && (end[1] - 75.0).abs() < 1e-9,
             "{end:?}"
         );
     }
-    // The pen goes along an arc also when it is up.
+    // The pen moves along an arc even when it is up.
     let after = strokes("PU4000,4000;AA4000,3000,-90;PD4000,4000;");
     assert!((after[0][0][0] - 125.0).abs() < 1e-9);
 }
@@ -134,7 +134,7 @@ fn circles_and_arcs_are_within_the_tolerance() {
 fn user_units_count_where_the_file_says_what_they_are() {
     let scaled = "IN;IP400,800,4400,4800;SC0,100,0,200;PU0,0;PD100,200;";
     assert_eq!(strokes(scaled), [[[10.0, 20.0], [110.0, 120.0]]]);
-    // The pen stays where it is when its place gets other numbers.
+    // A change of units does not move the pen.
     let first = "IP400,800,4400,4800;PU2400,2800;SC0,100,0,200;PD100,200;SC;PD440,840;";
     let line = [[60.0, 70.0], [110.0, 120.0], [11.0, 21.0]];
     assert_eq!(strokes(first).concat(), [&line[..2], &line[1..]].concat());
@@ -162,7 +162,7 @@ fn user_units_without_a_frame_are_those_of_a4_and_say_so() {
                 250 by 180 mm"
         ]
     );
-    // Without numbers IP is where it was; a page of its own is the frame.
+    // IP without parameters restores the default frame, which is the page if PS gives one.
     assert_eq!(
         strokes("IP0,0,40,40;IP;SC0,100,0,200;PD100,200;"),
         [[[0.0, 0.0], [265.075, 193.025]]]
@@ -174,7 +174,7 @@ fn user_units_without_a_frame_are_those_of_a4_and_say_so() {
 
 #[test]
 fn p2_follows_p1_and_user_units_follow_both() {
-    // 100 mm square from 0, then from 20 and 40.
+    // A square of 100 mm begins at 0, then at (20, 40).
     let follows = "IP0,0,4000,4000;IP800,1600;SC0,1,0,1;PU0,0;PD1,1;";
     assert_eq!(strokes(follows), [[[20.0, 40.0], [120.0, 140.0]]]);
     let later = "SC0,1,0,1;IP0,0,4000,4000;IP800,1600;PU0,0;PD1,1;";
@@ -185,7 +185,7 @@ fn p2_follows_p1_and_user_units_follow_both() {
 
 #[test]
 fn square_units_lie_where_they_are_told_to() {
-    // The frame is 200 by 100 mm, the plot is square: 100 mm are left over across.
+    // The frame is 200 by 100 mm and the plot is square, which leaves 100 mm of the width.
     for (shares, left) in [("", 50.0), (",0,0", 0.0), (",100,50", 100.0)] {
         let plot = format!("IP0,0,8000,4000;SC0,10,0,10,1{shares};PU0,0;PD10,10;");
         assert_eq!(
@@ -214,7 +214,7 @@ fn the_coordinate_system_is_turned_and_the_pen_stays() {
         strokes("PS4000,2000;PU400,0;RO90;PR;PD0,400;"),
         [[[10.0, 0.0], [0.0, 0.0]]]
     );
-    // IP without numbers brings P1 and P2 back onto the sheet, which now stands upright.
+    // IP without parameters puts P1 and P2 back onto the sheet, which is now upright.
     assert_eq!(
         strokes("PS4000,2000;RO90;IP;SC0,1,0,1;PU0,0;PD1,1;"),
         [[[100.0, 0.0], [0.0, 50.0]]]
@@ -227,7 +227,7 @@ fn what_lies_outside_of_a_window_is_cut_off() {
         strokes("IW400,400,800,800;PU0,600;PD1200,600;IW;PD1200,0;"),
         [[[10.0, 15.0], [20.0, 15.0]], [[30.0, 15.0], [30.0, 0.0]]]
     );
-    // In user units, where there are some; polygons and circles too.
+    // A window is in user units once they are defined, and clips polygons and circles too.
     let user = "IP0,0,4000,4000;SC0,100,0,100;IW20,20,10,10;PU0,15;PD30,15;";
     assert_eq!(strokes(user), [[[10.0, 15.0], [20.0, 15.0]]]);
     let polygon = "IW0,0,400,400;PU200,200;PM0;PD600,200;PM2;EP;";
@@ -237,8 +237,8 @@ fn what_lies_outside_of_a_window_is_cut_off() {
 #[test]
 fn encoded_polylines_are_the_lines_that_they_stand_for() {
     let plain = strokes("IN;SP1;PU40,80;PD50,80,50,70;PU60,70;PD61,70;");
-    // To the base of 64, whose bytes are no UTF-8, to that of 32, and with a bit behind the point.
-    // And once more as a program saves it that takes the bytes for characters.
+    // PE in base 64 with bytes that are not UTF-8, in base 32, and with a fractional bit; then the
+    // same bytes as a program saves them that takes them for characters.
     let saved: String = b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;"
         .iter()
         .map(|byte| char::from(*byte))
@@ -282,7 +282,7 @@ fn an_arc_goes_through_its_three_points() {
     );
 }
 
-/// The box of what a plot draws, rounded to hundredths of a millimetre.
+/// Returns the bounding box of a plot, rounded to hundredths of a millimetre.
 fn extent(text: &str) -> [f64; 4] {
     let (artwork, _) = try_read(text).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
     let [least, most] = artwork.bounds().expect(text);
@@ -291,7 +291,7 @@ fn extent(text: &str) -> [f64; 4] {
 
 #[test]
 fn tick_marks_cross_their_axis() {
-    // Half a percent of 100 and 200 mm each way, whether the pen is up or down.
+    // A tick extends half a percent of 100 or 200 mm to each side, whether the pen is up or down.
     let ticks = strokes("IP0,0,4000,8000;PU400,400;XT;TL10,0;YT;TL5;XT;PD800,400;");
     assert_eq!(
         ticks,
@@ -306,7 +306,7 @@ fn tick_marks_cross_their_axis() {
 
 #[test]
 fn labels_stand_in_cells_of_one_width() {
-    // 6 by 9 mm: an H fills its width, and the next one begins 9 mm farther on.
+    // Characters are 6 by 9 mm: an H fills the width, and the next one begins 9 mm further on.
     let style = "PU400,400;SI.6,.9;";
     assert_eq!(
         extent(&format!("{style}LBH\u{3}")),
@@ -316,14 +316,14 @@ fn labels_stand_in_cells_of_one_width() {
         extent(&format!("{style}LBHIH\u{3}")),
         [10.0, 10.0, 34.0, 19.0]
     );
-    // The pen is behind them, not down; what comes next begins there.
+    // After a label the pen is up at its end, where the next line begins.
     assert_eq!(
         strokes(&format!("{style}LBH\u{3}PD1000,400;"))
             .last()
             .unwrap(),
         &[[19.0, 10.0], [25.0, 10.0]]
     );
-    // By default 0.75 and 1.5 percent of the frame of A4, whose sides are 250 and 180 mm.
+    // The default size is 0.75 and 1.5 percent of the A4 frame, whose sides are 250 and 180 mm.
     assert_eq!(extent("PU400,400;LBH\u{3}"), [10.0, 10.0, 11.88, 12.7]);
     assert_eq!(
         extent("PU400,400;IP0,0,4000,4000;SR10,20;LBH\u{3}"),
@@ -369,12 +369,12 @@ fn what_is_filled_is_an_area_or_the_lines_of_the_files_own_hatch() {
     assert_eq!(filled("PU0,0;RA400,400;"), (1, 0));
     assert_eq!(filled("PU0,0;EA400,400;"), (0, 1));
     assert_eq!(filled("SP0;PU0,0;RA400,400;"), (0, 0));
-    // Pen up or down, the corners of a polygon are its corners.
+    // Moves with the pen up or down both define corners of a polygon.
     assert_eq!(filled("PU0,0;PM0;PU400,0,400,400;PM2;FP;EP;"), (1, 0));
     let hatch = "PU0,0;FT3,80,0;";
     assert_eq!(filled(&format!("{hatch}RA400,400;")), (0, 5));
     let lines = strokes(&format!("{hatch}{ring}FP;"));
-    // At 0, 2, 4, 6 and 8 mm, and the second one has the hole from 2 to 4 mm in it.
+    // Hatch lines lie at 0, 2, 4, 6 and 8 mm; the second is interrupted by the hole from 2 to 4 mm.
     assert_eq!(
         lines[1..3],
         [[[0.0, 2.0], [2.0, 2.0]], [[4.0, 2.0], [10.0, 2.0]]]
@@ -422,7 +422,7 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
     assert!(diagnostic("CI;").contains("CI needs a radius"));
 }
 
-/// Programs of instructions that are nearly right.
+/// Returns a strategy for plots of instructions that are nearly valid.
 fn nearly() -> impl Strategy<Value = String> {
     let name = prop::sample::select(vec![
         "IN",
@@ -519,7 +519,7 @@ fn curves_end_where_they_say_and_stay_within_their_corners() {
         ([10.0, 10.0], [20.0, 10.0])
     );
     let highest = curve.iter().map(|point| point[1]).fold(0.0, f64::max);
-    // Its middle is three quarters of the way up.
+    // A cubic Bezier curve with equal handles reaches three quarters of their height.
     assert!((highest - 17.5).abs() < 0.05, "{highest}");
     assert!(curve.len() > 8);
 }

@@ -1,4 +1,5 @@
-//! Files and what they become: `cargo test --test formats gcode::` does those of a format.
+//! Tests of file formats and of their content. `cargo test --test formats gcode::` runs those of
+//! one format.
 
 mod gcode;
 mod hpgl;

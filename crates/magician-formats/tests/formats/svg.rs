@@ -1,4 +1,4 @@
-//! SVG drawings as strokes: lengths, places, sizes, what is left out and what is refused.
+//! SVG drawings as strokes: lengths, positions, sizes, notes and refusals.
 
 use magician_formats::{
     Artwork, Content, Diagnostic, Fills, Format, Lines, Parsed, ReadOptions, Stroke, White, read,
@@ -26,7 +26,7 @@ fn diagnostic(text: impl AsRef<[u8]>) -> Diagnostic {
     reading_with(text, &ReadOptions::default()).unwrap_err()
 }
 
-/// A page of 100 by 100 mm whose unit is 1 mm.
+/// Returns a page of 100 by 100 mm whose unit is 1 mm.
 fn page(inside: &str) -> String {
     format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="100mm" height="100mm" viewBox="0 0 100 100">{inside}</svg>"#
@@ -50,13 +50,14 @@ fn assert_points(stroke: &Stroke, expected: &[[f64; 2]]) {
     }
 }
 
-/// The perimeter of an ellipse (Ramanujan's second formula, exact to far below what is asked here).
+/// Perimeter of an ellipse by Ramanujan's second formula, whose error is far below the tolerances
+/// here.
 fn ellipse(a: f64, b: f64) -> f64 {
     let h = ((a - b) / (a + b)).powi(2);
     std::f64::consts::PI * (a + b) * (1.0 + 3.0 * h / (10.0 + (4.0 - 3.0 * h).sqrt()))
 }
 
-/// How long a Bezier curve is, from very many pieces.
+/// Length of a Bezier curve, as the sum of 100,000 short chords.
 fn bezier(at: impl Fn(f64) -> [f64; 2]) -> f64 {
     let count = 100_000;
     let points = (0..=count).map(|nth| at(f64::from(nth) / f64::from(count)));
@@ -114,7 +115,7 @@ fn a_house_has_the_lines_that_it_is_drawn_with() {
     }
     let closed: Vec<bool> = house.strokes.iter().map(Stroke::is_closed).collect();
     assert_eq!(closed, [true, false, false, true, true, true]);
-    // Up is up: the roof's top is 5 mm below the upper edge of the page.
+    // The Y axis points up: the top of the roof is below the upper edge of the page.
     assert_points(
         &house.strokes[1],
         &[[15.0, 35.0], [40.0, 55.0], [65.0, 35.0]],
@@ -193,10 +194,11 @@ fn curves_are_as_long_as_they_are() {
         [2000.0, 1000.0],
         [4000.0, 3000.0],
     ]));
-    // The second half of each mirrors the first.
+    // The second half of each curve mirrors the first.
     near(lengths[0], 2.0 * wave * unit, 0.01);
     near(lengths[1], 2.0 * bow * unit, 0.01);
-    // Two arcs whose ends are 3000 apart: radii 1500 and 1000, turned by 20 degrees, are too short and grow together.
+    // Two arcs have their ends 3000 apart: radii of 1500 and 1000, turned by 20 degrees, are too
+    // small for that and are scaled up together.
     let turn = 20_f64.to_radians();
     let grown = (1500.0 * turn.cos() / 1500.0).hypot(1500.0 * turn.sin() / 1000.0);
     near(
@@ -215,7 +217,7 @@ fn curves_are_as_long_as_they_are() {
     near(page[1], 297.0, 1e-4);
 }
 
-/// How far a point is from the nearest place of a line.
+/// Distance from a point to a polyline.
 fn off(line: &[[f64; 2]], [x, y]: [f64; 2]) -> f64 {
     let to = |pair: &[[f64; 2]]| {
         let [a, b] = [pair[0], pair[1]];
@@ -244,7 +246,7 @@ fn corners_are_never_farther_from_the_curve_than_the_tolerance() {
         });
         let worst = strays.fold(0.0, f64::max);
         assert!(worst <= tolerance, "{worst} of {tolerance}");
-        // Not far better either: that would be corners for nothing.
+        // An error far below the tolerance would be a waste of corners.
         assert!(worst >= tolerance / 10.0, "{worst} of {tolerance}");
     }
     for (tolerance, radius) in [(0.05, 40.0), (0.2, 10.0)] {
@@ -269,7 +271,8 @@ fn corners_are_never_farther_from_the_curve_than_the_tolerance() {
 
 #[test]
 fn sizes_units_and_view_boxes_are_right() {
-    // Attributes of the root, and where 10, 10 of its own units lies: mm from the left, mm below the upper edge.
+    // Attributes of the root element, and the position of (10, 10) of its own units: mm from the
+    // left edge, mm below the upper one.
     let table = [
         (
             r#"width="100mm" height="50mm" viewBox="0 0 100 50""#,
@@ -306,13 +309,13 @@ fn sizes_units_and_view_boxes_are_right() {
             [25.4, 12.7],
             [25.4 / 19.2, 25.4 / 19.2],
         ),
-        // The box begins elsewhere.
+        // The view box does not start at 0.
         (
             r#"width="100mm" height="100mm" viewBox="-10 -20 100 100""#,
             [100.0, 100.0],
             [20.0, 30.0],
         ),
-        // Wider than the box: in the middle, to the left, stretched, filled.
+        // Pages wider than the box: the drawing is centred, aligned left, stretched, or sliced.
         (
             r#"width="200mm" height="100mm" viewBox="0 0 100 100""#,
             [200.0, 100.0],
@@ -333,13 +336,13 @@ fn sizes_units_and_view_boxes_are_right() {
             [200.0, 100.0],
             [20.0, 20.0],
         ),
-        // One side follows from the other.
+        // The missing side follows from the other.
         (
             r#"width="100mm" viewBox="0 0 100 50""#,
             [100.0, 50.0],
             [10.0, 10.0],
         ),
-        // Only a box: a unit is a pixel.
+        // Without a size the unit is a pixel.
         (
             r#"viewBox="0 0 96 96""#,
             [25.4, 25.4],
@@ -487,7 +490,7 @@ fn filled_shapes_are_outlined_or_left_out() {
         notes[0].message,
         "filled shapes without a line are left out (2 times)"
     );
-    // One with both is drawn once, and its line is not closed by the fill.
+    // A shape with both is drawn once, and the fill does not close its line.
     let (artwork, notes) = reading(page(r#"<path d="M10 10h10v10" stroke="red" fill="blue"/>"#));
     assert_eq!(artwork.strokes[0].points.len(), 3);
     assert_eq!(notes, []);
@@ -515,7 +518,7 @@ fn what_has_neither_a_stroke_nor_an_area_is_not_drawn() {
                 "{unseen}"
             );
         }
-        // With a stroke it is drawn, once.
+        // With a stroke the shape is drawn once.
         let seen = unseen
             .replace("stroke-opacity", "data-none")
             .replace("stroke=\"none\"", "");
@@ -535,7 +538,7 @@ fn what_has_neither_a_stroke_nor_an_area_is_not_drawn() {
             "{seen}"
         );
     }
-    // Of a shape only the parts that have an area are drawn, and what has one is drawn as before.
+    // Of a filled shape only parts with an area are drawn, and their points do not change.
     let (artwork, notes) = reading(page(r#"<path d="M10 10H40M50 50h9v9z"/>"#));
     assert_eq!((artwork.strokes.len(), notes.len()), (1, 2));
     let (artwork, _) = reading(page(r#"<polyline points="10,10 50,10 50,40"/>"#));
@@ -599,13 +602,13 @@ fn clip_paths_cut_lines_off() {
     near(from[0], 30.0, 0.06);
     near(to[0], 70.0, 0.06);
     assert!(artwork.strokes[1].is_closed());
-    // A hole in the region, and a region within another.
+    // A region with a hole, and a region clipped by another.
     let (artwork, _) = reading(page(
         r##"<clipPath id="o" clip-path="url(#h)"><path clip-rule="evenodd" d="M10 10H90V90H10ZM40 40H60V60H40Z"/></clipPath><clipPath id="h"><rect width="55" height="100"/></clipPath><line y1="50" x2="100" y2="50" stroke="black" clip-path="url(#o)"/>"##,
     ));
     assert_eq!(artwork.strokes.len(), 1);
     assert_points(&artwork.strokes[0], &[[10.0, 50.0], [40.0, 50.0]]);
-    // The view of a nested drawing ends at its edge.
+    // A nested drawing is clipped at the edge of its viewport.
     let (artwork, _) = reading(page(
         r#"<svg x="10" y="10" width="20" height="20" stroke="black"><line x1="-5" y1="5" x2="50" y2="5"/></svg>"#,
     ));
@@ -621,7 +624,7 @@ fn masks_cut_off_what_they_hide() {
     };
     let spans = |mask: &str| -> Vec<[f64; 2]> {
         let (artwork, notes) = masked(mask);
-        // Where all is hidden a note says so.
+        // If everything is hidden, a note reports it.
         assert_eq!(
             notes.is_empty(),
             !artwork.strokes.is_empty(),
@@ -639,7 +642,7 @@ fn masks_cut_off_what_they_hide() {
         [[0.0, 40.0], [60.0, 80.0]]
     );
     assert_eq!(spans(&format!(">{hole}")), [[0.0; 2]; 0]);
-    // In the alpha of a mask black shows, too; what shows however faintly shows.
+    // In an alpha mask black is opaque too; even faint colours show.
     assert_eq!(
         spans(&format!(r#"mask-type="alpha">{hole}"#)),
         [[40.0, 60.0]]
@@ -648,7 +651,8 @@ fn masks_cut_off_what_they_hide() {
         spans(r#"><g opacity="0.5"><rect x="10" width="20" height="99" fill="gray"/></g>"#),
         [[10.0, 30.0]]
     );
-    // What is drawn on black afterwards shows; black that is seen through does not hide; lines count as wide as they are.
+    // Later elements of a mask cover black ones, transparent black does not hide, and strokes have
+    // their width.
     let island = r#"<rect x="45" y="40" width="10" height="20" fill="red"/>"#;
     assert_eq!(
         spans(&format!(">{white}{hole}{island}")),
@@ -662,7 +666,8 @@ fn masks_cut_off_what_they_hide() {
         spans(r#"><line x1="50" y1="0" x2="50" y2="100" stroke="white" stroke-width="10"/>"#),
         [[45.0, 55.0]]
     );
-    // A gradient that shows all along is as good as white; from white to black it hides by degrees.
+    // A gradient that is opaque throughout counts as white; a gradient from white to black hides
+    // gradually.
     let gradient = |to: &str| {
         format!(
             r##"><linearGradient id="g"><stop stop-color="white"/><stop offset="1" stop-color="{to}"/></linearGradient><rect width="50" height="100" fill="url(#g)"/>"##
@@ -689,14 +694,14 @@ fn white_is_drawn_where_it_is_seen() {
     let text = r#"<text x="15" y="30" font-size="9" fill="white">l</text>"#;
     let black = r#"<path d="M5 5h5" stroke="black"/>"#;
     for white in [line, bent, shape, text] {
-        // On white, and below what is dark.
+        // White over white, and below dark shapes, is left out.
         assert_eq!(count(&format!("{black}{white}")), (1, 1), "{white}");
         assert_eq!(count(&format!("{white}{dark}")), (1, 1), "{white}");
-        // On something dark, unless white lies between.
+        // White over a dark shape is drawn, unless white lies between.
         assert_eq!(count(&format!("{dark}{white}")), (2, 0), "{white}");
         let between = r#"<rect x="15" y="15" width="40" height="40" fill="white"/>"#;
         assert_eq!(count(&format!("{dark}{between}{white}")), (2, 1), "{white}");
-        // All there is.
+        // A drawing with nothing but white is drawn, with a note.
         assert_eq!(count(white), (1, 1), "{white}");
         let mut options = ReadOptions::default();
         options.white = White::Draw;
@@ -704,7 +709,7 @@ fn white_is_drawn_where_it_is_seen() {
         let (artwork, _) = reading_with(both, &options).unwrap();
         assert_eq!(artwork.strokes.len(), 2, "{white}");
     }
-    // A shape with a line of another colour is drawn, and one of another colour with a white line.
+    // A shape is drawn if only its fill or only its stroke is white.
     assert_eq!(
         count(r#"<rect width="9" height="9" fill="white" stroke="red"/>"#),
         (1, 0)
@@ -713,7 +718,7 @@ fn white_is_drawn_where_it_is_seen() {
         count(r#"<rect width="9" height="9" fill="red" stroke="white"/>"#),
         (1, 0)
     );
-    // Half of the line is on it.
+    // Half of the white line lies over the dark shape.
     assert_eq!(
         count(&format!(
             r#"{dark}<path d="M50 20h5v5h20" fill="none" stroke="white"/>"#
@@ -792,12 +797,13 @@ fn texts_are_outlines_in_one_font() {
         r#"<text id="hello" x="10" y="50" font-size="20" font-family="Arial" font-weight="bold">lo</text>"#,
     );
     let (artwork, notes) = reading(&text);
-    // l is one outline, o are two.
+    // The l is one outline, the o two.
     assert_eq!(artwork.strokes.len(), 3);
     assert!(artwork.strokes.iter().all(Stroke::is_closed));
     assert_eq!(artwork.names, ["hello"]);
     let [least, most] = artwork.bounds().unwrap();
-    // Roboto's l is 1536 of 2048 units tall, from the base line on; o hangs 20 units below it.
+    // In Roboto the l is 1536 of 2048 units tall from the baseline, and the o extends 20 units
+    // below it.
     near(most[1], 50.0 + 20.0 * 1536.0 / 2048.0, 0.01);
     near(least[1], 50.0 - 20.0 * 20.0 / 2048.0, 0.01);
     let told: Vec<&str> = notes.iter().map(|note| note.message.as_str()).collect();
@@ -813,7 +819,7 @@ fn texts_are_outlines_in_one_font() {
 #[test]
 fn characters_that_the_font_lacks_are_left_out_and_named() {
     let (artwork, notes) = reading(page("\n  <text id='label' y='20'>Hi 日本 日</text>"));
-    // H is one outline, i are two; nothing stands where the others would.
+    // The H is one outline, the i two; missing characters leave no outline.
     assert_eq!(artwork.strokes.len(), 3);
     let told: Vec<String> = notes.iter().map(ToString::to_string).collect();
     assert_eq!(
@@ -823,11 +829,11 @@ fn characters_that_the_font_lacks_are_left_out_and_named() {
             "line 2, column 3 (label): U+672C '本' is left out: the font Roboto does not have it",
         ]
     );
-    // What is not shown does not matter.
+    // Hidden text is not reported.
     let hidden = "<text y='20' visibility='hidden'>日</text><text y='20' display='none'>日</text>";
     let (_, notes) = reading(page(&format!("<line x2='5' stroke='red'/>{hidden}")));
     assert_eq!(notes, []);
-    // A text without any known character has its notes as well.
+    // A text without any known character is reported as well.
     let (artwork, notes) = reading(page("<text y='20'>日本</text>"));
     assert_eq!((artwork.strokes.len(), notes.len()), (0, 2));
 }
@@ -889,7 +895,7 @@ fn what_is_no_drawing_is_refused_with_its_place() {
 
 #[test]
 fn bombs_do_not_go_off() {
-    // Ten times ten times ten ...
+    // Each level uses the one below ten times.
     let mut bomb = String::from("<defs><path id='l0' d='M0 0h1' stroke='red'/>");
     for level in 1..12 {
         let used = format!("<use href='#l{}'/>", level - 1).repeat(10);
@@ -906,7 +912,7 @@ fn bombs_do_not_go_off() {
         .map(|nth| format!("<g id='c{nth}'><use href='#c{}'/></g>", nth + 1))
         .collect();
     assert!(diagnostic_of(page(&chain)).contains("nested more than"));
-    // Circles are broken up, or refused.
+    // Cycles of references are broken or refused.
     for circle in [
         "<g id='a'><use href='#a'/></g>",
         "<g id='a'><use href='#b'/></g><g id='b'><use href='#a'/></g>",
@@ -922,7 +928,7 @@ fn bombs_do_not_go_off() {
     ] {
         let _ = reading_with(page(circle), &ReadOptions::default());
     }
-    // Classes that have the same style are no circle, however many of them there are.
+    // Classes with the same style do not form a cycle, however many there are.
     let clips: String = (0..5)
         .map(|n| format!("<style>.c{n}{{clip-path:url(#p{n})}}</style><clipPath id='p{n}'><rect class='d' width='90' height='90'/></clipPath><path class='c{n}' d='M1 1h{n}v1z'/>"))
         .collect();
@@ -958,7 +964,7 @@ fn an_entity_does_not_confuse_the_places() {
     );
 }
 
-/// The library places letters along a path in a larger drawing, which is made smaller again.
+/// usvg places letters along a path in an enlarged drawing, which is scaled back afterwards.
 #[test]
 fn text_along_a_path_leaves_the_size_of_the_drawing_as_it_is() {
     let sizes = [

@@ -1,4 +1,4 @@
-//! Text that is written with the pen.
+//! Text that is drawn with the pen.
 
 use magician_formats::{
     Align, Artwork, BundledFont, Content, Diagnostic, DiagnosticCode, FontChoice, Format,
@@ -20,7 +20,7 @@ fn written(text: &str, options: &ReadOptions) -> (Artwork, Vec<Diagnostic>) {
     (artwork, parsed.notes)
 }
 
-/// All that can be seen of Latin-1 and Latin Extended-A.
+/// Returns all visible characters of Latin-1 and Latin Extended-A.
 fn latin() -> impl Iterator<Item = char> {
     let ranges = ['!'..='~', '\u{A1}'..='\u{FF}', '\u{100}'..='\u{17F}'];
     let all = ranges.into_iter().flatten();
@@ -180,7 +180,7 @@ fn an_svg_font_is_drawn_as_it_is() {
     let (artwork, notes) = written("Ho", &options);
     assert_eq!(artwork.strokes.len(), 4);
     assert!(notes.is_empty() && !artwork.in_order);
-    // The H is 600 units high, whatever the font says, and 10 mm.
+    // The H is 600 units high, whatever the font states, and 10 mm when drawn.
     let left: Vec<_> = artwork.strokes[0].points.clone();
     assert_eq!(left, [[0.0, 0.0], [0.0, 10.0]]);
     let round = &artwork.strokes[3];
@@ -231,7 +231,8 @@ const KANJI: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <path id="kvg:04e8c-s1" d="M25,30c10,1 40,1 60,0"/><path id="kvg:04e8c-s2" d="M10,85c20,1 60,1 90,0"/>
 </g></g><g id="kvg:StrokeNumbers_04e8c"><text>1</text></g></svg>"#;
 
-/// Strokes keep their order and direction, wherever the pen would travel less.
+/// Strokes of a character keep their order and direction, even where another order would shorten
+/// the travel.
 #[test]
 fn strokes_of_characters_are_drawn_in_their_order() {
     let medians =
@@ -318,7 +319,7 @@ fn texts_of_drawings_are_in_single_lines_where_their_font_or_a_person_says_so() 
         );
     }
     let (sans, _) = lines("Hershey", &usual);
-    // Three of the H, one of the I, two of the T.
+    // Three strokes of the H, one of the I, two of the T.
     assert_eq!(sans.strokes.len(), 6);
     assert_eq!(lines("Arial", &stroke).0.strokes.len(), 6);
     assert!(
@@ -328,7 +329,7 @@ fn texts_of_drawings_are_in_single_lines_where_their_font_or_a_person_says_so() 
             .iter()
             .all(magician_formats::Stroke::is_closed)
     );
-    // They lie where the outlines lie, and are as high.
+    // The strokes lie on the outlines and have the same height.
     let (outlines, _) = lines("Roboto", &usual);
     let ([from, to], [of, end]) = (sans.bounds().unwrap(), outlines.bounds().unwrap());
     for (one, other) in [from, to]

@@ -1,12 +1,17 @@
-//! The difference of two pictures as an image.
+//! Image of the difference between two pictures.
 
 use super::{Picture, distance};
 
+/// Colour of the source, below the drawing.
 const SOURCE: [u8; 3] = [190, 196, 203];
+/// Colour of drawn lines that match the source.
 const DRAWN: [u8; 3] = [26, 26, 26];
+/// Colour of lines of the source that are missing in the drawing.
 const MISSING: [u8; 3] = [209, 26, 33];
+/// Colour of drawn lines without a source.
 const EXTRA: [u8; 3] = [240, 140, 20];
-/// How wide the lines of the source and of what is drawn are, mm.
+/// Line widths of source and drawing, mm. The drawing is thinner, so that the source stays visible
+/// below.
 const WIDTHS: [f64; 2] = [0.5, 0.2];
 
 pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> {
@@ -30,11 +35,11 @@ pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> 
     paint(drawn, &to_source, false, thin, DRAWN);
     paint(source, &to_drawn, true, thick, MISSING);
     paint(drawn, &to_source, true, thick, EXTRA);
-    // Writing to memory does not fail for a picture that has pixels.
+    // Writing to memory cannot fail, and the picture has pixels.
     image.png().unwrap_or_default()
 }
 
-/// Red, green and blue, from the upper left corner.
+/// RGB image, rows from the top.
 struct Image {
     size: [usize; 2],
     pixels: Vec<u8>,
@@ -59,7 +64,7 @@ impl Image {
     }
 }
 
-/// A round dot about a pixel; the lowest row is the image's last.
+/// Draws a round dot at a pixel. Pictures start with the lowest row, images with the highest.
 fn dot(image: &mut Image, at: usize, half: i64, colour: [u8; 3]) {
     let [width, height] = image.size.map(|side| side as i64);
     let (column, row) = ((at as i64) % width.max(1), (at as i64) / width.max(1));

@@ -1,10 +1,10 @@
-//! How far each pixel is from the nearest inked one, exactly: columns first, then the lower envelope of parabolas along each
-//! row (Meijster, Roerdink and Hesselink 2000).
+//! Exact Euclidean distance transform: columns first, then the lower envelope of parabolas along
+//! each row (Meijster, Roerdink and Hesselink 2000).
 
 use super::Picture;
 
-/// The distance of each pixel of a picture from its nearest inked one, mm, row by row from the lowest; the length of the
-/// diagonal if there is none.
+/// Returns the distance of each pixel from the nearest inked one, mm, rows from the bottom. If
+/// nothing is inked, the length of the diagonal.
 pub(super) fn field(picture: &Picture) -> Vec<f32> {
     let [width, height] = picture.frame().size();
     let columns = columns(picture.inked(), [width, height]);
@@ -22,7 +22,8 @@ pub(super) fn field(picture: &Picture) -> Vec<f32> {
     field
 }
 
-/// The distance from the nearest inked pixel of the same column; more than the picture is wide and high if there is none.
+/// Returns the distance to the nearest inked pixel of the same column, or width plus height if
+/// there is none.
 fn columns(inked: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
     let none = u32::try_from(width + height).unwrap_or(u32::MAX / 2);
     let mut distances = vec![none; inked.len()];
@@ -45,7 +46,7 @@ fn columns(inked: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
     distances
 }
 
-/// The parabolas of which one is the lowest somewhere in a row: where each has its middle, and where it begins to be.
+/// Lower envelope: for each of its parabolas the vertex and the position from which it is lowest.
 #[derive(Default)]
 struct Envelope {
     parts: Vec<(i64, i64)>,
@@ -65,7 +66,7 @@ impl Envelope {
                     self.parts.pop();
                     continue;
                 }
-                // From here on the new one is lower.
+                // Position from which the new parabola is lower.
                 let twice = middle.pow(2) - other.pow(2) + height.pow(2) - low.pow(2);
                 begins = twice.div_euclid(2 * (middle - other)) + 1;
                 break;
@@ -76,7 +77,7 @@ impl Envelope {
         }
     }
 
-    /// Squares of distances along the row.
+    /// Iterates over squared distances along the row.
     fn along<'a>(&'a self, row: &'a [u32]) -> impl Iterator<Item = i64> + 'a {
         let mut part = 0;
         (0..row.len() as i64).map(move |at| {

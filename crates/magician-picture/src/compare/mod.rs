@@ -1,9 +1,9 @@
-//! How well what an arm has left matches what it was to leave: both as pixels, and how far those of one are from the
-//! nearest of the other.
+//! Comparison of what an arm has left with what it was meant to leave.
 //!
-//! Lines are compared by where their middles run, whatever their width: [`compare`](fn@compare). What a laser has burnt
-//! is compared with an image by how dark it is, cell by cell: [`Tones`]. The same input gives the same figures on every
-//! machine.
+//! Lines are compared by their centre lines, regardless of width ([`compare`](fn@compare)): both
+//! are rasterised, and for each inked pixel of one the distance to the nearest of the other is
+//! measured. What a laser has burnt is compared with an image by darkness, cell by cell
+//! ([`Tones`]). The same input gives the same figures on every machine.
 
 mod difference;
 mod distance;
@@ -17,64 +17,64 @@ pub use picture::{Picture, PixelGrid};
 pub use source::svg_lines;
 pub use tones::{ToneMatch, Tones};
 
-/// Pixels in a millimetre, as long as there are not too many in all.
+/// Largest resolution, pixels per mm. The limit on the total number of pixels may reduce it.
 const FINEST: f64 = 20.0;
-/// What is left free around, mm.
+/// Margin around the lines, mm.
 const MARGIN: f64 = 2.0;
 
-/// How well two sets of lines match. What is measured in mm is true to a pixel's width, which
-/// [`pixel`](Self::pixel) tells.
+/// Match of two sets of lines. Distances are accurate to the width of a pixel,
+/// [`pixel`](Self::pixel).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Match {
-    /// The share of the source that nothing is drawn within the tolerance of, 0 to 1.
+    /// Share of the source with nothing drawn within the tolerance, 0 to 1.
     pub missing_share: f64,
-    /// The share of what is drawn that nothing of the source is within the tolerance of, 0 to 1.
+    /// Share of the drawing with no source within the tolerance, 0 to 1.
     pub extra_share: f64,
-    /// How far the place of the source is from the drawing that is farthest from it, mm; the picture's diagonal if nothing
-    /// is drawn.
+    /// Largest distance of a point of the source from the drawing, mm. The picture's diagonal if
+    /// nothing is drawn.
     pub worst_missing: f64,
-    /// How far the place of the drawing is from the source that is farthest from it, mm.
+    /// Largest distance of a point of the drawing from the source, mm.
     pub worst_extra: f64,
-    /// How far places of either are from the other in the mean, mm.
+    /// Mean distance of points of either from the other, mm.
     pub mean: f64,
-    /// The width of a pixel, mm.
+    /// Width of a pixel, mm.
     pub pixel: f64,
 }
 
 impl Match {
-    /// The greatest distance of a place of either from the other, mm: the Hausdorff distance.
+    /// Hausdorff distance, mm: the largest distance of a point of either from the other.
     #[must_use]
     pub fn worst(&self) -> f64 {
         self.worst_missing.max(self.worst_extra)
     }
 
-    /// Whether nothing is missing and nothing is too much.
+    /// True if nothing is missing and nothing is extra.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.missing_share == 0.0 && self.extra_share == 0.0
     }
 }
 
-/// Two pictures of lines that have been compared.
+/// A finished comparison of two pictures of lines.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     source: Picture,
     drawn: Picture,
     tolerance: f64,
-    /// The figures.
+    /// Figures.
     pub matched: Match,
 }
 
 impl Comparison {
-    /// Compares two pictures of the same frame; a place matches if the other picture has something within the tolerance,
-    /// mm. `None` if the frames differ.
+    /// Compares two pictures with the same frame. A point matches if the other picture has one
+    /// within the tolerance, mm. `None` if the frames differ.
     #[must_use]
     pub fn of(source: Picture, drawn: Picture, tolerance: f64) -> Option<Self> {
         (source.frame() == drawn.frame()).then(|| Self::measured(source, drawn, tolerance))
     }
 
-    /// Of pictures of the same frame.
+    /// Compares pictures that are known to have the same frame.
     fn measured(source: Picture, drawn: Picture, tolerance: f64) -> Self {
         let pixel = 1.0 / source.frame().pixels_per_mm();
         let missing = Distances::between(&source, &drawn, tolerance);
@@ -96,15 +96,15 @@ impl Comparison {
         }
     }
 
-    /// The difference as PNG: what is as it was to be in black on grey, what is missing in red, what is too much in
-    /// orange.
+    /// Returns the difference as PNG: matching lines in black on grey, missing ones in red, extra
+    /// ones in orange.
     #[must_use]
     pub fn to_png(&self) -> Vec<u8> {
         difference::png(&self.source, &self.drawn, self.tolerance)
     }
 }
 
-/// What the places of one picture have to the other.
+/// Distances of the points of one picture from the other.
 struct Distances {
     places: usize,
     beyond: usize,
@@ -136,8 +136,10 @@ impl Distances {
     }
 }
 
-/// Compares lines with lines, in the same coordinates: as fine as 16 million pixels allow, 20 to the millimetre at most. A
-/// place matches if the other has something within the tolerance, mm.
+/// Compares two sets of lines in the same coordinates.
+///
+/// The resolution is 20 pixels per mm, or less if that would exceed 16 million pixels. A point
+/// matches if the other set has one within the tolerance, mm.
 ///
 /// ```
 /// use magician_picture::compare::compare;
@@ -156,7 +158,7 @@ pub fn compare(source: &[Vec<[f64; 2]>], drawn: &[Vec<[f64; 2]>], tolerance: f64
     Comparison::measured(source, drawn, tolerance)
 }
 
-/// The lines of a drawing, each by its corners.
+/// Returns the lines of a drawing as polylines.
 #[must_use]
 pub fn lines_of(drawing: &Drawing) -> Vec<Vec<[f64; 2]>> {
     let strokes = drawing.strokes().iter();

@@ -1,13 +1,13 @@
-//! Lines as pixels.
+//! Rasterised lines.
 
-/// As many pixels has a picture.
+/// Largest number of pixels of a picture. It bounds memory.
 const MOST_PIXELS: f64 = 16e6;
-/// A line is followed in steps of this share of a pixel.
+/// Step along a line, pixels. Small enough that no pixel on the line is skipped.
 const STEP: f64 = 0.25;
-/// A side is never longer, mm: what is farther off is left out.
+/// Largest side of a picture, mm. Points farther off are ignored.
 const LONGEST: f64 = 5000.0;
 
-/// Which part of a plane a picture shows, and how finely.
+/// Part of a plane shown by a picture, and its resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelGrid {
     low: [f64; 2],
@@ -16,8 +16,9 @@ pub struct PixelGrid {
 }
 
 impl PixelGrid {
-    /// The frame that shows all of these points with a margin, mm, at so many pixels to the millimetre; fewer if it would
-    /// have more than 16 million. Points that are no numbers are left out.
+    /// Creates the frame around these points with a margin, mm, at a resolution in pixels per mm.
+    /// The resolution is reduced to keep within 16 million pixels. Points that are not finite are
+    /// ignored.
     #[must_use]
     pub fn around(
         points: impl IntoIterator<Item = [f64; 2]>,
@@ -37,7 +38,7 @@ impl PixelGrid {
         let size = [0, 1].map(|axis| high[axis] + margin - low[axis]);
         let most = (MOST_PIXELS / (size[0] * size[1]).max(1.0)).sqrt();
         let pixels_per_mm = pixels_per_mm.min(most);
-        // A conversion of a float saturates.
+        // A cast from float saturates.
         let size = size.map(|side| (side * pixels_per_mm).ceil().max(1.0) as usize);
         Self {
             low,
@@ -46,34 +47,34 @@ impl PixelGrid {
         }
     }
 
-    /// How many pixels there are to the millimetre.
+    /// Resolution, pixels per mm.
     #[must_use]
     pub fn pixels_per_mm(&self) -> f64 {
         self.pixels_per_mm
     }
 
-    /// How many pixels there are across and down.
+    /// Width and height, pixels.
     #[must_use]
     pub fn size(&self) -> [usize; 2] {
         self.size
     }
 
-    /// In which pixel a point is, with fractions.
+    /// Returns the pixel of a point, with fractions.
     fn place(&self, point: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| (point[axis] - self.low[axis]) * self.pixels_per_mm)
     }
 }
 
-/// Lines as pixels: those that the lines run through.
+/// Pixels that lines run through.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     frame: PixelGrid,
-    /// Row by row, the lowest first.
+    /// Rows from the bottom.
     inked: Vec<bool>,
 }
 
 impl Picture {
-    /// Of lines, each by its corners; one of a single corner is a dot. What is outside the frame is left out.
+    /// Rasterises polylines; a single point is a dot. Parts outside the frame are ignored.
     #[must_use]
     pub fn of_lines<'a, L>(frame: PixelGrid, lines: impl IntoIterator<Item = &'a L>) -> Self
     where
@@ -95,11 +96,14 @@ impl Picture {
         picture
     }
 
-    /// Of the lines of an SVG, parsed and followed without the reader that makes plans of it. `place` tells where a point of
-    /// its sheet (mm, x to the right, y up, from the lower left corner) lies.
+    /// Rasterises the lines of an SVG.
+    ///
+    /// It is parsed without the reader that makes plans, as an independent check. `place` maps
+    /// points of its sheet (mm, x to the right, y up, from the lower left corner) to coordinates of
+    /// the frame.
     ///
     /// # Errors
-    /// As [`svg_lines`](super::svg_lines).
+    /// Those of [`svg_lines`](super::svg_lines).
     pub fn of_svg(
         frame: PixelGrid,
         svg: &[u8],
@@ -112,7 +116,7 @@ impl Picture {
         Ok(Self::of_lines(frame, &lines))
     }
 
-    /// What it shows, and how finely.
+    /// Returns its frame.
     #[must_use]
     pub fn frame(&self) -> PixelGrid {
         self.frame
@@ -125,7 +129,7 @@ impl Picture {
     fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
         let way = [to[0] - from[0], to[1] - from[1]];
         let length = libm::hypot(way[0], way[1]);
-        // Not a number is not below anything.
+        // NaN fails this comparison, too.
         let near = length < LONGEST * self.frame.pixels_per_mm;
         if !near {
             return;

@@ -1,20 +1,21 @@
-//! What an SVG shows, followed without the reader that makes plans of it: a second opinion.
+//! Lines of an SVG, extracted without the reader that makes plans of it: a second opinion.
 
 use magician_formats::svg_options;
 use magician_program::Diagnostic;
 use resvg::tiny_skia::{PathSegment, Point};
 use resvg::usvg::{self, Group, Node};
 
-/// Pixels of 96 to the inch in a millimetre.
+/// Pixels (96 per inch) per millimetre.
 const PIXELS: f64 = 96.0 / 25.4;
-/// Pieces that a curve is cut into, at least; one more for each of these lengths of its hull, mm.
+/// Smallest number of pieces of a curve.
 const PIECES: f64 = 8.0;
+/// Length of a curve's hull for each further piece, mm.
 const PIECE: f64 = 0.2;
-/// As many pieces has a curve at most.
+/// Largest number of pieces of a curve.
 const MOST_PIECES: f64 = 10_000.0;
 
-/// The lines of an SVG, mm, from the lower left corner of its sheet: the middles of its strokes, and the edges of what is
-/// filled and not stroked.
+/// Returns the lines of an SVG, mm, from the lower left corner of its sheet: the centre lines of
+/// strokes, and the outlines of fills without a stroke.
 ///
 /// # Errors
 /// A [`Diagnostic`] if it is not an SVG.
@@ -53,7 +54,7 @@ fn follow(group: &Group, lines: &mut Vec<Vec<[f64; 2]>>) {
     }
 }
 
-/// Cuts a path into straight pieces.
+/// Flattens a path.
 fn cut(path: &resvg::tiny_skia::Path, lines: &mut Vec<Vec<[f64; 2]>>) {
     let (mut at, mut start) = (Point::zero(), Point::zero());
     let mut line = Vec::new();
@@ -86,7 +87,7 @@ fn cut(path: &resvg::tiny_skia::Path, lines: &mut Vec<Vec<[f64; 2]>>) {
     lines.retain(|line| !line.is_empty());
 }
 
-/// A Bézier curve of any degree, by de Casteljau's construction.
+/// Flattens a Bézier curve of any degree (de Casteljau).
 fn curve(line: &mut Vec<[f64; 2]>, corners: &[Point]) {
     let corners: Vec<_> = corners.iter().map(|corner| flat(*corner)).collect();
     let sides = corners.iter().zip(corners.iter().skip(1));

@@ -1,35 +1,35 @@
-//! How dark a laser has left each part of a surface, beside how dark an image is there.
+//! Comparison of the darkness that a laser has left with the darkness of an image.
 
 use magician_sim::world::{Drawing, StrokeKind};
 
 use magician_program::Raster;
 
-/// A line is followed in steps of this share of a cell.
+/// Step along a line, as a share of a cell.
 const STEP: f64 = 1.0 / 32.0;
-/// As many cells there are at most along a side.
+/// Largest number of cells along a side.
 const MOST_CELLS: usize = 4096;
 
-/// How dark the cells of a grid are, 0 to 1 (0 is nothing, 1 is all black).
+/// Darkness of the cells of a grid, 0 (nothing) to 1 (black).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tones {
     size: [usize; 2],
-    /// Row by row, the lowest first.
+    /// Rows from the bottom.
     values: Vec<f64>,
 }
 
-/// How well tones match, in shares of full black.
+/// Match of two grids, in shares of full black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ToneMatch {
-    /// The mean difference of a cell.
+    /// Mean difference of cells.
     pub mean: f64,
-    /// The greatest difference of a cell.
+    /// Largest difference of a cell.
     pub worst: f64,
 }
 
 impl Tones {
-    /// Of what a laser has burnt between two corners, in cells of this size, mm: a line counts as wide as the lines are apart,
-    /// `spacing` mm, and as dark as its power.
+    /// Returns the tones of what a laser has burnt between two corners, in cells of this size, mm.
+    /// A line counts as wide as the lines are apart (`spacing`, mm), and as dark as its power.
     #[must_use]
     pub fn of_burns(drawing: &Drawing, corners: [[f64; 2]; 2], cell: f64, spacing: f64) -> Self {
         let mut tones = Self::blank(corners, cell);
@@ -48,7 +48,7 @@ impl Tones {
         tones
     }
 
-    /// Of an image that fills the area between two corners.
+    /// Returns the tones of an image that fills the area between two corners.
     #[must_use]
     pub fn of_image(image: &Raster, corners: [[f64; 2]; 2], cell: f64) -> Self {
         let mut tones = Self::blank(corners, cell);
@@ -60,7 +60,7 @@ impl Tones {
                 rows - 1 - (at / columns.max(1)).min(rows - 1),
             );
             let across = [column as f64, (column + 1) as f64].map(|edge| edge / extent[0]);
-            // The image begins at its upper edge.
+            // Images start at the top.
             let bottom = extent[1] - (rows - 1 - row) as f64;
             let down = [bottom - 1.0, bottom].map(|edge| edge / extent[1]);
             *value = darkness(image, across, down);
@@ -68,7 +68,7 @@ impl Tones {
         tones
     }
 
-    /// How they differ from others of the same grid; `None` if the grid is not the same.
+    /// Returns the difference from tones of the same grid; `None` if the grids differ.
     #[must_use]
     pub fn difference(&self, other: &Self) -> Option<ToneMatch> {
         if self.size != other.size {
@@ -88,7 +88,8 @@ impl Tones {
     fn blank(corners: [[f64; 2]; 2], cell: f64) -> Self {
         let size = [0, 1].map(|axis| {
             let cells = (corners[1][axis] - corners[0][axis]) / cell;
-            // A conversion of a float saturates; the last cell may reach beyond the edge by a rounding error.
+            // A cast from float saturates. The subtraction keeps rounding from adding a cell at the
+            // edge.
             ((cells - 1e-6).ceil().max(1.0) as usize).min(MOST_CELLS)
         });
         Self {
@@ -97,7 +98,7 @@ impl Tones {
         }
     }
 
-    /// Adds a line, in cells, that darkens a cell by so much for each cell that it is long.
+    /// Burns a line given in cells. Each cell is darkened by `darkness` per cell length.
     fn burn(&mut self, from: [f64; 2], to: [f64; 2], darkness: f64) {
         let way = [to[0] - from[0], to[1] - from[1]];
         let length = libm::hypot(way[0], way[1]);
@@ -116,7 +117,7 @@ impl Tones {
     }
 }
 
-/// The mean darkness of an image between shares of its width and height.
+/// Mean darkness of an image between shares of its width and height.
 fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
     let (columns, rows) = (covered(across, image.width), covered(down, image.height));
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -134,7 +135,7 @@ fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
-/// Which of so many pixels lie between two shares, and how much of each.
+/// Returns the pixels between two shares, each with the covered part of it.
 fn covered([from, to]: [f64; 2], pixels: usize) -> Vec<(usize, f64)> {
     let [from, to] = [from, to].map(|share| share.clamp(0.0, 1.0) * pixels as f64);
     let last = (to.ceil() as usize).min(pixels);

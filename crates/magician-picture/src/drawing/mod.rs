@@ -1,4 +1,4 @@
-//! What pen and laser left, in true size.
+//! Pictures of what pen and laser left, in true size.
 
 #[cfg(feature = "png")]
 mod png;
@@ -12,22 +12,22 @@ pub use png::drawing_png;
 use crate::svg::palette::{BURNT, DRAWN, EDGE};
 use crate::svg::{Fine, Svg, fine_path};
 
-/// Width of the pen's line, mm (G).
+/// Width of the pen's line, mm. A choice without a source (G): pens differ.
 const INK_WIDTH: f64 = 0.5;
-/// Width of the laser's line, mm (G).
+/// Width of the laser's line, mm. A choice without a source (G): it depends on focus and material.
 const BURN_WIDTH: f64 = 0.2;
-/// What is left free around, mm.
+/// Margin, mm.
 const MARGIN: f64 = 5.0;
-/// Radius of the arm's mark, mm.
+/// Radius of the mark at the arm's base axis, mm.
 const MARK: f64 = 3.0;
 
-/// What a picture of a drawing shows besides what was left.
+/// Additional contents of a picture of a drawing.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct DrawingOptions {
-    /// The corners of the sheet, where it is known, in the arm's x and y, mm: the picture shows all of it.
+    /// Corners of the sheet in the arm's x and y, mm. If given, the picture shows all of it.
     pub sheet: Option<Vec<[f64; 2]>>,
-    /// Whether the picture goes as far as the arm's base.
+    /// True if the picture extends to the arm's base.
     pub whole: bool,
 }
 
@@ -47,9 +47,11 @@ impl DrawingOptions {
     }
 }
 
-/// The picture of a drawing as SVG, seen from above: X to the right, Y up, one unit a millimetre, printed in true size, with a
-/// margin; what was burnt is the darker the more power it got. With the sheet that it lies on, or as far as the arm's base,
-/// whose axis a small circle with a cross marks.
+/// Returns the picture of a drawing as SVG, seen from above.
+///
+/// X goes to the right and Y up, one unit is a millimetre, and it prints in true size with a
+/// margin. Burnt lines are darker with more power. The picture can include the sheet, and the arm's
+/// base axis as a circle with a cross.
 ///
 /// ```
 /// use magician_picture::{DrawingOptions, drawing_svg};
@@ -109,12 +111,12 @@ pub fn drawing_svg(drawing: &Drawing, options: &DrawingOptions) -> String {
     svg.finish()
 }
 
-/// Whether the base is in a picture: if that is asked for, or if there is nothing else to show.
+/// True if the base is shown: on request, or if there is nothing else to show.
 fn shows_base(drawing: &Drawing, options: &DrawingOptions) -> bool {
     options.whole || (drawing.bounds().is_none() && options.sheet.is_none())
 }
 
-/// What a picture shows, with a margin, as a part of the plane: to the right, and up.
+/// Part of the plane shown, including the margin: to the right, and up.
 fn frame(drawing: &Drawing, options: &DrawingOptions) -> [[f64; 2]; 2] {
     let drawn = drawing.bounds().into_iter().flatten();
     let sheet = options.sheet.iter().flatten().copied();
@@ -134,18 +136,18 @@ fn frame(drawing: &Drawing, options: &DrawingOptions) -> [[f64; 2]; 2] {
     ]
 }
 
-/// Whether a line ends in half circles. A line that is burnt does not: where its power changes, ends that overlap would be darker than
-/// both. A dot would be nothing without.
+/// True if a line has round caps. Burnt lines have none: where the power changes, overlapping caps
+/// would be darker than both lines. A dot needs them to be visible at all.
 fn has_round_ends(stroke: &Stroke) -> bool {
     stroke.kind == StrokeKind::Ink || stroke.points.len() < 2
 }
 
-/// A place of the ground as a picture of paper shows it.
+/// Projects a point of the ground to the picture.
 fn seen(place: [f64; 2]) -> [f64; 2] {
     TopView::PAPER.project(place)
 }
 
-/// The axis of the base: a circle with a cross.
+/// Marks the axis of the base with a circle and a cross.
 fn mark(svg: &mut Svg) {
     let look = [("stroke", EDGE), ("stroke-width", "0.3")];
     svg.path(&format!("M-{MARK} 0H{MARK}M0 -{MARK}V{MARK}"), &look);
@@ -156,7 +158,7 @@ fn mark(svg: &mut Svg) {
     svg.leaf("circle", &look.collect::<Vec<_>>());
 }
 
-/// The path through places of the ground, y down.
+/// Returns path data through points of the ground, y down.
 fn data(points: &[[f64; 2]]) -> String {
     fine_path(points.iter().map(|point| {
         let [x, y] = seen(*point);

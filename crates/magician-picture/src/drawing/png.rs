@@ -1,4 +1,4 @@
-//! A drawing as PNG: its strokes drawn as they are, without SVG between.
+//! Rasteriser of drawings to PNG, without an intermediate SVG.
 
 use magician_sim::world::{Drawing, Stroke, StrokeKind};
 use resvg::tiny_skia::{
@@ -8,10 +8,12 @@ use resvg::tiny_skia::{
 use super::{BURN_WIDTH, DrawingOptions, INK_WIDTH, MARK, frame, has_round_ends, seen, shows_base};
 use crate::png::{MOST_PIXELS, PictureError};
 
-/// The picture of a drawing as PNG: what [`drawing_svg`](crate::drawing_svg) shows, on white, so many pixels to a millimetre.
+/// Returns the picture of a drawing as PNG: the content of [`drawing_svg`](crate::drawing_svg), on
+/// white, at this resolution.
 ///
 /// # Errors
-/// [`PictureError`] if the scale makes no sense, or the picture would have more than 64 million pixels.
+/// [`PictureError`] if the scale is not positive and finite, or the picture would have more than 64
+/// million pixels.
 pub fn drawing_png(
     drawing: &Drawing,
     pixels_per_mm: f64,
@@ -55,7 +57,7 @@ pub fn drawing_png(
 fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
     let (color, width) = match stroke.kind {
         StrokeKind::Ink => ([26, 26, 26, 255], INK_WIDTH),
-        // A conversion of a float saturates.
+        // A cast from float saturates.
         StrokeKind::Burn => ([74, 37, 8, (stroke.power * 2.55) as u8], BURN_WIDTH),
     };
     if let [point] = stroke.points.as_slice() {
@@ -85,7 +87,7 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
     }
 }
 
-/// Corners, joined all round.
+/// Returns a closed path along corners.
 fn outline(corners: &[[f64; 2]]) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (nth, corner) in corners.iter().enumerate() {

@@ -12,7 +12,7 @@ use crate::svg::{Svg, lines, path};
 use crate::symbols;
 use crate::{fence, layers};
 
-/// Which part of the plane the view shows: all ways, the sheet and the page.
+/// Returns the part of the plane to show: all paths, the sheet, the page and the fence.
 pub(super) fn part(toolpath: &Toolpath, options: &PreviewOptions) -> [[f64; 2]; 2] {
     let mut extent = Extent::default();
     for layer in &toolpath.layers {
@@ -29,7 +29,7 @@ pub(super) fn part(toolpath: &Toolpath, options: &PreviewOptions) -> [[f64; 2]; 
     extent.part()
 }
 
-/// Draws it.
+/// Draws the view.
 pub(super) fn draw(
     svg: &mut Svg,
     panel: &Panel,
@@ -41,7 +41,7 @@ pub(super) fn draw(
     panel.begin(svg);
     reach(svg, panel, within_reach);
     base(svg, panel);
-    // What of a page is within reach shows through it.
+    // A page is transparent, so that the reach below it stays visible.
     let papers = [
         ("sheet", PAPER, &options.sheet),
         ("page", "none", &options.page),
@@ -79,7 +79,7 @@ pub(super) fn draw(
     panel.numbers(svg, "X / mm", "Y / mm");
 }
 
-/// Which kinds of marks there are.
+/// Returns the kinds of markers that occur, sorted.
 pub(super) fn kinds(toolpath: &Toolpath) -> Vec<MarkerKind> {
     let mut kinds: Vec<_> = toolpath
         .markers
@@ -91,7 +91,7 @@ pub(super) fn kinds(toolpath: &Toolpath) -> Vec<MarkerKind> {
     kinds
 }
 
-/// Whether there is anything of a sort.
+/// True if a layer of a kind has anything in it.
 pub(super) fn has(toolpath: &Toolpath, sort: impl Fn(StrokeKind) -> bool) -> bool {
     toolpath
         .layers

@@ -1,4 +1,4 @@
-//! The title, and the figures under it.
+//! Title and key figures of a preview.
 
 use magician_program::toolpath::{PlanPurpose, Toolpath};
 use magician_program::{Plan, Report};
@@ -7,10 +7,10 @@ use std::time::Duration;
 use crate::svg::palette::{FAINT, INK};
 use crate::svg::{Anchor, Svg, TextStyle};
 
-/// How wide a letter of the title is on the average, of its size.
+/// Mean width of a letter of the title, as a share of its size.
 const WIDE: f64 = 0.56;
 
-/// Draws them with their upper left corner at a place.
+/// Draws them with their upper left corner at a point.
 pub(super) fn draw(
     svg: &mut Svg,
     [left, top]: [f64; 2],
@@ -79,7 +79,7 @@ fn length(mm: f64) -> String {
     }
 }
 
-/// `21.7 s`, `3 min 05 s`, `2 h 10 min`.
+/// Formats a duration: `21.7 s`, `3 min 05 s`, `2 h 10 min`.
 fn time(time: Duration) -> String {
     let seconds = time.as_secs_f64();
     let whole = seconds.round() as u64;

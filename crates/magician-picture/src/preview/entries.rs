@@ -10,10 +10,10 @@ use crate::layers::Ways;
 use crate::legend::{Legend, Sign};
 use crate::svg::signed;
 
-/// Colours of lines that are shown.
+/// Largest number of line colours to list.
 const MOST_INKS: usize = 8;
 
-/// The legend of a preview, for a width.
+/// Returns the legend of a preview for a width.
 pub(super) fn legend(
     toolpath: &Toolpath,
     report: &Report,
@@ -67,7 +67,7 @@ fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     entries
 }
 
-/// What is seen of a fence, and the floor, which is not.
+/// Returns the entries of the fence. Its floor is not visible from above, so it is given as text.
 fn entries_of_fence(fence: Option<&Fence>) -> Vec<(Sign, String)> {
     let mut entries = Vec::new();
     let Some(fence) = fence else {
@@ -86,7 +86,7 @@ fn entries_of_fence(fence: Option<&Fence>) -> Vec<(Sign, String)> {
     entries
 }
 
-/// What is wrong, and how much more there is.
+/// Returns the refused steps as sentences, and the number of further ones.
 fn refused_steps(report: &Report) -> Vec<String> {
     let first = report.refused_steps.iter().take(MOST_REFUSED);
     let more = report.refused.saturating_sub(first.len());

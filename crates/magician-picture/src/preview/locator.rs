@@ -1,4 +1,4 @@
-//! Where before the arm the view is: the arm from above, small.
+//! Locator map: where in front of the arm the view is.
 
 use magician_program::toolpath::Toolpath;
 
@@ -7,13 +7,13 @@ use crate::panel::Panel;
 use crate::svg::palette::{FAINT, INK, PAPER};
 use crate::svg::{Anchor, Svg, TextStyle};
 
-/// How large it is drawn.
+/// Scale.
 const SCALE: f64 = 0.1;
-/// Part of the plane that it shows: all that any tool reaches before the arm, mm.
+/// Part of the plane shown, mm: the reach of any tool in front of the arm.
 const PART: [[f64; 2]; 2] = [[-100.0, -350.0], [380.0, 350.0]];
-/// Its left edge where the view reaches beyond that of [`PART`], mm: all that any tool reaches beside the arm.
+/// Left edge if the view extends beyond that of [`PART`], mm: the reach of any tool beside the arm.
 const BESIDE: f64 = -380.0;
-/// Its height with the text below, mm.
+/// Height including the text below, mm.
 pub(super) const HEIGHT: f64 = (PART[1][1] - PART[0][1]) * SCALE + 6.0;
 
 /// Width of the locator of a view, mm.
@@ -28,7 +28,7 @@ fn part(view: &Panel) -> [[f64; 2]; 2] {
     [[left, bottom], end]
 }
 
-/// Draws it with its upper left corner at a place.
+/// Draws it with its upper left corner at a point.
 pub(super) fn draw(
     svg: &mut Svg,
     corner: [f64; 2],

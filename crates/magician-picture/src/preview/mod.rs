@@ -1,8 +1,9 @@
-//! Pictures of plans: what will be drawn, burnt or carried, and where, in true size.
+//! Previews of plans: what will be drawn, burnt or carried, and where, in true size.
 //!
-//! From above, X to the right and Y up, on a grid in mm, with what the tool can reach at the height of its surface; a small
-//! map tells where before the arm that is. A plan that picks and places is also shown from the side. However many steps a plan has, a picture has a
-//! path for each sort of line, with as many corners as can be seen.
+//! The main view is from above, X to the right and Y up, on a grid in mm, with the reach of the
+//! tool at the height of its surface. A small map shows where in front of the arm the view is. A
+//! plan that picks and places is also shown from the side. However many steps a plan has, the
+//! picture has one path per kind of line, simplified to visible detail.
 
 mod above;
 mod caption;
@@ -20,20 +21,21 @@ use crate::legend::Legend;
 use crate::panel::{MARGIN, Panel, TICKS};
 use crate::svg::Svg;
 
-/// Room for title and caption, mm.
+/// Space for title and caption, mm.
 const HEAD: f64 = 16.0;
 
-/// What else a picture shows.
+/// Additional contents of a preview.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct PreviewOptions {
-    /// The corners of the sheet, where it is known, in the arm's x and y, mm.
+    /// Corners of the sheet in the arm's x and y, mm.
     pub sheet: Option<Vec<[f64; 2]>>,
-    /// The corners of the page that it lies on, if there is one, likewise.
+    /// Corners of the page on the sheet in the arm's x and y, mm.
     pub page: Option<Vec<[f64; 2]>>,
-    /// The fence of the arm.
+    /// Fence of the arm.
     pub fence: Option<Fence>,
-    /// Whether there is a view from the side; if it does not say, there is one of plans that pick and place.
+    /// True for a view from the side, false for none. `None` shows it for plans that pick and
+    /// place.
     pub side: Option<bool>,
 }
 
@@ -67,7 +69,7 @@ impl PreviewOptions {
     }
 }
 
-/// The picture of a plan.
+/// Preview of a plan.
 ///
 /// ```
 /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
@@ -92,8 +94,8 @@ pub struct Preview {
 }
 
 impl Preview {
-    /// The picture of a plan, of what [`check`](fn@magician_program::check) says of it, and of where it starts: what the check was
-    /// given.
+    /// Creates the preview of a plan. `report` is the result of
+    /// [`check`](fn@magician_program::check), and `start` the state that the check started from.
     #[must_use]
     pub fn new(plan: &Plan, report: &Report, start: &Preflight, options: &PreviewOptions) -> Self {
         let toolpath = Toolpath::through(plan, report, start, options.side);
@@ -105,13 +107,13 @@ impl Preview {
         Self { svg, toolpath }
     }
 
-    /// The ways that it shows from above, each by its corners, in the arm's x and y, mm.
+    /// Iterates over the paths shown from above as polylines in the arm's x and y, mm.
     pub fn ways(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let layers = self.toolpath.layers.iter();
         layers.flat_map(|layer| layer.above.lines())
     }
 
-    /// As SVG: one unit is a millimetre, and so it is printed.
+    /// Returns the SVG. One unit is a millimetre, also in print.
     #[must_use]
     pub fn to_svg(&self) -> &str {
         &self.svg
@@ -142,15 +144,15 @@ fn draw(
     svg.finish()
 }
 
-/// Where everything lies in the picture, mm.
+/// Layout of the picture, mm.
 struct Page {
     size: [f64; 2],
     above: Panel,
     side: Option<Panel>,
-    /// The left edge of the locator.
+    /// Left edge of the locator.
     locator: f64,
     legend: Legend,
-    /// The upper edge of the legend.
+    /// Upper edge of the legend.
     foot: f64,
 }
 
@@ -169,7 +171,8 @@ impl Page {
             .then(|| panel(side::part(toolpath), [left, top], "side"));
         if let Some(side) = &mut side {
             let [width, height] = above.size();
-            // Beside a view that is high; below one that is wide, with x right above the distance.
+            // Beside a tall view; below a wide one, where x is aligned with the distance from the
+            // axis.
             if height > 0.9 * width {
                 side.corner[0] += width + MARGIN + TICKS[0];
             } else {

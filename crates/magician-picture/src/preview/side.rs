@@ -9,7 +9,7 @@ use crate::svg::palette::FAINT;
 use crate::svg::{Svg, lines, path};
 use crate::{layers, section, symbols};
 
-/// Which part of the plane the view shows.
+/// Returns the part of the plane to show.
 pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
     let mut extent = Extent::default();
     for layer in &toolpath.layers {
@@ -21,7 +21,7 @@ pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
     extent.part()
 }
 
-/// Draws it.
+/// Draws the view.
 pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geometry) {
     panel.begin(svg);
     section::draw(svg, panel, arm);

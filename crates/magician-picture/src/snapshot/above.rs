@@ -10,10 +10,10 @@ use crate::panel::Panel;
 use crate::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, path};
 
-/// From one mark of a belt to the next, mm.
+/// Distance between the arrows on a belt, mm.
 const MARKS: f64 = 60.0;
 
-/// Draws it with the upper left corner of the view at a place.
+/// Draws the view with its upper left corner at a point.
 pub(super) fn draw(
     svg: &mut Svg,
     corner: [f64; 2],
@@ -85,7 +85,7 @@ fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
         ("stroke-width", "0.3"),
     ];
     svg.path(&outline, &look);
-    // Arrowheads tell where it runs for positive pulses.
+    // Arrows show the direction for positive pulses.
     let count = (belt.length / MARKS).clamp(1.0, 50.0) as u32;
     for nth in 0..count {
         let along = belt.length * (f64::from(nth) + 0.5) / f64::from(count);
@@ -134,7 +134,7 @@ pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
     svg.path(&path(corners, true), &look);
 }
 
-/// The objects' names, each to the right of its object, and below those that are there already.
+/// Writes the objects' names, each to the right of its object, shifted down to avoid overlaps.
 fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
     const SIZE: f64 = 2.8;
     let style = TextStyle {
@@ -149,7 +149,8 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
         let [length, width, _] = body.size.map(|side| side / 2.0);
         let reach = libm::hypot(length, width);
         let mut at = panel.at([x + reach + 4.0, y - 4.0]);
-        // About half as wide as high; two names of a tower would be one upon the other.
+        // A letter is about half as wide as high. Without the shift the names of stacked objects
+        // would overlap.
         let size = 0.55 * SIZE * body.name.chars().count() as f64;
         while taken.iter().any(|([left, line], other)| {
             (at[1] - line).abs() < SIZE && at[0] < left + other && *left < at[0] + size
@@ -161,7 +162,7 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
     }
 }
 
-/// The links, from the axis of the base to the tip of the tool.
+/// Draws the links, from the base axis to the tip of the tool.
 pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     let [axis, wrist, end] = links_above(arm, joints).map(|point| panel.at(point));
     let width = Number(LINKS[0] * panel.scale).to_string();
@@ -181,7 +182,7 @@ pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &Joint
     svg.circle(wrist, 1.6, &[("fill", "#323f4b")]);
 }
 
-/// What a sensor sees, and where it is.
+/// Draws a sensor and its beam.
 pub(super) fn beam(svg: &mut Svg, from: [f64; 2], to: [f64; 2]) {
     let look = [
         ("stroke", WRONG),
@@ -196,7 +197,7 @@ pub(super) fn beam(svg: &mut Svg, from: [f64; 2], to: [f64; 2]) {
     );
 }
 
-/// The tip of the tool.
+/// Draws the tip of the tool.
 pub(super) fn tip(svg: &mut Svg, at: [f64; 2]) {
     let look = [("fill", "none"), ("stroke", INK), ("stroke-width", "0.45")];
     svg.circle(at, 1.3, &look);

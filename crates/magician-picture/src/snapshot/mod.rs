@@ -1,4 +1,4 @@
-//! An arm as it stands, from above and from the side, and the world around a virtual one.
+//! Snapshots: an arm in its pose from above and from the side, and the world around a virtual one.
 
 mod above;
 #[cfg(feature = "png")]
@@ -20,40 +20,44 @@ use crate::panel::{MARGIN, TICKS};
 use crate::svg::palette::{CARRIED, FAINT, INK, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
 
-/// How large it is drawn.
+/// Scale.
 const SCALE: f64 = 0.25;
-/// Which part of the ground it shows, and which of the plane through the arm, mm.
+/// Part of the ground shown from above, mm.
 const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
+/// Part of the plane through the arm shown from the side, mm.
 const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
-/// Room for title and figures, mm.
+/// Space for title and figures, mm.
 const HEAD: f64 = 18.0;
-/// Half of the base's width, and how far it goes down from the shoulder (model section 1), mm.
+/// Half the width of the base, and its depth below the shoulder (model section 1), mm.
 const BODY: [f64; 2] = [ground::HALF_BASE, 138.0];
-/// The thickness of the links, from above and from the side, and of table and belt from the side, mm.
+/// Thickness of the links from above and from the side, mm.
 const LINKS: [f64; 2] = [26.0, 20.0];
+/// Thickness of table and belt from the side, mm.
 const PLATE: f64 = 8.0;
-/// The colours of links, belt, and table from the side.
+/// Colour of the links.
 const LINK: &str = "#52606d";
+/// Colour of a belt.
 const BELT: &str = "#7d8894";
+/// Colour of a table from the side.
 const TABLE: &str = "#e6dcc6";
 
-/// What is known of an arm that is to be drawn.
+/// State of an arm to draw.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct ArmView {
-    /// What it is called.
+    /// Title.
     pub title: String,
-    /// Its joints, deg.
+    /// Joint angles, deg.
     pub joints: JointAngles,
-    /// Where its tool is, seen from the wrist.
+    /// Tool bias from the wrist.
     pub tool: ToolBias,
-    /// The alarms that stand.
+    /// Active alarms.
     pub alarms: AlarmSet,
-    /// What else there is to say, a few words each.
+    /// Further facts, a few words each.
     pub facts: Vec<String>,
 }
 
-/// The picture of an arm as it stands.
+/// Picture of an arm in its pose.
 ///
 /// ```
 /// use magician_host::JointAngles;
@@ -72,36 +76,36 @@ pub struct Snapshot {
 struct Body {
     name: String,
     size: [f64; 3],
-    /// x, y, z of the middle of its underside, and how it is turned.
+    /// X, y, z of the middle of its underside, and its rotation.
     place: [f64; 4],
     color: Color,
     state: BodyState,
 }
 
-/// What has become of a box.
+/// State of a box.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum BodyState {
     Stands,
     Held,
-    /// A run has put it there.
+    /// Put there by a run.
     Moved,
 }
 
-/// What is to be drawn besides the arm.
+/// Surroundings of the arm.
 #[derive(Default)]
 struct Surroundings {
-    /// Its height, and from where to where it reaches in x and in y.
+    /// Height of the table, and its range in x and in y.
     table: Option<(f64, [[f64; 2]; 2])>,
     belt: Option<Belt>,
     bodies: Vec<Body>,
-    /// Where sensors are and how far they see.
+    /// Position and end of the beam of each sensor.
     beams: Vec<[[f64; 3]; 2]>,
     drawing: Drawing,
 }
 
 struct Belt {
     start: [f64; 2],
-    /// Degrees.
+    /// Direction, degrees.
     direction: f64,
     length: f64,
     width: f64,
@@ -122,7 +126,7 @@ impl Body {
         }
     }
 
-    /// The corners of its outline from above.
+    /// Corners of its outline from above.
     fn corners(&self) -> [[f64; 2]; 4] {
         let [x, y, _, yaw] = self.place;
         let [length, width, _] = self.size.map(|side| side / 2.0);
@@ -148,7 +152,7 @@ impl Body {
 }
 
 impl Belt {
-    /// The corners of its outline from above.
+    /// Corners of its outline from above.
     fn corners(&self) -> [[f64; 2]; 4] {
         let half = self.width / 2.0;
         let corners = [
@@ -160,7 +164,8 @@ impl Belt {
         corners.map(|(along, aside)| self.at(along, aside))
     }
 
-    /// Two opposite corners from the side, between its least and its largest distance from the base axis.
+    /// Two opposite corners from the side, between its smallest and largest distance from the base
+    /// axis.
     fn beside(&self) -> [[f64; 2]; 2] {
         let half = self.width / 2.0;
         let points = (0..=24).flat_map(|nth| {
@@ -173,7 +178,7 @@ impl Belt {
         [[near, self.height], [far, self.height - PLATE]]
     }
 
-    /// A point so far along it and so far to its left.
+    /// Returns the point at a distance along it and a distance to its left.
     fn at(&self, along: f64, aside: f64) -> [f64; 2] {
         let [x, y] = turned([along, aside], self.direction);
         [self.start[0] + x, self.start[1] + y]
@@ -181,20 +186,20 @@ impl Belt {
 }
 
 impl Snapshot {
-    /// An arm alone.
+    /// Draws an arm alone.
     #[must_use]
     pub fn of_arm(view: &ArmView) -> Self {
         Self::drawn(view, &Surroundings::default())
     }
 
-    /// A virtual arm as it really stands, and its world at this instant.
+    /// Draws a virtual arm in its true pose, and its world, at this instant.
     #[must_use]
     pub fn of_world(arm: &Controller) -> Self {
         let (view, around) = Self::look_at(arm);
         Self::drawn(&view, &around)
     }
 
-    /// An arm as it stands after a run, the path of its tool, and what it moved.
+    /// Draws an arm after a run, with the path of its tool and the objects it moved.
     #[must_use]
     pub fn of_run(view: &ArmView, run: &RunView) -> Self {
         Self {
@@ -261,7 +266,7 @@ impl Snapshot {
         (view, around)
     }
 
-    /// As SVG.
+    /// Returns the SVG.
     #[must_use]
     pub fn to_svg(&self) -> &str {
         &self.svg
@@ -283,7 +288,7 @@ impl Snapshot {
     }
 }
 
-/// The title, where the arm stands, and what else there is to say.
+/// Draws title, pose and further facts.
 fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
     let title = TextStyle {
         size: 5.2,
@@ -335,13 +340,13 @@ fn base() -> [[f64; 2]; 2] {
     [[-half, -down], [half, -down / 3.0]]
 }
 
-/// The axis of the base, the wrist and the tip of the tool, from above.
+/// Base axis, wrist and tip of the tool, from above.
 fn links_above(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 3] {
     let [wrist, tip] = wrist_and_tip(arm, joints);
     [[0.0, 0.0], [wrist.x, wrist.y], [tip.x, tip.y]]
 }
 
-/// The shoulder, the elbow, the wrist and the tip of the tool, from the side: the distance from the base axis, and z.
+/// Shoulder, elbow, wrist and tip of the tool, from the side: distance from the base axis, and z.
 fn links_beside(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 4] {
     let straight = JointAngles { j1: 0.0, ..*joints };
     let (sin, cos) = libm::sincos(joints.j2.to_radians());

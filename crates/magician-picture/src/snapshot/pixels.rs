@@ -1,5 +1,5 @@
-//! A virtual arm and its world as pixels, for programs that learn from images: without text and grid, and in a hundredth of the
-//! time of the SVG.
+//! Rasteriser of a virtual arm and its world, for programs that learn from images. It draws no text
+//! and no grid, and takes a hundredth of the time of the SVG.
 
 use magician_host::{Geometry, JointAngles};
 use magician_sim::Controller;
@@ -15,17 +15,19 @@ use super::{
 };
 use crate::svg::palette::{BASE, DRAWN, INK};
 
-/// The direction of view.
+/// Direction of view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
     /// From above: x to the right, y up.
     Top,
-    /// From the side: the distance from the base axis to the right, z up.
+    /// From the side: distance from the base axis to the right, z up.
     Side,
 }
 
-/// The pixels of a virtual arm and its world, rows from the top, each pixel red, green and blue: as
-/// [`Snapshot::of_world`] shows them, without text. The view is as large as fits. `None` for no pixel or more than 64 million.
+/// Returns the pixels of a virtual arm and its world, RGB, rows from the top.
+///
+/// The content is that of [`Snapshot::of_world`] without text, scaled to fit. `None` if the size is
+/// zero or exceeds 64 million pixels.
 #[must_use]
 pub fn pixels(arm: &Controller, view: View, [height, width]: [u32; 2]) -> Option<Vec<u8>> {
     if u64::from(height) * u64::from(width) > 64_000_000 {
@@ -38,7 +40,7 @@ pub fn pixels(arm: &Controller, view: View, [height, width]: [u32; 2]) -> Option
         View::Top => above(&mut canvas, &geometry, &looks.joints, &around),
         View::Side => side(&mut canvas, &geometry, &looks.joints, &around),
     }
-    // Everything is opaque, so premultiplied colours are the colours themselves.
+    // Everything is opaque, so premultiplied colours equal plain ones.
     let data = canvas.pixels.data().chunks_exact(4);
     Some(
         data.flat_map(|pixel| pixel.iter().copied().take(3))
@@ -106,7 +108,7 @@ impl Canvas {
     }
 }
 
-/// A colour of the palette.
+/// Parses a colour of the palette.
 fn shade(text: &str) -> Color {
     Color::parse(text).unwrap_or(Color::GREY)
 }
@@ -120,7 +122,7 @@ fn paint(Color([red, green, blue]): Color) -> Paint<'static> {
 fn line(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
     let mut path = PathBuilder::new();
     for (nth, point) in points.iter().enumerate() {
-        // Outside of any view, and within the numbers of the rasteriser.
+        // Beyond any view, and within the numeric range of the rasteriser.
         let [x, y] = point.map(|value| value.clamp(-1e4, 1e4) as f32);
         match nth {
             0 => path.move_to(x, y),
@@ -191,17 +193,17 @@ mod tests {
         );
         let world = World::from_scenario(&scenario.unwrap());
         let arm = Controller::in_world(Profile::default(), world);
-        // One pixel to a millimetre, but for what the size leaves free.
+        // One pixel per millimetre, except for the unused space.
         let seen = pixels(&arm, View::Top, [680, 460]).unwrap();
         let at = |x: usize, y: usize| &seen[(y * 460 + x) * 3..][..3];
         assert_eq!(seen.len(), 680 * 460 * 3);
-        // x from -100, y from 340 down.
+        // x from -100, y downwards from 340.
         assert_eq!(at(300, 140), [0xff, 1, 2]);
         assert_eq!(at(300, 165), shade(TABLE).0);
         assert_eq!(at(359, 340), shade(INK).0);
         let side = pixels(&arm, View::Side, [440, 450]).unwrap();
         let far = libm::hypot(200.0, 200.0) as usize;
-        // Distance from -90, z from 260 down.
+        // Distance from -90, z downwards from 260.
         let at = |x: usize, z: usize| &side[(z * 450 + x) * 3..][..3];
         assert_eq!(at(90 + far, 260 + 40), [0xff, 1, 2]);
         assert_eq!(pixels(&arm, View::Top, [0, 10]), None);

@@ -16,29 +16,30 @@ use crate::{ground, layers, section};
 
 /// Scale of both views.
 const SCALE: f64 = 0.37;
-/// Least part of each view, mm, without its margin; runs that go beyond widen it.
+/// Smallest part shown from above, mm, without its margin. Runs beyond it widen the view.
 const ABOVE: [[f64; 2]; 2] = [[-78.0, -228.0], [328.0, 228.0]];
+/// Smallest part shown from the side, mm, likewise.
 const SIDE: [[f64; 2]; 2] = [[12.0, -158.0], [338.0, 228.0]];
 /// Height of the name of a view, mm.
 const NAME: f64 = 4.0;
-/// Corners of the tool's path are merged within this, mm: a fifth of its line's width.
+/// Tolerance for simplifying the tool's path, mm: a fifth of its line width.
 const FINE: f64 = 0.1;
 
-/// A run to be drawn.
+/// A run to draw.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct RunView {
-    /// Places of the tool, in order of time.
+    /// Positions of the tool, in order of time.
     pub readings: Vec<RunReading>,
     /// Objects that were moved.
     pub objects: Vec<MovedObject>,
     /// Height at which the tool touches the table, mm; `None` without a table.
     pub table: Option<f64>,
-    /// Name of the place at which the arm stands.
+    /// Name of the arm's final position.
     pub place: String,
 }
 
-/// The tool at an instant, as the arm reported it.
+/// Position of the tool at an instant, as the arm reported it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunReading {
     /// X, y and z, mm.
@@ -50,18 +51,18 @@ pub struct RunReading {
 /// A box that a run has moved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovedObject {
-    /// Name, a letter or two.
+    /// Name, one or two letters.
     pub name: String,
     /// Length, width and height, mm.
     pub size: [f64; 3],
     /// Middle of its underside before the run: x, y and z, mm.
     pub from: [f64; 3],
-    /// The same after the run.
+    /// Middle of its underside after the run: x, y and z, mm.
     pub to: [f64; 3],
 }
 
 impl MovedObject {
-    /// The object before and after.
+    /// Returns the object before and after.
     fn bodies(&self) -> [Body; 2] {
         let cargo = Color::parse(CARGO).unwrap_or(Color::GREY);
         let states = [
@@ -78,7 +79,7 @@ impl MovedObject {
     }
 }
 
-/// Draws it.
+/// Draws the picture.
 pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
     let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD + NAME];
     let panel = |part, corner, id| Panel {
@@ -142,7 +143,7 @@ struct Shown<'r> {
 }
 
 impl Shown<'_> {
-    /// All objects before, then all after.
+    /// Iterates over all objects before, then all after.
     fn all_bodies(&self) -> impl Iterator<Item = &Body> {
         let [before, after] = [0, 1].map(|nth| self.bodies.iter().map(move |both| &both[nth]));
         before.chain(after)
@@ -213,14 +214,15 @@ impl Shown<'_> {
         panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
     }
 
-    /// Draws the tip of the tool on top of its path, with the name of the place.
+    /// Draws the tip of the tool on top of its path, with the name of the position.
     fn tip(&self, svg: &mut Svg, [x, y]: [f64; 2]) {
         above::tip(svg, [x, y]);
         text(svg, [x + 2.6, y - 2.2], &self.run.place, Anchor::Start);
     }
 }
 
-/// Path of the tool in two layers, empty and holding; a stretch begins where the one before ended.
+/// Returns the path of the tool in two layers, empty and holding. Each stretch begins where the
+/// previous one ended.
 fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
     let mut layers = [StrokeKind::Nothing, StrokeKind::Carried].map(|leaves| Layer {
         leaves,

@@ -11,7 +11,7 @@ use crate::section;
 use crate::svg::palette::{BASE, FAINT};
 use crate::svg::{Number, Svg, path};
 
-/// Draws it with the upper left corner of the view at a place.
+/// Draws the view with its upper left corner at a point.
 pub(super) fn draw(
     svg: &mut Svg,
     corner: [f64; 2],
@@ -53,7 +53,7 @@ pub(super) fn draw(
     panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
 }
 
-/// The base.
+/// Draws the base.
 pub(super) fn foot(svg: &mut Svg, panel: &Panel) {
     let look = [
         ("fill", BASE),
@@ -64,7 +64,7 @@ pub(super) fn foot(svg: &mut Svg, panel: &Panel) {
     svg.rectangle(base().map(|end| panel.at(end)), &look);
 }
 
-/// A table of this height, from the base to so far.
+/// Draws a table of this height, from the base to a distance.
 pub(super) fn table(svg: &mut Svg, panel: &Panel, height: f64, far: f64) {
     let [low, high] = panel.part;
     let ends = [
@@ -91,7 +91,7 @@ pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
     svg.rectangle(body.beside().map(|end| panel.at(end)), &look);
 }
 
-/// Rear arm, forearm, tool.
+/// Draws rear arm, forearm and tool.
 pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     let [shoulder, elbow, wrist, tip] = links_beside(arm, joints).map(|point| panel.at(point));
     let points = [shoulder, elbow, wrist];

@@ -1,3 +1,5 @@
+//! Tests of snapshots.
+
 use super::*;
 use magician_sim::{Profile, Scenario, World};
 

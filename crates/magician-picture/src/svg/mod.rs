@@ -1,4 +1,5 @@
-//! The writer of all SVG pictures: elements with attributes, nested, escaped; numbers and paths as short as can be.
+//! Writer of SVG: nested elements with escaped attributes, and numbers and paths as short as
+//! possible.
 
 pub mod palette;
 
@@ -6,45 +7,45 @@ use std::fmt::{Display, Write};
 
 use magician_protocol::{markup, visible};
 
-/// Fonts with the letters of pictures, the best first.
+/// Font families for the texts of pictures, in order of preference.
 pub const FONTS: &str = "Roboto, 'DejaVu Sans', Helvetica, Arial, sans-serif";
 
 const XMLNS: &str = "http://www.w3.org/2000/svg";
 
-/// A picture as it is written.
+/// An SVG being written.
 #[derive(Debug, Default)]
 pub struct Svg {
     text: String,
     open: Vec<&'static str>,
 }
 
-/// Which way a line of text goes from its place.
+/// Direction of a line of text from its anchor point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// To the right of it.
+    /// To the right.
     Start,
-    /// To both sides.
+    /// Centred.
     Middle,
-    /// To the left of it.
+    /// To the left.
     End,
 }
 
-/// How a line of text looks.
+/// Style of a line of text.
 #[derive(Clone, Copy, Debug)]
 pub struct TextStyle {
     /// Height of the letters.
     pub size: f64,
-    /// Of the [`palette`].
+    /// Colour, from the [`palette`].
     pub colour: &'static str,
-    /// Which way it goes.
+    /// Anchor.
     pub anchor: Anchor,
-    /// Legible on lines: with a rim of white.
+    /// True for a white rim, which keeps the text legible on lines.
     pub rim: bool,
 }
 
 impl Svg {
-    /// Begins a picture of this size on white, with a title that a viewer shows; a unit is that of `unit` (`mm`), or a pixel
-    /// without one. X goes to the right, y down.
+    /// Begins a picture of this size on white, with a title that viewers show. A unit is that of
+    /// `unit` (`mm`), or a pixel if it is empty. X goes to the right, y down.
     ///
     /// ```
     /// use magician_picture::svg::{Number, Svg, palette, path};
@@ -81,7 +82,8 @@ impl Svg {
         svg
     }
 
-    /// Begins a picture of a part of a plane in true size on white: from its upper left corner to the right and down, mm.
+    /// Begins a picture of a part of a plane in true size on white: from its upper left corner to
+    /// the right and down, mm.
     #[must_use]
     pub fn true_size([left, top]: [f64; 2], [width, height]: [f64; 2]) -> Self {
         let [left, top, width, height] =
@@ -95,7 +97,7 @@ impl Svg {
         ];
         svg.group("svg", &attributes);
         svg.line_feed();
-        // Paper: on a dark page ink on nothing cannot be seen.
+        // White paper, because ink on a transparent background is invisible on a dark page.
         let ground = [
             ("x", left.as_str()),
             ("y", &top),
@@ -107,7 +109,7 @@ impl Svg {
         svg
     }
 
-    /// A line feed behind what was opened.
+    /// Adds a line feed.
     pub fn line_feed(&mut self) {
         self.text.push('\n');
     }
@@ -121,31 +123,31 @@ impl Svg {
     /// Closes the element opened last.
     pub fn end(&mut self) {
         if let Some(name) = self.open.pop() {
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(self.text, "</{name}>");
         }
     }
 
-    /// An element without content.
+    /// Adds an element without content.
     pub fn leaf(&mut self, name: &str, attributes: &[(&str, &str)]) {
         self.tag(name, attributes, "/>");
         self.text.push('\n');
     }
 
-    /// Lines through points that are in the picture's own coordinates.
+    /// Adds a path in coordinates of the picture.
     pub fn path(&mut self, data: &str, attributes: &[(&str, &str)]) {
         let data = [("d", data)];
         self.leaf("path", &[&data, attributes].concat());
     }
 
-    /// A circle.
+    /// Adds a circle.
     pub fn circle(&mut self, [x, y]: [f64; 2], radius: f64, attributes: &[(&str, &str)]) {
         let [x, y, radius] = [x, y, radius].map(|value| Number(value).to_string());
         let round = [("cx", x.as_str()), ("cy", &y), ("r", &radius)];
         self.leaf("circle", &[&round, attributes].concat());
     }
 
-    /// A rectangle from one corner to the opposite one.
+    /// Adds a rectangle given by two opposite corners.
     pub fn rectangle(&mut self, corners: [[f64; 2]; 2], attributes: &[(&str, &str)]) {
         let [[x, y], [width, height]] = {
             let [a, b] = corners;
@@ -162,7 +164,7 @@ impl Svg {
         self.leaf("rect", &[&frame, attributes].concat());
     }
 
-    /// A line of text.
+    /// Adds a line of text.
     pub fn text(&mut self, at: [f64; 2], text: impl Display, style: &TextStyle) {
         let size = Number(style.size).to_string();
         let mut attributes = vec![("font-size", size.as_str()), ("fill", style.colour)];
@@ -177,7 +179,7 @@ impl Svg {
         self.label(at, text, &attributes);
     }
 
-    /// A line of text with attributes of its own.
+    /// Adds a line of text with custom attributes.
     pub fn label(&mut self, [x, y]: [f64; 2], text: impl Display, attributes: &[(&str, &str)]) {
         let [x, y] = [x, y].map(|value| Number(value).to_string());
         let at = [("x", x.as_str()), ("y", &y)];
@@ -197,7 +199,7 @@ impl Svg {
         self.text.push_str(end);
     }
 
-    /// The finished picture.
+    /// Closes all elements and returns the text.
     #[must_use]
     pub fn finish(mut self) -> String {
         while !self.open.is_empty() {
@@ -207,7 +209,7 @@ impl Svg {
     }
 }
 
-/// The attributes of a white rim, which keeps text legible on lines.
+/// Attributes of a white rim, which keeps text legible on lines.
 #[must_use]
 pub fn rim(width: &str) -> [(&str, &str); 4] {
     [
@@ -218,12 +220,13 @@ pub fn rim(width: &str) -> [(&str, &str); 4] {
     ]
 }
 
-/// What XML has no place for, and what would turn the text around, is [`visible`].
+/// Escapes markup. Characters that XML cannot contain, and those that change the direction of text,
+/// are shown by [`visible`].
 fn escape(text: impl Display, to: &mut String) {
     let _ = write!(to, "{}", markup(visible(text)));
 }
 
-/// A length to a hundredth of a millimetre, as short as can be.
+/// A length rounded to 0.01 mm, as short as possible.
 #[derive(Clone, Copy)]
 pub struct Number(pub f64);
 
@@ -233,7 +236,7 @@ impl Display for Number {
     }
 }
 
-/// A length to a micrometre, as short as can be.
+/// A length rounded to a micrometre, as short as possible.
 #[derive(Clone, Copy)]
 pub struct Fine(pub f64);
 
@@ -248,13 +251,13 @@ fn rounded(f: &mut std::fmt::Formatter<'_>, value: f64, parts: f64) -> std::fmt:
     write!(f, "{}", (value * parts).round() / parts + 0.0)
 }
 
-/// A number for people, with a minus that can be seen.
+/// Formats a number for people, with a true minus sign.
 #[must_use]
 pub fn signed(value: f64) -> String {
     Number(value).to_string().replace('-', "−")
 }
 
-/// The data of a path through points.
+/// Returns path data through points.
 pub fn path(points: impl IntoIterator<Item = [f64; 2]>, closed: bool) -> String {
     let mut pen = Pen::default();
     for (nth, point) in points.into_iter().enumerate() {
@@ -266,7 +269,7 @@ pub fn path(points: impl IntoIterator<Item = [f64; 2]>, closed: bool) -> String 
     pen.data
 }
 
-/// The data of straight lines, each from one point to another.
+/// Returns path data of separate segments.
 pub fn segments(ends: impl IntoIterator<Item = [[f64; 2]; 2]>) -> String {
     let mut pen = Pen::default();
     for [from, to] in ends {
@@ -276,7 +279,7 @@ pub fn segments(ends: impl IntoIterator<Item = [[f64; 2]; 2]>) -> String {
     pen.data
 }
 
-/// The data of a path along several lines.
+/// Returns path data along several polylines.
 pub fn lines<'p>(
     lines: impl IntoIterator<Item = &'p [[f64; 2]]>,
     at: impl Fn([f64; 2]) -> [f64; 2],
@@ -287,20 +290,21 @@ pub fn lines<'p>(
             pen.go(nth == 0, at(*point));
         }
         if line.len() == 1 {
-            // A line of no length with round ends is a dot.
+            // A zero-length line with round caps is a dot.
             pen.data.push_str("h0");
         }
     }
     pen.data
 }
 
-/// The data of a path through points to a micrometre, each in the picture's own coordinates, so that it can be read again.
+/// Returns path data with micrometre precision in absolute coordinates, so that it can be read
+/// back.
 pub fn fine_path(points: impl IntoIterator<Item = [f64; 2]>) -> String {
     let mut data = String::new();
     let mut count = 0;
     for (nth, [x, y]) in points.into_iter().enumerate() {
         let word = if nth == 0 { 'M' } else { 'L' };
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(data, "{word}{} {}", Fine(x), Fine(y));
         count = nth + 1;
     }
@@ -310,25 +314,26 @@ pub fn fine_path(points: impl IntoIterator<Item = [f64; 2]>) -> String {
     data
 }
 
-/// Writes a path in whole hundredths of a millimetre, each point from the last, so that nothing adds up.
+/// Writes relative path data in whole hundredths of a millimetre. Differences of rounded positions
+/// keep rounding errors from accumulating.
 #[derive(Default)]
 struct Pen {
     data: String,
     at: [i64; 2],
-    /// Whether a bare pair of numbers would be a line to a point.
+    /// True if a bare pair of numbers continues the line.
     lining: bool,
 }
 
 impl Pen {
     fn go(&mut self, begins: bool, point: [f64; 2]) {
-        // A conversion of a float saturates.
+        // A cast from float saturates.
         let to = point.map(|value| (value * 100.0).round() as i64);
         let [dx, dy] = [
             to[0].saturating_sub(self.at[0]),
             to[1].saturating_sub(self.at[1]),
         ];
         if begins {
-            // The first is taken as absolute whatever its case.
+            // The first moveto is absolute in either case.
             self.data.push('m');
         } else if !self.lining {
             self.data.push('l');
@@ -338,7 +343,7 @@ impl Pen {
         (self.at, self.lining) = (to, true);
     }
 
-    /// A number, with a space before it if it needs one.
+    /// Writes a number, preceded by a blank if needed.
     fn hundredths(&mut self, value: i64, first: bool) {
         if value < 0 {
             self.data.push('-');

@@ -1,30 +1,30 @@
-//! The colours of all pictures.
+//! Colours of all pictures.
 
-/// The ground.
+/// Background.
 pub const PAPER: &str = "#fff";
 /// Text, frames and joints.
 pub const INK: &str = "#1f2933";
-/// Numbers, units and what matters less.
+/// Labels, units and secondary information.
 pub const FAINT: &str = "#66727f";
-/// What a pen has drawn.
+/// Lines of a pen.
 pub const DRAWN: &str = "#1a1a1a";
-/// What a laser has burnt.
+/// Lines of a laser.
 pub const BURNT: &str = "#4a2508";
-/// The path of an empty tool.
+/// Path of an empty tool.
 pub const EMPTY: &str = "#3b7dd8";
-/// The path of a tool that holds something.
+/// Path of a tool that holds something.
 pub const CARRIED: &str = "#d9530b";
-/// What was carried, where it was put down.
+/// Objects after they were moved.
 pub const CARGO: &str = "#ffd8a8";
-/// What is refused.
+/// Errors and refused steps.
 pub const WRONG: &str = "#c4161c";
-/// What is out of reach.
+/// Lines out of reach.
 pub const UNREACHABLE: &str = "#d6281e";
-/// What the arm reaches.
+/// Area within reach.
 pub const REACH: &str = "#e9edf1";
-/// The edge of that.
+/// Edge of the area within reach.
 pub const REACH_EDGE: &str = "#a9b5c1";
-/// The base of the arm.
+/// Base of the arm.
 pub const BASE: &str = "#d5dae0";
-/// Edges of sheets, and the axis of the arm.
+/// Edges of sheets, and the arm's axis.
 pub const EDGE: &str = "#999";

@@ -1,4 +1,4 @@
-//! Drawings beside what they were to be.
+//! Comparison of drawings with the artwork or image that they should show.
 
 use magician::sim::world::Drawing;
 use magician_picture::compare::{Comparison, Picture, PixelGrid, Tones, compare, svg_lines};
@@ -8,7 +8,7 @@ use magician_program::{Action, Origin, Plan, Tool, Travel};
 
 type Lines = Vec<Vec<[f64; 2]>>;
 
-/// Two squares, one within the other, 24 and 8 mm wide.
+/// Returns two concentric squares, 24 and 8 mm wide.
 fn squares() -> Lines {
     let square = |low: f64, high: f64| {
         vec![
@@ -46,7 +46,7 @@ fn a_moved_drawing_is_told_by_how_much() {
             "{matched:?}"
         );
         let strict = compare(&squares(), &drawn, shift - 0.06).matched;
-        // The sides that it was moved across: half of the lines.
+        // Only the sides across the shift differ: half of the lines.
         for share in [strict.missing_share, strict.extra_share] {
             assert!((share - 0.5).abs() < 0.03, "{strict:?}");
         }
@@ -94,7 +94,7 @@ fn the_difference_is_an_image() {
     let image = image::load_from_memory(&png).unwrap().to_rgb8();
     let count = |colour: [u8; 3]| image.pixels().filter(|pixel| pixel.0 == colour).count();
     let white = [255, 255, 255];
-    // The inner square is missing: red. The outer one is there: black on grey.
+    // The inner square is missing and red; the outer one matches: black on grey.
     assert!(count([209, 26, 33]) > 1000 && count([26, 26, 26]) > 1000);
     assert!(count([190, 196, 203]) > 1000 && count([240, 140, 20]) == 0);
     assert!(count(white) > image.pixels().len() / 2);
@@ -124,7 +124,7 @@ fn an_svg_is_followed_on_its_own() {
     assert!(svg_lines(b"no drawing").is_err());
 }
 
-/// Burnt lines half a millimetre apart, from white to black.
+/// Returns burnt lines half a millimetre apart, each from white to black.
 fn burnt() -> Drawing {
     let mut plan = Plan::new("grey");
     plan.tool = Some(Tool::Laser);
@@ -184,7 +184,7 @@ fn an_image_is_the_right_way_up() {
     };
     let corners = [[0.0, 0.0], [1.0, 2.0]];
     let tones = Tones::of_image(&image, corners, 1.0);
-    // The upper half is black: nothing burnt there, and all else white.
+    // The upper half of the image is black and nothing is burnt there; the white rest matches.
     let nothing = Tones::of_burns(&Drawing::default(), corners, 1.0, 1.0);
     let matched = tones.difference(&nothing).unwrap();
     assert_eq!((matched.mean, matched.worst), (0.5, 1.0));

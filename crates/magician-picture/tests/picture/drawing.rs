@@ -1,4 +1,4 @@
-//! Pictures of what pen and laser left.
+//! Pictures of drawings that pen and laser left.
 
 use magician_picture::{DrawingOptions, PictureError, drawing_png, drawing_svg};
 use magician_sim::world::{Drawing, Stroke, StrokeKind};
@@ -58,7 +58,7 @@ fn a_square_is_drawn_in_true_size_with_sheet_and_base_on_demand() {
     assert_eq!(on_sheet, ("145 -65 110 100".to_owned(), (false, true)));
     assert_eq!(whole, ("-8 -45 253 53".to_owned(), (true, false)));
     assert_eq!(both, ("-8 -65 263 100".to_owned(), (true, true)));
-    // Where nothing was left there is nothing else to show.
+    // An empty drawing shows the base of the arm instead.
     assert!(svg(&Drawing::default()).contains("<circle"));
 }
 
@@ -105,7 +105,7 @@ fn the_picture_has_ink_where_the_pen_was() {
         Pixmap::decode_png(&png).unwrap()
     };
     let picture = pixels(&DrawingOptions::default());
-    // From 195 to 245 and from 15 to 25 mm.
+    // The picture covers 195 to 245 mm in X and 15 to 25 mm in Y.
     assert_eq!((picture.width(), picture.height()), (50 * 4, 10 * 4));
     let whole = pixels(&DrawingOptions::default().whole(true));
     assert_eq!((whole.width(), whole.height()), (253 * 4, 33 * 4));

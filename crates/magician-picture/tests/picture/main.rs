@@ -1,4 +1,4 @@
-//! Pictures of plans and drawings, and their comparison.
+//! Tests of pictures of plans and drawings, and of their comparison.
 
 mod compare;
 mod drawing;

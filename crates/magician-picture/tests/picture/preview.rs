@@ -1,4 +1,4 @@
-//! Pictures of plans.
+//! Previews of plans.
 
 use std::time::Duration;
 
@@ -42,7 +42,7 @@ fn drawing(segments: u32) -> Plan {
     plan
 }
 
-/// Every way that there is.
+/// Returns a plan with every kind of motion.
 fn ways() -> Plan {
     let mut plan = Plan::new("ways");
     plan.tool = Some(Tool::Suction);
@@ -104,7 +104,7 @@ fn the_size_of_a_picture_does_not_follow_that_of_the_plan() {
     assert_eq!(large.matches('<').count(), small.matches('<').count());
 }
 
-/// A pen that comes down and goes up again at each of these places, in the middle of a line and after it.
+/// Returns a drawing in which the pen comes down and goes up again at each of these positions.
 fn dots(places: &[[f32; 2]]) -> Plan {
     dots_by(places, 10.0, Travel::Line)
 }
@@ -139,7 +139,7 @@ fn a_dot_of_the_pen_is_ink_as_it_is_on_the_paper() {
     assert!(with.contains(r#"stroke-width="0.5""#) && with.contains(r#"stroke-linecap="round""#));
     let options = PreviewOptions::default();
     let waits = dots(&[[240.0, 10.0]]);
-    // By joints the last of the way down is a line of some hundredths of a millimetre.
+    // With joint motion the last of the descent is a line of some hundredths of a millimetre.
     let hops = dots_by(&[[240.0, 10.0]], 3.0, Travel::Joints);
     for dots in [&waits, &hops] {
         assert!(
@@ -148,11 +148,11 @@ fn a_dot_of_the_pen_is_ink_as_it_is_on_the_paper() {
         );
     }
     assert_eq!(subpaths(&inked(&hops)), subpaths(&without) + 1);
-    // As the virtual arm leaves them.
+    // The preview agrees with the dots that the virtual arm leaves.
     let plan = dots(&[[240.0, 10.0], [220.0, -10.0]]);
     let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
     assert_eq!(done.drawing.strokes().len(), subpaths(&with));
-    // In a plan of nothing else they are what it draws, also where the pen stays down.
+    // A plan of a single dot draws it, even if the pen stays down.
     let mut dot = Plan::new("dot");
     (dot.tool, dot.surface) = (plan.tool, plan.surface);
     go(&mut dot, [240.0, 0.0, PAPER + 10.0], Travel::Joints);
@@ -286,7 +286,7 @@ fn a_png_is_as_large_as_it_is_to_be_or_refused() {
     assert!(matches!(refused, PictureError::Size(_)), "{refused}");
 }
 
-/// The way to the step that a run begins with has no number, in the picture either.
+/// Steps keep their numbers when a run begins later: the approach to its first step has no number.
 #[test]
 fn complaints_have_the_numbers_of_the_whole_program() {
     let mut plan = drawing(12);
@@ -306,7 +306,7 @@ fn complaints_have_the_numbers_of_the_whole_program() {
     }
 }
 
-/// Lines, a dot and pale ones on the sheet, in the colours of the drawing.
+/// Lines, a dot and pale lines on the sheet are shown in the colours of the drawing.
 #[test]
 fn preview_of_a_drawing_without_parts_shows_its_colours() {
     let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='60mm' height='40mm' viewBox='0 0 60 40'>\
@@ -326,7 +326,7 @@ fn preview_of_a_drawing_without_parts_shows_its_colours() {
     };
     let mut colours: Vec<String> = drawn.map(colour).collect();
     colours.sort();
-    // Black and pale lines are shown as those of a drawing without colours.
+    // Black and pale lines have the default ink colour.
     assert_eq!(colours, ["#0000ff", "#00ff00", "#1a1a1a", "#ff0000"]);
 }
 

@@ -1,4 +1,4 @@
-//! A page: what it hands in, what comes out, and its clock, which the test puts forward.
+//! Test bench: a page with its input, its output and a clock that the test advances.
 
 use std::collections::BTreeMap;
 
@@ -7,15 +7,15 @@ use magician::sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Runner
 use magician_program::wire::answer;
 use serde_json::{Value, json};
 
-/// From one turn to the next, us.
+/// Interval between turns, us.
 const TURN: f64 = 4_000.0;
-/// No answer takes longer, us.
+/// Time within which every answer must arrive, us. A choice far above any job in these tests.
 const PATIENCE: f64 = 120e6;
 
-/// A real arm, as far as the page knows: at the other end of its line.
+/// The far end of the page's serial line: a virtual arm that the page takes for a real one.
 pub(crate) struct FarEnd {
     pub(crate) runner: Runner,
-    /// Nothing comes from it.
+    /// Drops all output of the arm.
     pub(crate) mute: bool,
 }
 
@@ -40,38 +40,38 @@ impl FarEnd {
 #[derive(Default)]
 pub(crate) struct Page {
     pub(crate) handle: u32,
-    /// us.
+    /// Time, us.
     pub(crate) now: f64,
     ids: u64,
-    /// What came for each session and was not looked for yet.
+    /// Texts that arrived for each session and were not taken yet.
     pub(crate) texts: BTreeMap<u16, Vec<Value>>,
     pub(crate) frames: Vec<(u16, Vec<u8>)>,
     pub(crate) closed: Vec<(u16, u16)>,
-    /// The trace file that came last.
+    /// Latest trace file.
     pub(crate) trace: Vec<u8>,
-    /// Files that are to be read, and what the page answers: by itself what is in them, unless it is `dull`.
+    /// Requests to read a file. The page answers them with the files' contents unless it is `dull`.
     pub(crate) asked: Vec<(u32, Vec<u8>)>,
     pub(crate) dull: bool,
     pub(crate) far: Option<FarEnd>,
-    /// Bytes that were said to the arm, and the commands among them.
+    /// Number of bytes sent to the arm, and the command identifiers among them.
     pub(crate) said: usize,
     pub(crate) commands: Vec<u8>,
 }
 
 impl Page {
-    /// A station of this configuration, before its first turn.
+    /// Opens a station with this configuration, before its first turn.
     pub(crate) fn of(config: &Value) -> Self {
         let handle = table::station_open(config.to_string().as_bytes());
         assert!(handle > 0, "{:?}", refusal());
         Self {
             handle,
-            // Some clock, which has run for a while.
+            // Any clock that has run for a while.
             now: 77e6,
             ..Self::default()
         }
     }
 
-    /// One virtual arm, ready.
+    /// Opens a station with one virtual arm, and waits until it is ready.
     pub(crate) fn ready() -> Self {
         let arms = json!([{"name": "arm", "sim": {}}]);
         let mut page = Self::of(&json!({"arms": arms, "epoch": "t", "unix_zero": 1_000_000.0}));
@@ -84,7 +84,7 @@ impl Page {
         assert_eq!(told["ready"], json!(true), "{told}");
     }
 
-    /// What the station says for itself.
+    /// Returns the next text of the station itself, which is session 0.
     pub(crate) fn own(&mut self) -> Value {
         let end = self.now + PATIENCE;
         while self.now < end {
@@ -96,7 +96,7 @@ impl Page {
         panic!("it never becomes ready");
     }
 
-    /// Lets the time of one turn pass; when the next is due.
+    /// Advances the clock by one turn, and returns when the next one is due.
     pub(crate) fn turn(&mut self) -> f64 {
         self.turn_at(self.now + TURN)
     }
@@ -124,7 +124,7 @@ impl Page {
                 1 => self.frames.push((session, payload)),
                 2 => {
                     self.said += payload.len();
-                    // Frames come whole.
+                    // A frame is never split between two outputs.
                     let mut rest = &payload[..];
                     while let [_, _, length, id, ..] = *rest {
                         self.commands.push(id);
@@ -154,7 +154,7 @@ impl Page {
         next
     }
 
-    /// Lets time pass, s.
+    /// Advances the clock, s.
     pub(crate) fn wait(&mut self, seconds: f64) {
         let end = self.now + seconds * 1e6;
         while self.now < end {
@@ -174,13 +174,13 @@ impl Page {
         table::station_rpc(self.handle, u32::from(session), text.to_string().as_bytes());
     }
 
-    /// Whether a request was answered.
+    /// True if a request was answered.
     pub(crate) fn has(&self, session: u16, id: u64) -> bool {
         let mut texts = self.texts.get(&session).into_iter().flatten();
         texts.any(|text| text["id"] == json!(id))
     }
 
-    /// The answer to a request.
+    /// Waits for the answer to a request.
     pub(crate) fn answer(&mut self, session: u16, id: u64) -> Result<Value, Value> {
         let end = self.now + PATIENCE;
         while self.now < end {
@@ -213,14 +213,14 @@ impl Page {
         outcome.unwrap_or_else(|error| panic!("{method}: {error}"))
     }
 
-    /// What passed lately, as a file.
+    /// Returns the recent traffic as a trace file.
     pub(crate) fn trace(&mut self) -> Vec<u8> {
         table::station_rpc(self.handle, 0, b"trace");
         self.turn();
         std::mem::take(&mut self.trace)
     }
 
-    /// A session says who it is.
+    /// Introduces a session by `session.hello`.
     pub(crate) fn join(&mut self, session: u16) -> Value {
         self.ok(
             session,
@@ -229,7 +229,7 @@ impl Page {
         )
     }
 
-    /// Notifications of this method that came for a session, by their parameters.
+    /// Returns the parameters of a session's notifications of one method.
     pub(crate) fn noticed(&self, session: u16, method: &str) -> Vec<&Value> {
         let texts = self.texts.get(&session).into_iter().flatten();
         texts
@@ -239,7 +239,7 @@ impl Page {
     }
 }
 
-/// Why the last station was not opened.
+/// Returns the reason why the last station was not opened.
 pub(crate) fn refusal() -> Option<Value> {
     table::station_out(0, |bytes| {
         assert_eq!(bytes[..3], [0, 0, 0]);

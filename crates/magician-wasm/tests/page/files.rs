@@ -1,4 +1,4 @@
-//! Files that another module reads.
+//! Files that another module reads for the station.
 
 use arm::table;
 use magician_program::wire::answer;
@@ -23,7 +23,7 @@ fn kind(error: &Value) -> &str {
     error["data"]["kind"].as_str().unwrap_or_default()
 }
 
-/// Turns until the page is asked for a file.
+/// Runs turns until the page is asked for a file.
 fn is_asked(page: &mut Page) -> (u32, Vec<u8>) {
     for _ in 0..1000 {
         if let Some(asked) = page.asked.pop() {
@@ -95,7 +95,7 @@ fn a_reader_that_never_answers_is_an_error_in_the_end() {
     let (id, request) = is_asked(&mut page);
     let error = page.answer(1, check).unwrap_err();
     assert_eq!(kind(&error), "timeout", "{error}");
-    // The page is told that it is wanted no more; what it answers then is dropped.
+    // The page learns that the file is no longer wanted; a late answer is dropped.
     page.turn();
     assert_eq!(page.asked.pop(), Some((id, Vec::new())));
     table::file_in(page.handle, id, &answer(&request));
@@ -139,7 +139,7 @@ fn a_job_that_is_stopped_waits_for_its_file_no_longer() {
     assert!(page.now - began < 200e3, "{}", page.now - began);
     page.turn();
     assert_eq!(page.asked.pop(), Some((id, Vec::new())));
-    // An answer that comes all the same begins nothing.
+    // A late answer does not start the job.
     table::file_in(page.handle, id, &answer(&request));
     page.wait(1.0);
     let told = page.ok(1, "job.get", &json!({"job": job}));
@@ -157,7 +157,7 @@ fn of_two_sessions_files_one_is_with_the_page_at_a_time() {
     let (id, request) = is_asked(&mut page);
     page.wait(1.0);
     assert!(page.asked.is_empty());
-    // An answer to what was not asked is nobody's.
+    // An answer with an unknown number is ignored.
     table::file_in(page.handle, id + 1, &answer(&request));
     table::file_in(page.handle, id, &answer(&request));
     page.dull = false;
@@ -196,12 +196,12 @@ fn a_preset_is_kept_where_the_page_keeps_its_programs() {
     let name = b"preset+birch.toml";
     let text = table::program_out(page.handle, name, <[u8]>::to_vec).unwrap();
     assert_eq!(saved["text"].as_str().unwrap().as_bytes(), text);
-    // It is no program.
+    // A preset is not listed as a program.
     let listed = page.ok(1, "program.list", &json!({}));
     assert_eq!(listed["programs"], json!([]));
     page.ok(1, "preset.remove", &json!({"name": "birch"}));
     assert_eq!(table::program_out(page.handle, name, <[u8]>::len), None);
-    // A page that was loaded again puts it back, and jobs have it.
+    // A reloaded page restores the preset, and jobs can use it.
     let put = table::program_in(page.handle, name, &text, <[u8]>::to_vec);
     assert_eq!(put, None);
     let mut check = gcode(SQUARE);
@@ -245,7 +245,7 @@ fn a_check_of_many_steps_lets_a_stop_through_however_long_turns_take() {
     let mut turns = 0;
     let mut stop = None;
     while !page.has(1, check) {
-        // A slow machine: far more time passes in a turn than it counts on.
+        // On a slow machine a turn takes far longer than planned.
         page.turn_at(page.now + 300e3);
         turns += 1;
         if turns == SLICES {
@@ -253,7 +253,7 @@ fn a_check_of_many_steps_lets_a_stop_through_however_long_turns_take() {
         }
         assert!(turns < 1000, "the check does not end");
     }
-    // Taken in, and checked.
+    // Both reading the answer and the check itself are spread over turns.
     assert!(turns >= 2 * SLICES, "{turns}");
     let (stop, sent) = stop.expect("the check took turns");
     assert!(page.has(1, stop), "the stop came behind the check");
@@ -281,7 +281,7 @@ fn bad_option_has_the_sentence_of_every_door_and_reaches_no_reader() {
             "{error}"
         );
         assert_eq!(error["message"], json!(format!("`setup`: {message}")));
-        // One socket may ask for no more in a moment.
+        // The limit of requests per session would refuse more of them at once.
         page.wait(0.1);
     }
     assert!(page.asked.is_empty());

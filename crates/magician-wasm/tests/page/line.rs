@@ -1,4 +1,4 @@
-//! A real arm at the line: here the virtual one behind a serial line, at the far end of the page's bytes.
+//! A real arm on the serial line, played by a virtual one at the far end of the page's bytes.
 
 use magician::protocol::Direction;
 use magician::sim::HostInstant;
@@ -46,7 +46,7 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
     page.wait(0.5);
     assert_eq!(pose(&page), stood);
     assert!(page.commands.contains(&91) && !page.commands.contains(&73));
-    // Nothing burns there that was not asked for.
+    // The laser of a real arm is refused without the confirmation `yes`.
     let laser = json!({"laser": {"on": true}});
     let refused = page.call(1, "arm.tool", &laser).unwrap_err();
     assert_eq!(refused["code"], json!(-32005), "{refused}");
@@ -56,7 +56,8 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
 
 #[test]
 fn a_jog_that_is_slow_to_begin_has_to_be_kept_up_from_then_on() {
-    // Nobody can keep up what is not answered yet, so the time for a call ends it there.
+    // A client cannot keep a jog before its start was answered, so on a slow line the call's
+    // deadline ends it.
     for (baud, begins, why) in [(19_200, true, "not-kept"), (1200, false, "link")] {
         let mut page = at_line();
         page.becomes_ready();
@@ -107,7 +108,7 @@ fn whenever_the_page_dies_in_a_jog_the_arm_stands_in_time() {
             longest = longest.max((alone.now() - begun).as_secs_f64());
         }
         assert!((0.1..=0.3).contains(&longest), "{axis} {turns}: {longest}");
-        // What is under way on the line comes to it.
+        // Bytes still on the line reach the arm.
         let far = page.far.as_mut().unwrap();
         let died = page.now;
         let mut now = died;
@@ -133,7 +134,7 @@ fn a_step_after_a_jog_finds_the_arms_own_speeds() {
     let jog = page.ok(1, "jog.start", &json!({"axis": "j1+"}))["jog"].clone();
     assert_ne!(page.ok(1, "arm.get", &speeds), before);
     page.send(1, "jog.stop", &json!({"jog": jog}));
-    // It is set behind what the jog gives back.
+    // The speed is set after the jog restored the previous one.
     page.ok(1, "arm.speed", &json!({"percent": 20}));
     page.ok(1, "jog.step", &json!({"axis": "x", "by": -5}));
     assert_eq!(page.ok(1, "arm.get", &speeds), before);
@@ -142,7 +143,7 @@ fn a_step_after_a_jog_finds_the_arms_own_speeds() {
     page.ok(1, "jog.step", &json!({"axis": "x", "by": 5}));
     assert_eq!(page.ok(1, "arm.get", &speeds), before);
     assert_eq!(page.noticed(1, "jog.ended")[1]["jog"], jog);
-    // The line breaks in a jog.
+    // The line breaks during a jog.
     page.ok(1, "jog.start", &json!({"axis": "j1+"}));
     table::line_lost(page.handle);
     page.far.as_mut().unwrap().mute = true;
@@ -169,7 +170,7 @@ fn a_line_that_is_lost_is_found_again() {
     assert!(page.noticed(1, "arm.state").iter().any(lost));
     let refused = page.call(1, "arm.state", &json!({})).unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("port"), "{refused}");
-    // Bytes of a line that is lost do not belong to the next one.
+    // Bytes of the lost line do not count for the next one.
     table::line_in(page.handle, &[0xAA; 100]);
     page.wait(3.0);
     let said = page.said;
@@ -208,7 +209,7 @@ fn connecting_sends_nothing_but_reads() {
     let file = page.trace();
     let packets = read_trace(&file).map(Result::unwrap);
     let sent = packets.filter(|packet| packet.direction == Some(Direction::Request));
-    // The Ctrl byte: bit 0 writes, bit 1 queues.
+    // In the Ctrl byte bit 0 means write and bit 1 means queued.
     let ctrls: Vec<u8> = sent.map(|packet| packet.bytes[4]).collect();
     assert!(ctrls.len() > 20, "{}", ctrls.len());
     assert!(ctrls.iter().all(|ctrl| *ctrl == 0), "{ctrls:?}");

@@ -1,4 +1,5 @@
-//! The module as a page uses it, natively: the same code but for its addresses, on a clock that the test puts forward.
+//! Tests of the module as a page uses it, compiled natively: the code is the same except for
+//! addresses, and the test advances the clock.
 
 mod bench;
 mod files;

@@ -28,7 +28,7 @@ fn a_session_takes_the_arm_and_moves_it() {
     let began = page.now;
     let state = page.ok(1, "arm.move", &to);
     assert!((number(&state["y"]) - 40.0).abs() < 1e-3, "{state}");
-    // It takes its time, as a real arm does, and `t` is of the page's calendar.
+    // The motion takes as long as on a real arm, and `t` is in the page's calendar.
     let took = (page.now - began) / 1e6;
     assert!(took > 0.3 && took < 5.0, "{took}");
     let t = number(&state["t"]);
@@ -65,7 +65,7 @@ fn subscribers_get_what_they_asked_for_in_text_and_frames() {
     }
 }
 
-/// What a page has been told of the laser last.
+/// Returns the laser state that the page was notified of last.
 fn told_laser(page: &Page) -> Value {
     let states = page.noticed(1, "arm.state");
     let mut tools = states.iter().filter_map(|told| told["state"].get("tool"));
@@ -111,7 +111,7 @@ fn a_jog_goes_on_while_it_is_kept_and_ends_by_itself() {
     assert!(page.noticed(1, "jog.ended").is_empty());
     let moved = number(&page.ok(1, "arm.state", &json!({}))["y"]);
     assert!(moved > 5.0, "{moved}");
-    // Nobody keeps it.
+    // The jog ends once no keep-alive arrives.
     page.wait(0.3);
     let ended = page.noticed(1, "jog.ended");
     assert_eq!(
@@ -131,7 +131,7 @@ fn a_page_that_was_asleep_finds_its_jog_ended_and_its_lease_gone() {
     let jog = page.ok(1, "jog.start", &json!({"axis": "y+"}))["jog"].clone();
     page.notify(1, "jog.keep", &json!({"jog": jog}));
     page.wait(0.1);
-    // What the page says as it wakes is judged by the clock.
+    // Messages of a page that wakes up are judged by the current time.
     page.notify(1, "jog.keep", &json!({"jog": jog}));
     let renewed = page.send(1, "lease.renew", &json!({"lease": lease}));
     page.turn_at(page.now + 10e6);
@@ -151,16 +151,16 @@ fn a_session_that_says_nothing_keeps_its_lease_until_it_ends() {
     table::station_rpc(page.handle, 1, b"");
     page.turn();
     assert_eq!(page.noticed(2, "jog.ended")[0]["why"], json!("released"));
-    // Five seconds for it to come back.
+    // A session has five seconds to come back.
     page.wait(6.0);
     let arms = page.ok(2, "arm.list", &json!({}));
     assert_eq!(arms["arms"][0]["holder"], Value::Null);
-    // The other one is there all the time.
+    // The other session stays connected throughout.
     page.ok(2, "lease.acquire", &json!({}));
     page.wait(20.0);
     let arms = page.ok(2, "arm.list", &json!({}));
     assert_eq!(arms["arms"][0]["holder"]["name"], json!("page"));
-    // Its number is free.
+    // The number of the ended session can be used again.
     page.join(1);
 }
 
@@ -178,7 +178,7 @@ fn a_cable_is_pulled_and_put_in_again() {
     assert!((number(&state["x"]) - 220.0).abs() < 1e-3, "{state}");
 }
 
-/// A pen that draws lines, slowly.
+/// Returns a plan that draws lines slowly with a pen.
 fn drawing() -> String {
     let mut plan = Plan::new("lines");
     plan.tool = Some(Tool::Pen);
@@ -228,7 +228,7 @@ fn a_plan_of_the_library_is_checked_run_stopped_and_resumed() {
     page.wait(4.0);
     let stopped = page.ok(1, "job.stop", &json!({"job": job}));
     assert_eq!(stopped["state"], json!("stopped"));
-    // From the journal.
+    // The job resumes from its journal.
     let resumed = page.ok(1, "job.resume", &json!({"job": job}));
     let done = until(&mut page, &resumed["job"], "done");
     assert_eq!(done["step"], done["steps"], "{done}");
@@ -328,15 +328,15 @@ fn what_no_page_should_do_does_no_harm() {
         let next = table::station_turn(page.handle, now);
         assert!(next > page.now && next < page.now + 1e5, "{now}: {next}");
     }
-    // Its own session, and one beyond the last.
+    // The station's own session, and a number beyond the last.
     table::station_rpc(page.handle, 0, b"{}");
     table::station_rpc(page.handle, 65536, b"{}");
-    // No text, and none of JSON.
+    // Input that is not text, and text that is not JSON.
     table::station_rpc(page.handle, 1, b"\xff");
     table::station_rpc(page.handle, 2, b"nonsense");
     page.turn();
     assert_eq!(page.closed, [(1, 1007), (2, 4400)]);
-    // Sessions that do not say hello give way to each other, and cost the one that has said it nothing.
+    // Sessions without `session.hello` displace each other, but never one that sent it.
     for session in 100..200 {
         table::station_rpc(
             page.handle,
@@ -352,7 +352,7 @@ fn what_no_page_should_do_does_no_harm() {
         "{late:?}"
     );
     page.ok(3, "arm.state", &json!({}));
-    // A year goes by at once.
+    // The clock jumps by a year.
     page.turn_at(page.now + 3e13);
     page.turn();
     page.ok(3, "arm.state", &json!({}));

@@ -1,4 +1,4 @@
-//! The nearest-neighbour tour: from each line to the nearest that has not been drawn.
+//! Nearest-neighbour tour: from each stroke to the nearest one not drawn yet.
 
 use std::ops::Range;
 
@@ -6,13 +6,16 @@ use super::super::Stroke;
 use super::TourStop;
 use super::kd_tree::{Entry, KdTree};
 
-/// As many corners of a closed line may be where it is begun.
+/// Largest number of vertices of a closed stroke that are tried as its start.
+///
+/// A choice: more vertices improve the tour little, because
+/// [`rotate_closed`](super::improve::rotate_closed) tries all of them later.
 const MOST_CORNERS: usize = 64;
 
-/// Begins with the line nearest to the lower left corner.
+/// Returns the tour, which begins with the stroke nearest to the lower left corner.
 pub(super) fn tour(strokes: &[Stroke]) -> Vec<TourStop> {
     let mut entries = Vec::new();
-    // Which of them each line has.
+    // Range of entries of each stroke.
     let ranges: Vec<Range<usize>> = strokes
         .iter()
         .enumerate()
@@ -43,11 +46,11 @@ fn least(strokes: &[Stroke]) -> [f64; 2] {
     })
 }
 
-/// Where a line can begin.
+/// Iterates over the points at which a stroke can begin.
 fn beginnings(owner: usize, stroke: &Stroke) -> impl Iterator<Item = Entry> + '_ {
     let last = stroke.points.len().saturating_sub(1);
     let (step, until) = if stroke.is_closed() {
-        // The last corner of a closed line is its first.
+        // The last vertex of a closed stroke repeats its first.
         (last.div_ceil(MOST_CORNERS).max(1), last)
     } else {
         (last.max(1), last + 1)

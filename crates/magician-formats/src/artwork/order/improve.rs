@@ -1,5 +1,11 @@
-//! A better tour from a good one by iterated local search: 2-opt turns stretches round, or-opt moves short chains of lines elsewhere, until
-//! nothing near helps any more; then two neighbouring stretches change places, and what does not end in less than before is undone.
+//! Improvement of a tour by iterated local search.
+//!
+//! 2-opt reverses stretches and or-opt moves short chains of strokes elsewhere, until no change
+//! nearby shortens the tour. Then a kick swaps two neighbouring stretches, the local search runs
+//! again around them, and the result is undone unless the tour became shorter.
+//!
+//! The search is deterministic: it counts steps instead of time, and its random numbers have a
+//! fixed seed, so the same strokes always come out in the same order.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -8,22 +14,24 @@ use super::super::{Stroke, distance};
 use super::TourStop;
 use super::kd_tree::{Entry, KdTree};
 
-/// As many points near an end are looked at.
+/// Number of nearest points to consider per end. A choice usual for 2-opt with neighbour lists.
 const NEIGHBOURS: usize = 8;
-/// Less is not worth a change, mm.
+/// Smallest gain that counts, mm. It absorbs rounding, so that the search cannot cycle.
 const WORTH: f64 = 1e-9;
-/// As many lines are moved together.
+/// Longest chain that or-opt moves, strokes.
 const CHAIN: usize = 3;
-/// As often stretches change places, for each line.
+/// Number of kicks per stroke. A choice between time and quality.
 const KICKS: usize = 10;
-/// And no longer than this, in steps.
+/// Effort that all kicks together may use, steps.
 const KICKED: u64 = 25_000_000;
-/// Stretches that change places are no longer, in lines.
+/// Longest stretch that a kick swaps, strokes. Short stretches keep the damage local, so that the
+/// local search can repair it.
 const STRETCH: usize = 30;
-/// What it costs to look at two lines that are near each other, in steps.
+/// Effort of examining two neighbouring strokes, steps.
 const LOOK: u64 = 50;
 
-/// Improves until no change near a stroke shortens the way, then goes on from there; returns the effort that is left.
+/// Improves the tour until no change near a stroke shortens it, then by kicks. Returns the
+/// remaining effort.
 pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) -> u64 {
     if stops.len() < 3 {
         return improve_pair(stops, effort);
@@ -44,7 +52,7 @@ pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) -> u64 {
     search.effort
 }
 
-/// Two lines: either way round, each.
+/// Tries all directions of two strokes.
 fn improve_pair(stops: &mut [TourStop], effort: u64) -> u64 {
     if let [one, other] = stops {
         let ways = [(false, false), (false, true), (true, false), (true, true)];
@@ -60,7 +68,7 @@ fn improve_pair(stops: &mut [TourStop], effort: u64) -> u64 {
     effort
 }
 
-/// The same numbers every time.
+/// Linear congruential generator with a fixed seed.
 struct Dice(u64);
 
 impl Dice {
@@ -74,14 +82,14 @@ impl Dice {
 
 struct LocalSearch {
     stops: Vec<TourStop>,
-    /// Where each line is in the order.
+    /// Index in the tour of each stroke.
     position: Vec<usize>,
-    /// The lines that end near each line's two ends, and how near: the nearest first.
+    /// Strokes that end near either end of each stroke, with their distance, nearest first.
     near: Vec<Vec<(usize, f64)>>,
-    /// The lines to look at, and which are in there.
+    /// Strokes to examine, and which of them are in the queue.
     queue: VecDeque<usize>,
     queued: Vec<bool>,
-    /// The stretches that were turned since the last kick, and how much longer it got by it.
+    /// Stretches reversed since the last kick, and the change in length, mm.
     turned: Vec<Range<usize>>,
     longer: f64,
     effort: u64,
@@ -134,7 +142,7 @@ impl LocalSearch {
         search
     }
 
-    /// Looks at the lines in the queue, and at those whose ways change by it, until nothing gets shorter.
+    /// Examines the strokes in the queue, and those whose gaps change, until nothing gets shorter.
     fn settle(&mut self) {
         while let Some(stroke) = self.queue.pop_front() {
             if let Some(queued) = self.queued.get_mut(stroke) {
@@ -144,14 +152,15 @@ impl LocalSearch {
         }
     }
 
-    /// Takes the first step that makes a way from or to a line shorter.
+    /// Applies the first change that shortens a gap at a stroke. Returns false if there is none.
     fn shorten(&mut self, stroke: usize) -> bool {
         let at = self.at(stroke);
         let ways = [at, at + 1].map(|at| self.gap(self.before(at), self.stop(at)));
         let longest = ways[0].max(ways[1]);
         for nth in 0..self.near.get(stroke).map_or(0, Vec::len) {
             let near = self.near.get(stroke).and_then(|near| near.get(nth));
-            // A new way that is no shorter than the one that it takes the place of is no gain.
+            // A new gap that is not shorter than the one it replaces is no gain. Neighbours are
+            // sorted, so all further ones are no gain either.
             let Some((other, _)) = near.copied().filter(|(_, far)| *far <= longest + WORTH) else {
                 return false;
             };
@@ -163,7 +172,8 @@ impl LocalSearch {
         false
     }
 
-    /// Two stretches change places; undone unless it gets shorter for it in the end.
+    /// Swaps two neighbouring stretches and repairs the tour. Undone unless the tour ends up
+    /// shorter.
     fn kick(&mut self, dice: &mut Dice) {
         let count = self.stops.len();
         let longest = STRETCH.min(count / 2);
@@ -193,7 +203,7 @@ impl LocalSearch {
         }
     }
 
-    /// The lines on both sides of a place are looked at again.
+    /// Queues the strokes on both sides of a gap.
     fn look_at(&mut self, at: usize) {
         for at in [at.checked_sub(1), Some(at)].into_iter().flatten() {
             let Some(stroke) = self.stops.get(at).map(|stop| stop.stroke) else {
@@ -211,7 +221,7 @@ impl LocalSearch {
         self.position.get(stroke).copied().unwrap_or(0)
     }
 
-    /// The way from the line at one place to the next; none before the first and behind the last.
+    /// Length of a gap; 0 before the first stroke and after the last.
     fn gap(&self, from: Option<&TourStop>, to: Option<&TourStop>) -> f64 {
         match (from, to) {
             (Some(from), Some(to)) => distance(from.end, to.start),
@@ -227,7 +237,8 @@ impl LocalSearch {
         at.checked_sub(1).and_then(|at| self.stop(at))
     }
 
-    /// A step of 2-opt: turns the stretch round that ends one line at the other: either what lies behind both, or what begins with both.
+    /// 2-opt move: reverses a stretch so that two strokes become neighbours, either with their ends
+    /// or with their starts.
     fn two_opt(&mut self, one: usize, other: usize) -> bool {
         let (first, last) = (
             self.at(one).min(self.at(other)),
@@ -246,7 +257,7 @@ impl LocalSearch {
         false
     }
 
-    /// How much longer it gets if a stretch is drawn the other way round.
+    /// Change in length if a stretch is reversed; negative is shorter.
     fn two_opt_gain(&self, range: &Range<usize>) -> f64 {
         let (before, after) = (self.before(range.start), self.stop(range.end));
         let (first, last) = (self.stop(range.start), self.before(range.end));
@@ -286,8 +297,8 @@ impl LocalSearch {
         }
     }
 
-    /// A step of or-opt: moves a line, and up to two that follow it or that it follows, to just before or behind another, either way
-    /// round.
+    /// Or-opt move: moves a stroke and up to two of its neighbours next to another stroke, in
+    /// either direction.
     fn or_opt(&mut self, one: usize, other: usize) -> bool {
         let (at, beside) = (self.at(one), self.at(other));
         for long in 1..=CHAIN {
@@ -303,7 +314,7 @@ impl LocalSearch {
         false
     }
 
-    /// Puts a chain to one of the sides of a line, if that costs less than it saves.
+    /// Moves a chain next to a stroke if that shortens the tour.
     fn put(&mut self, chain: &Range<usize>, beside: usize) -> bool {
         let (before, after) = (self.before(chain.start), self.stop(chain.end));
         let (Some(first), Some(last)) = (self.stop(chain.start), self.before(chain.end)) else {
@@ -313,7 +324,7 @@ impl LocalSearch {
             self.gap(before, Some(first)) + self.gap(Some(last), after) - self.gap(before, after);
         let ways = [(*first, *last), (last.reversed(), first.reversed())];
         for to in [beside, beside + 1] {
-            // To where it already is.
+            // The chain is already there.
             if (chain.start..=chain.end).contains(&to) {
                 continue;
             }
@@ -340,7 +351,8 @@ impl LocalSearch {
             .into_iter()
             .for_each(|at| self.look_at(at));
         let long = chain.len();
-        // Turned round together they have changed places; then each is turned back that is not to be the other way round.
+        // Reversing the whole range swaps chain and others; then each of the two is reversed back
+        // unless it shall stay reversed.
         self.reverse(whole.clone());
         let (others, chain) = if to > chain.end {
             (whole.start..whole.end - long, whole.end - long..whole.end)
@@ -358,7 +370,8 @@ impl LocalSearch {
     }
 }
 
-/// Has each closed line begin at the corner that is best on the way from the line before to the one behind.
+/// Starts each closed stroke at the vertex with the shortest way from the stroke before to the one
+/// after.
 pub(super) fn rotate_closed(stops: &mut [TourStop], strokes: &[Stroke]) {
     for at in 0..stops.len() {
         let before = at

@@ -1,9 +1,10 @@
-//! Lines that go on where others end.
+//! Joining of strokes that continue where others end.
 
 use super::super::{Stroke, distance};
 use super::kd_tree::{Entry, KdTree};
 
-/// Makes one line of open lines whose ends are no farther apart than `within`; how many others have been taken up.
+/// Joins open strokes whose ends are at most `within` apart. Returns the number of strokes
+/// absorbed; a negative or NaN distance joins nothing.
 pub(in crate::artwork) fn join(strokes: &mut Vec<Stroke>, within: f64) -> usize {
     if within.is_nan() || within < 0.0 {
         return 0;
@@ -19,7 +20,8 @@ pub(in crate::artwork) fn join(strokes: &mut Vec<Stroke>, within: f64) -> usize 
             continue;
         }
         ends.remove(at);
-        // On from its end, then on from its beginning.
+        // Extend the end, reverse, and extend the other end. The second reversal restores the
+        // direction.
         for _ in 0..2 {
             while let Some((other, from_end)) = ends.near(strokes, at) {
                 ends.remove(other);
@@ -58,7 +60,7 @@ fn go_on(strokes: &mut [Stroke], at: usize, other: usize, from_end: bool) {
     }
 }
 
-/// A line whose ends meet is closed.
+/// Closes a stroke whose ends meet.
 fn close(stroke: Option<&mut Stroke>, within: f64) {
     let Some(stroke) = stroke else {
         return;
@@ -72,11 +74,11 @@ fn close(stroke: Option<&mut Stroke>, within: f64) {
     }
 }
 
-/// The ends of open lines.
+/// Ends of the open strokes.
 struct Ends {
     within: f64,
     near: KdTree,
-    /// Which of them is the first of each line.
+    /// Index of the first of both entries of each stroke.
     firsts: Vec<Option<usize>>,
 }
 
@@ -109,7 +111,8 @@ impl Ends {
         }
     }
 
-    /// The line that begins or ends nearest to where one ends, if that is near enough, and whether it ends there.
+    /// Returns the stroke with the nearest end, if it is near enough, and true if it is that
+    /// stroke's last point.
     fn near(&self, strokes: &[Stroke], at: usize) -> Option<(usize, bool)> {
         let end = *strokes.get(at)?.points.last()?;
         let found = self.near.nearest(end)?;

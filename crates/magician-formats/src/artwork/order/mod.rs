@@ -1,4 +1,13 @@
-//! The order in which lines are drawn: as little way as possible without drawing.
+//! Order of strokes: as little travel as possible.
+//!
+//! The order is a travelling-salesman tour over strokes, which may also be reversed or, if closed,
+//! begin at another vertex. Strokes whose ends meet are joined first. `greedy` builds a
+//! nearest-neighbour tour, and `improve` shortens it by local search with a fixed effort. If inner
+//! shapes must come first, `nesting` finds what lies within which closed line, and each level is a
+//! tour of its own.
+//!
+//! Effort is counted in steps and not in time: the same strokes give the same order on every
+//! machine.
 
 mod greedy;
 mod improve;
@@ -11,21 +20,22 @@ use std::borrow::Cow;
 use super::{Artwork, Stroke, distance};
 use crate::Origin;
 
-/// How lines are put in order.
+/// Options for the order of strokes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
-    /// Whether lines may be drawn in another order and the other way round, and closed ones from elsewhere.
+    /// True if strokes may be reordered and reversed, and closed ones may begin at another vertex.
     pub rearrange: bool,
-    /// Whether whatever lies within a closed line comes before it, however long the way: what is cut out may move or drop.
+    /// True if everything within a closed line comes before it, even if that takes longer: a part
+    /// that is cut out may move or drop.
     pub inside_first: bool,
-    /// Lines whose ends are no farther apart are drawn as one, mm. None are with a negative number.
+    /// Largest gap between strokes that are joined, mm. A negative number joins none.
     pub joining: f64,
-    /// How long is looked for something better, in steps of which a second has about a hundred million.
+    /// Effort of the search, steps. A second has about a hundred million.
     pub effort: u64,
 }
 
 impl Default for Order {
-    /// Rearranged, joined within 0.01 mm.
+    /// Reordered, with gaps up to 0.01 mm joined, and about two seconds of search at most.
     fn default() -> Self {
         Self {
             rearrange: true,
@@ -37,7 +47,7 @@ impl Default for Order {
 }
 
 impl Order {
-    /// As the file has it, with the pen lifted after each line.
+    /// The order of the file, with the pen lifted after each stroke.
     pub const OF_FILE: Self = Self {
         rearrange: false,
         inside_first: false,
@@ -45,7 +55,8 @@ impl Order {
         effort: 0,
     };
 
-    /// The same order for lines that are drawn `scale` times as large: its lengths count on the paper.
+    /// Converts to the units of artwork that is drawn `scale` times as large: lengths here are on
+    /// paper.
     #[must_use]
     pub fn to_draw(self, scale: f64) -> Self {
         Self {
@@ -55,28 +66,29 @@ impl Order {
     }
 }
 
-/// What putting lines in order has saved.
+/// Effect of ordering.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Saving {
-    /// How long the ways between the lines were, mm.
+    /// Travel between strokes before, mm.
     pub before_mm: f64,
-    /// How long they are now, mm.
+    /// Travel between strokes after, mm.
     pub after_mm: f64,
-    /// How many lines go on from another one now.
+    /// Number of strokes that now continue another one.
     pub joined: usize,
 }
 
 impl Artwork {
-    /// How long the ways between its lines are, mm.
+    /// Travel between the strokes, mm.
     #[must_use]
     pub fn travel(&self) -> f64 {
         travel(&self.strokes)
     }
 
-    /// Puts the lines of each part in an order with short ways between them. What is drawn stays the same to the last bit, but for what
-    /// joins lines whose ends do not quite meet. The ways become longer only where an inside has to come first. The same lines
-    /// always come out in the same order.
+    /// Orders the strokes of each part for short travel.
+    ///
+    /// The drawing stays the same bit for bit, except for gaps that are closed by joining. Travel
+    /// becomes longer only if inner shapes have to come first. The result is deterministic.
     pub fn put_in_order(&mut self, order: &Order) -> Saving {
         let before_mm = self.travel();
         let mut saving = Saving {
@@ -101,7 +113,7 @@ impl Artwork {
                 };
                 let is_wrong = order.inside_first && !is_inside_first(strokes);
                 let candidate = rearranged(candidate, &around, order.effort);
-                // What is not better is not worth a change.
+                // Keep the order of the file unless the new one is really shorter.
                 if is_wrong || travel(&candidate) < travel(strokes) {
                     *strokes = candidate;
                     saving.joined += joined;
@@ -120,15 +132,15 @@ fn travel(strokes: &[Stroke]) -> f64 {
     ways.sum()
 }
 
-/// One line on the way: where it is entered and left.
+/// A stroke in a tour: where it is entered and left.
 #[derive(Clone, Copy, Debug)]
 struct TourStop {
     stroke: usize,
     start: [f64; 2],
     end: [f64; 2],
-    /// Drawn from its last corner to its first.
+    /// True if drawn from its last vertex to its first.
     reversed: bool,
-    /// The corner that a closed line begins at.
+    /// Vertex at which a closed stroke begins.
     corner: usize,
 }
 
@@ -143,14 +155,14 @@ impl TourStop {
     }
 }
 
-/// True if whatever lies within a closed line comes before it.
+/// True if everything within a closed line comes before it.
 fn is_inside_first(strokes: &[Stroke]) -> bool {
     let around = nesting::surrounding(strokes);
     let mut pairs = around.iter().enumerate();
     pairs.all(|(inner, outer)| outer.is_none_or(|outer| inner < outer))
 }
 
-/// The lines in an order with short ways, each after those that it is around.
+/// Orders the strokes for short travel, each after the strokes within it.
 fn rearranged(strokes: Vec<Stroke>, around: &[Option<usize>], effort: u64) -> Vec<Stroke> {
     let mut within = vec![Vec::new(); strokes.len()];
     let mut outermost = Vec::new();
@@ -162,7 +174,7 @@ fn rearranged(strokes: Vec<Stroke>, around: &[Option<usize>], effort: u64) -> Ve
     }
     let mut left = effort;
     let mut stops = Vec::with_capacity(strokes.len());
-    // What is still to be put in order, last first: a closed line stands behind what is within.
+    // Stack of strokes still to emit: a closed stroke waits below those within it.
     let mut ahead = tour(&strokes, &outermost, &within, &mut left);
     while let Some(stop) = ahead.pop() {
         match std::mem::take(&mut within[stop.stroke]) {
@@ -188,7 +200,8 @@ fn rearranged(strokes: Vec<Stroke>, around: &[Option<usize>], effort: u64) -> Ve
     drawn.collect()
 }
 
-/// A short way along some of the lines, from its end to its beginning. Of a line that is around others its place counts.
+/// Returns a short tour along some strokes, last stop first. A stroke that contains others counts
+/// as a point, because its own order is decided elsewhere.
 fn tour(
     strokes: &[Stroke],
     some: &[usize],
@@ -209,7 +222,8 @@ fn tour(
         own.collect()
     };
     let mut stops = greedy::tour(&lines);
-    // Where closed lines begin depends on their neighbours, and their neighbours on where they begin.
+    // The best start of a closed stroke depends on its neighbours and vice versa, so alternate
+    // once.
     *effort = improve::improve(&mut stops, *effort);
     improve::rotate_closed(&mut stops, &lines);
     if lines.iter().any(Stroke::is_closed) {
@@ -226,7 +240,7 @@ fn tour(
     .collect()
 }
 
-/// Has a closed line begin at another of its corners.
+/// Rotates a closed stroke to begin at another vertex.
 fn begin_at(stroke: &mut Stroke, corner: usize) {
     if corner == 0 || !stroke.is_closed() {
         return;

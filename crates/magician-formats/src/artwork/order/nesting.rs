@@ -1,20 +1,25 @@
-//! Which lines lie within which closed line.
+//! Nesting: which strokes lie within which closed stroke.
+//!
+//! Bounding boxes and horizontal strips narrow down the candidates; a ray cast decides. The cost
+//! stays near-linear for drawings of many separate shapes.
 
 use std::ops::Range;
 
 use super::super::Stroke;
 
-/// Strips of a drawing or a line, at most.
+/// Largest number of strips per drawing or stroke. A choice that bounds memory.
 const MOST_STRIPS: usize = 1024;
-/// Closed lines around one that are looked for: the others are around these.
+/// Largest number of enclosing strokes to search per stroke. Those beyond enclose the found ones
+/// themselves, so they are reached from there.
 const MOST_AROUND: usize = 256;
-/// Segments of a line that must lie within a closed one, at most.
+/// Largest number of segments to probe per stroke. A choice: a stroke that is only partly inside is
+/// rare.
 const PROBES: usize = 8;
 
-/// Index of the closed line that each line lies within. `None` for lines that lie within no other one.
+/// Returns for each stroke the index of the closed stroke around it, or `None`.
 ///
-/// A line may lie within several that do not lie within each other: these follow one another by size, so that all of them are
-/// found by going from line to line.
+/// A stroke may lie within several that do not contain each other. These are chained by size, so
+/// that following the chain visits all of them.
 pub(super) fn surrounding(strokes: &[Stroke]) -> Vec<Option<usize>> {
     let boxes: Vec<Bounds> = strokes.iter().map(Bounds::of).collect();
     let mut closed: Vec<Closed<'_>> = (strokes.iter().zip(&boxes).enumerate())
@@ -36,7 +41,7 @@ pub(super) fn surrounding(strokes: &[Stroke]) -> Vec<Option<usize>> {
         let Some(candidates) = by_strip.get(strip) else {
             continue;
         };
-        // They are in order of size: what is smaller than the line is left out.
+        // Candidates are sorted by size, so skip those smaller than the stroke.
         let from = candidates.partition_point(|at| closed[*at].bounds.area() <= bounds.area());
         let larger = candidates[from..].iter().map(|at| &closed[*at]);
         let around = larger.filter(|shape| shape.bounds.contain(bounds) && shape.contain(stroke));
@@ -49,10 +54,10 @@ pub(super) fn surrounding(strokes: &[Stroke]) -> Vec<Option<usize>> {
     tree.around
 }
 
-/// The closed line that each line lies within.
+/// Parent of each stroke: the closed stroke around it.
 struct Tree {
     around: Vec<Option<usize>>,
-    /// Place of each closed line in the order of size.
+    /// Rank of each closed stroke by size.
     rank: Vec<usize>,
 }
 
@@ -66,7 +71,7 @@ impl Tree {
         }
     }
 
-    /// Puts a line into a larger closed one: what they both lie within follows by size.
+    /// Inserts a larger closed stroke into the chain of a stroke, which is sorted by size.
     fn put(&mut self, mut line: usize, mut into: usize) {
         while let Some(next) = self.around[line].replace(into) {
             if next == into {
@@ -82,7 +87,7 @@ impl Tree {
     }
 }
 
-/// The smallest upright rectangle around a line.
+/// Axis-aligned bounding box.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     least: [f64; 2],
@@ -122,7 +127,7 @@ impl Bounds {
     }
 }
 
-/// A range of heights, divided evenly so that what is at a height is found without looking at all.
+/// An even division of a range of y, for finding what is at a y without searching everything.
 #[derive(Clone, Copy, Debug)]
 struct Strips {
     least: f64,
@@ -131,7 +136,7 @@ struct Strips {
 }
 
 impl Strips {
-    /// About one strip for each thing.
+    /// Creates about one strip per item.
     fn new([least, most]: [f64; 2], things: usize) -> Self {
         let count = things.clamp(1, MOST_STRIPS);
         let height = (most - least) / count as f64;
@@ -142,7 +147,7 @@ impl Strips {
         }
     }
 
-    /// The strips between two heights.
+    /// Returns the strips between two values of y.
     fn of(&self, heights: [f64; 2]) -> Range<usize> {
         let [from, to] = heights
             .map(|height| (((height - self.least) / self.height) as usize).min(self.count - 1));
@@ -150,13 +155,13 @@ impl Strips {
     }
 }
 
-/// A closed line, and its segments by height.
+/// A closed stroke with its segments by strip.
 struct Closed<'a> {
     index: usize,
     stroke: &'a Stroke,
     bounds: Bounds,
     strips: Strips,
-    /// The first corner of each segment that crosses a strip.
+    /// Index of the first vertex of each segment that crosses a strip.
     segments: Vec<Vec<usize>>,
 }
 
@@ -179,7 +184,8 @@ impl<'a> Closed<'a> {
         }
     }
 
-    /// True if a line lies within, by the middles of a few of its segments: its corners may touch the closed one.
+    /// True if a stroke lies within. Tests the middles of a few segments, because vertices may
+    /// touch the closed stroke.
     fn contain(&self, line: &Stroke) -> bool {
         let segments = line.points.len().saturating_sub(1);
         let probed = line
@@ -191,7 +197,7 @@ impl<'a> Closed<'a> {
         segments > 0 && middles.all(|middle| self.surrounds(middle))
     }
 
-    /// True if a ray from the point leaves the line an odd number of times.
+    /// True if a ray from the point crosses the stroke an odd number of times.
     fn surrounds(&self, [x, y]: [f64; 2]) -> bool {
         let strip = self.strips.of([y; 2]).start;
         let points = &self.stroke.points;

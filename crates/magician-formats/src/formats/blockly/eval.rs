@@ -1,4 +1,4 @@
-//! What value blocks give.
+//! Evaluation of value blocks.
 
 use super::machine::{Machine, finite};
 use super::tree::Block;
@@ -6,7 +6,7 @@ use super::value::{BlockValue, arithmetic, compare, constant, function, modulo};
 use super::{refused, robot};
 use crate::Diagnostic;
 
-/// Standard blocks that give a value.
+/// Standard value blocks.
 const VALUES: [&str; 16] = [
     "logic_boolean",
     "logic_compare",
@@ -31,7 +31,7 @@ impl Machine<'_> {
         VALUES.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
     }
 
-    /// What hangs in an input; nothing if nothing does.
+    /// Evaluates the block in an input; `None` if there is none.
     pub(super) fn value(
         &mut self,
         block: &Block,
@@ -42,6 +42,7 @@ impl Machine<'_> {
             return Ok(None);
         };
         let inner = self.block(index)?;
+        // A disabled block generates no code, so the input is as if empty.
         if inner.disabled {
             return Ok(None);
         }
@@ -49,8 +50,8 @@ impl Machine<'_> {
         self.evaluate(index, inner, depth + 1).map(Some)
     }
 
-    /// The number in an input or a field by one of these names. Where the studio's block has nothing it uses a number of its
-    /// own, and so do we, with a note.
+    /// Returns the number in the first of these inputs or fields. If all are missing, the default
+    /// of the studio's block is used, with a note.
     pub(super) fn number(
         &mut self,
         index: usize,
@@ -80,7 +81,7 @@ impl Machine<'_> {
         Ok(otherwise)
     }
 
-    /// As [`number`](Self::number), for standard blocks: 0 for what is missing, without a note.
+    /// Returns an operand of a standard block. A missing one is 0, as in Blockly, without a note.
     fn operand(&mut self, block: &Block, name: &str, depth: u32) -> Result<f64, Diagnostic> {
         let Some(value) = self.value(block, name, depth)? else {
             return Ok(0.0);
@@ -139,6 +140,8 @@ impl Machine<'_> {
             "logic_boolean" => return Ok(BlockValue::Truth(block.field("BOOL") == Some("TRUE"))),
             "logic_negate" => {
                 let truth = self.truth(block, "BOOL", depth)?;
+                // As in the code that Blockly generates: a missing operand counts as true before
+                // the negation.
                 return Ok(BlockValue::Truth(!truth.unwrap_or(true)));
             }
             "logic_compare" => {
@@ -173,7 +176,7 @@ impl Machine<'_> {
         finite(block, number)
     }
 
-    /// The second is only looked at where it matters; one that is missing does not matter.
+    /// Evaluates AND or OR with short-circuiting. A missing operand is ignored.
     fn operation(
         &mut self,
         block: &Block,
@@ -189,6 +192,7 @@ impl Machine<'_> {
         if a.is_none() && b.is_none() {
             return Ok(BlockValue::Truth(false));
         }
+        // Short-circuit: the second operand is not evaluated, so it may be a block that is refused.
         if self.truth(block, "A", depth)?.unwrap_or(all) != all {
             return Ok(BlockValue::Truth(!all));
         }

@@ -1,18 +1,18 @@
-//! Where the arm is by then, as far as the blocks alone tell.
+//! State of the arm as far as the blocks determine it (dead reckoning).
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 
-/// What is known of the arm. A program may begin anywhere, and its home point is where its owner has put it, so nothing is
-/// known before the first block that goes to coordinates or to angles.
+/// Known state of the arm. A program may start anywhere, and the home point is configurable, so
+/// nothing is known before the first block that moves to coordinates or joint angles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct KnownState {
-    /// x, y, z.
+    /// Position x, y, z.
     pub(super) at: Option<[f64; 3]>,
     pub(super) r: Option<f64>,
     joints: Option<[f64; 4]>,
-    /// The tool bias, once the program has set it.
+    /// Tool bias, once the program has set it.
     tool: Option<ToolBias>,
-    /// Where the carriage on the rail is.
+    /// Position of the rail's carriage.
     pub(super) rail: Option<f64>,
 }
 
@@ -44,7 +44,7 @@ impl KnownState {
         (self.r, self.joints) = (Some(j1 + j4), Some(joints));
     }
 
-    /// The joints stay, and with them r; x, y and z are now others.
+    /// Changes the tool. Joints and r stay, so x, y and z change.
     pub(super) fn fit(&mut self, tool: ToolBias) {
         self.tool = Some(tool);
         match self.joints {
@@ -53,7 +53,7 @@ impl KnownState {
         }
     }
 
-    /// All four joints.
+    /// Returns all four joint angles.
     pub(super) fn joints(&self) -> Option<[f64; 4]> {
         if self.joints.is_some() {
             return self.joints;
@@ -63,7 +63,8 @@ impl KnownState {
         joints.ok().map(JointAngles::to_array)
     }
 
-    /// J1 depends on the tool only if that sits to the side, which none of the vendor's does.
+    /// Returns J1. It depends on the tool only if that has a sideways bias, which no tool of the
+    /// vendor has.
     pub(super) fn j1(&self) -> Option<f64> {
         if let Some([j1, ..]) = self.joints() {
             return Some(j1);
@@ -73,7 +74,7 @@ impl KnownState {
         straight.then(|| libm::atan2(y, x).to_degrees())
     }
 
-    /// r is what J1 and J4 turn together.
+    /// Returns J4: r is the sum of J1 and J4.
     pub(super) fn j4(&self) -> Option<f64> {
         Some(self.r? - self.j1()?)
     }

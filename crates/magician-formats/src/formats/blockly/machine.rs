@@ -1,4 +1,4 @@
-//! Runs the blocks when the plan is made.
+//! Execution of the blocks, while the plan is made.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,18 +9,18 @@ use super::tree::{Block, Tree};
 use super::value::BlockValue;
 use crate::{Action, Diagnostic, DiagnosticCode, Parsed, Plan};
 
-/// Blocks that are run before a program counts as one without end.
+/// Largest number of executed blocks. More counts as an endless loop.
 pub(super) const MOST_STEPS: u32 = 200_000;
-/// How deep blocks may be in each other; one below the other is not deeper.
+/// Largest nesting depth. A stack counts as one level regardless of its length.
 pub(super) const MOST_NESTED: u32 = 100;
 
-/// How a stack of blocks ended.
+/// Outcome of a stack of blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flow {
     Next,
-    /// Out of the loop.
+    /// Leave the loop.
     Break,
-    /// On with the next round of the loop.
+    /// Continue with the next round of the loop.
     Continue,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct Machine<'t> {
     pub(super) tree: &'t Tree,
     pub(super) plan: Plan,
     pub(super) notes: Vec<Diagnostic>,
-    /// What has been noted of which block.
+    /// Topics already noted per block.
     noted: HashSet<(usize, &'static str)>,
     variables: HashMap<String, BlockValue>,
     pub(super) course: KnownState,
@@ -75,7 +75,7 @@ impl<'t> Machine<'t> {
         }
     }
 
-    /// Says something of a block, once.
+    /// Adds a note about a block, once per topic.
     pub(super) fn note(
         &mut self,
         index: usize,
@@ -96,7 +96,7 @@ impl<'t> Machine<'t> {
         self.plan.push(action, origin);
     }
 
-    /// Counts what is run, so that it ends.
+    /// Counts an executed block, and refuses a program that does not end.
     pub(super) fn count(&mut self, block: &Block, depth: u32) -> Result<(), Diagnostic> {
         if depth > MOST_NESTED {
             let message = format!("blocks are nested more than {MOST_NESTED} deep here");
@@ -113,7 +113,7 @@ impl<'t> Machine<'t> {
         Ok(())
     }
 
-    /// Runs blocks one after the other.
+    /// Executes a stack of blocks.
     pub(super) fn stack(&mut self, first: Option<usize>, depth: u32) -> Result<Flow, Diagnostic> {
         let mut next = first;
         while let Some(index) = next {
@@ -185,14 +185,15 @@ impl<'t> Machine<'t> {
         self.stack(block.input("ELSE"), depth + 1)
     }
 
-    /// One round of a loop; whether there may be another.
+    /// Executes one round of a loop. Returns false after a `break`.
     fn round(&mut self, block: &'t Block, depth: u32) -> Result<bool, Diagnostic> {
-        // An empty loop has no blocks to count.
+        // Counts the loop itself, because an empty loop has no blocks to count.
         self.count(block, depth)?;
         Ok(self.stack(block.input("DO"), depth + 1)? != Flow::Break)
     }
 
-    /// From one number to another, both included, up or down; what the body does to the variable changes nothing.
+    /// Executes a counted loop between two numbers, both inclusive, up or down. Changes of the
+    /// variable in the body do not affect the count.
     fn counted(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<(), Diagnostic> {
         let from = self.number(index, block, &["FROM"], 0.0, depth)?;
         let to = self.number(index, block, &["TO"], 0.0, depth)?;
@@ -250,7 +251,7 @@ fn variable(block: &Block) -> Result<String, Diagnostic> {
     name.map(str::to_owned).ok_or_else(missing)
 }
 
-/// What was computed, if it is a number.
+/// Wraps a computed number, unless it is not finite.
 pub(super) fn finite(block: &Block, number: f64) -> Result<BlockValue, Diagnostic> {
     if number.is_finite() {
         Ok(BlockValue::Number(number))

@@ -1,16 +1,17 @@
-//! DobotBlockly workspaces (`.blockly`), run when the plan is made.
+//! Reader of DobotBlockly workspaces (`.blockly`). The program is executed while the plan is made.
 //!
-//! Loops, conditions and sums are followed then, and what the robot's blocks say becomes steps; so whatever a program asks the
-//! arm while it runs, a sensor or an input, is refused with the block's kind, id and place, before anything moves. Where the arm
-//! is, is known as far as the blocks before tell.
+//! Loops, conditions and arithmetic are evaluated, and the blocks of the robot become steps. A
+//! block that asks the arm for something while it runs (a sensor, an input) is refused with its
+//! kind, id and place, before anything moves. The arm's position is known as far as earlier blocks
+//! determine it.
 //!
-//! * Stacks run one after the other in the order in which Blockly makes code of them: by where they begin on the workspace, from
-//!   the top to the bottom.
-//! * Disabled blocks are left out, a block in a value takes the place of its shadow.
-//! * `dobot_goto` keeps r: that of the last block that set it. Before any has, r is taken for 0, with a note: the tool may turn,
-//!   its x, y and z are those of the block.
-//! * A program that goes on for more than 200,000 blocks counts as one without end, and is refused; so are blocks that are more
-//!   than 100 deep in each other.
+//! * Stacks run one after the other in the order in which Blockly generates code: by their position
+//!   on the workspace, from top to bottom.
+//! * Disabled blocks are left out. A block in a value input replaces its shadow.
+//! * `dobot_goto` keeps the r that an earlier block has set. Before that r is 0, with a note: the
+//!   tool may turn, but x, y and z are those of the block.
+//! * A program of more than 200,000 executed blocks counts as endless and is refused; so are blocks
+//!   nested more than 100 deep.
 
 mod eval;
 mod known;

@@ -1,20 +1,20 @@
-//! Blocks that a plan cannot have, each with its reason.
+//! Blocks that a plan cannot contain, with the reason.
 
 use super::tree::Block;
 use crate::Diagnostic;
 
-/// Why a block cannot be in a plan.
+/// Reason why a block cannot be in a plan.
 #[derive(Clone, Copy)]
 enum Reason {
-    /// Its value comes from the arm.
+    /// The value comes from the arm while it runs.
     Sensor,
-    /// Its value comes from the clock.
+    /// The value comes from the clock or from chance.
     Clock,
-    /// It is for the M1.
+    /// A block for the M1.
     OtherArm,
-    /// It is of DobotLab.
+    /// A block of DobotLab.
     Lab,
-    /// It is for a MagicBox, or what is plugged into one.
+    /// A block for a MagicBox or one of its modules.
     MagicBox,
 }
 
@@ -64,7 +64,7 @@ fn reason(kind: &str) -> Option<Reason> {
     (has("_get") || has("getpose")).then_some(Reason::Sensor)
 }
 
-/// Why this block cannot be in a plan.
+/// Returns the diagnostic for a block that cannot be in a plan.
 pub(super) fn diagnostic(block: &Block) -> Diagnostic {
     let kind = block.kind.as_str();
     let (why, help) = match reason(kind) {

@@ -1,5 +1,4 @@
-//! Where the robot's own blocks have the arm go. Fields, units and the numbers for what is missing are those of the blocks in
-//! DobotStudio 1.9.
+//! Motion blocks of the robot. Fields, units and defaults are those of DobotStudio 1.9.
 
 use magician_protocol::commands::PtpWithLCmd;
 use magician_protocol::{PtpMode, Set};
@@ -10,7 +9,7 @@ use crate::{Action, Diagnostic, Travel};
 
 pub(super) const JOINT_ANGLE: &str = "dobot_get_joint_angle";
 
-/// One block under way.
+/// Execution of one block.
 pub(super) struct Call<'m, 't> {
     pub(super) machine: &'m mut Machine<'t>,
     index: usize,
@@ -19,7 +18,7 @@ pub(super) struct Call<'m, 't> {
 }
 
 impl<'t> Machine<'t> {
-    /// Does what a robot's block says.
+    /// Executes a block of the robot.
     pub(super) fn robot(
         &mut self,
         index: usize,
@@ -46,7 +45,7 @@ impl<'t> Machine<'t> {
         Ok(())
     }
 
-    /// What a block reads of the arm's place, as far as the blocks before it tell.
+    /// Returns the coordinate or joint angle that a block reads, if earlier blocks determine it.
     pub(super) fn reading(
         &mut self,
         index: usize,
@@ -99,7 +98,7 @@ impl Call<'_, '_> {
         self.machine.number(index, block, names, otherwise, depth)
     }
 
-    /// As the wire has it.
+    /// Returns a number as f32, as on the wire.
     pub(super) fn single(
         &mut self,
         names: &[&'static str],
@@ -110,7 +109,7 @@ impl Call<'_, '_> {
         fit(self.block, name, number)
     }
 
-    /// One of a few whole numbers, in a field of the block.
+    /// Returns one of a few whole numbers from a field.
     pub(super) fn choice(
         &mut self,
         name: &'static str,
@@ -156,7 +155,7 @@ impl Call<'_, '_> {
         Ok([x, y, z].map(f64::from))
     }
 
-    /// A line keeps r, a jump has r = 0.
+    /// Moves to coordinates. A line keeps r; a jump has r = 0.
     fn go(&mut self, by: Travel) -> Result<(), Diagnostic> {
         let [x, y, z] = self.place(208.0)?;
         let r = match (by, self.machine.course.r) {
@@ -187,7 +186,8 @@ impl Call<'_, '_> {
         Ok(())
     }
 
-    /// The studio turns J4 to the number and leaves the other joints: the same place, with r = J1 + J4.
+    /// Turns the tool. The studio moves only J4 to the angle, so the position stays and r = J1 +
+    /// J4.
     fn turn(&mut self) -> Result<(), Diagnostic> {
         let j4 = self.number(&["R"], 0.0)?;
         let course = &self.machine.course;
@@ -208,7 +208,7 @@ impl Call<'_, '_> {
         Ok(())
     }
 
-    /// J4 stays as it is.
+    /// Moves to joint angles. J4 stays.
     fn bend(&mut self) -> Result<(), Diagnostic> {
         let j1 = self.number(&["Joint1"], 0.0)?;
         let j2 = self.number(&["Joint2"], 0.0)?;
@@ -221,7 +221,7 @@ impl Call<'_, '_> {
         self.joints([j1, j2, j3, j4])
     }
 
-    /// The arm keeps its place, the carriage moves.
+    /// Moves the rail. The arm keeps its pose.
     fn slide(&mut self) -> Result<(), Diagnostic> {
         let l = self.single(&["L"], 0.0)?;
         let course = &self.machine.course;

@@ -1,4 +1,4 @@
-//! What the robot's own blocks set and switch: speeds, tools, pins, motors, sensors.
+//! Setting and switching blocks of the robot: speeds, tools, pins, motors, sensors.
 
 use magician_host::build;
 use magician_motion::ToolBias;
@@ -9,13 +9,13 @@ use super::refused;
 use super::robot::Call;
 use crate::{Action, Diagnostic, Grip, Tool};
 
-/// Pulses by which the studio has the belt go 1 mm. The belt goes about 1.9 mm by them (model section 13).
+/// Pulses per mm of belt in the studio. In fact the belt moves about 1.9 mm (model section 13).
 const STUDIO_PULSES_PER_MM: f64 = 32_000.0 / (36.0 * std::f64::consts::PI);
-/// Beyond it the arm reads a rate as another one (errata E41), pulses/s.
+/// Fastest rate of a motor, pulses/s. Beyond it the arm misreads the number (errata E41).
 const FASTEST_PULSES: f64 = 1e6;
 
 impl Call<'_, '_> {
-    /// Sets what a block that goes nowhere says.
+    /// Executes a block that does not move the arm.
     pub(super) fn setting(&mut self) -> Result<(), Diagnostic> {
         let action = match self.block.kind.as_str() {
             "dobot_selectendtype" => return self.select_tool(),
@@ -34,7 +34,7 @@ impl Call<'_, '_> {
                 let [velocity, acceleration] = self.rates()?;
                 build::joint_speed([velocity; 4], [acceleration; 4]).into()
             }
-            // The studio has it with this spelling.
+            // The studio misspells this block type.
             "dobot_setptpoordinateparams" | "dobot_setptpcoordinateparams" => {
                 let [velocity, acceleration] = self.rates()?;
                 let params = PtpCoordinateParams {
@@ -68,7 +68,8 @@ impl Call<'_, '_> {
         Ok([velocity, acceleration])
     }
 
-    /// The block says the tool by how far it stands out; the gripper, as far out as the suction cup, has a digit more.
+    /// Selects a tool. The block identifies it by its length; the gripper is as long as the suction
+    /// cup and has an additional digit.
     fn select_tool(&mut self) -> Result<(), Diagnostic> {
         let out = self.number(&["type"], 59.7)?;
         let tools = [
@@ -109,7 +110,7 @@ impl Call<'_, '_> {
         Ok(())
     }
 
-    /// What is beside the arm: pins, motors, sensors, the rail.
+    /// Executes blocks for pins, motors, sensors and the rail.
     fn beside(&mut self) -> Result<(), Diagnostic> {
         let action: Action = match self.block.kind.as_str() {
             "dobot_setiomultiplexing" => {
@@ -211,7 +212,7 @@ impl Call<'_, '_> {
         })
     }
 
-    /// It cannot be queued (document 1.18.1).
+    /// Notes the threshold of lost steps, which cannot be queued (document 1.18.1).
     fn lost_steps(&mut self) -> Result<(), Diagnostic> {
         let value = self.single(&["threshold"], 0.5)?;
         let name = Set::from(LostStepParams { value }).row().set_name;

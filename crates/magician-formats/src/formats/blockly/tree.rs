@@ -1,15 +1,15 @@
-//! The blocks of a workspace, taken out of their XML.
+//! Parsing of a workspace: blocks from XML.
 
 use roxmltree::Node;
 
 use crate::formats::xml;
 use crate::{Diagnostic, Lines, Origin};
 
-/// All blocks of a workspace. They name each other by their index.
+/// Blocks of a workspace. They refer to each other by index.
 #[derive(Debug, Default)]
 pub(super) struct Tree {
     pub(super) blocks: Vec<Block>,
-    /// Blocks that no other is before or around, in the order in which they run.
+    /// Top-level blocks in execution order.
     pub(super) tops: Vec<usize>,
 }
 
@@ -17,11 +17,11 @@ pub(super) struct Tree {
 pub(super) struct Block {
     pub(super) kind: String,
     pub(super) id: String,
-    /// Its first tag.
+    /// Place of its start tag.
     pub(super) origin: Origin,
     pub(super) disabled: bool,
     fields: Vec<(String, String)>,
-    /// What hangs in its inputs, values and statements.
+    /// Blocks in its value and statement inputs.
     inputs: Vec<(String, usize)>,
     pub(super) next: Option<usize>,
     at: [f64; 2],
@@ -40,7 +40,7 @@ impl Block {
         found.map(|(_, block)| *block)
     }
 
-    /// The numbers N of inputs that are called by one of these prefixes and N, in their order.
+    /// Returns the sorted numbers N of inputs named by one of these prefixes followed by N.
     pub(super) fn numbered_inputs(&self, prefixes: [&str; 2]) -> Vec<u32> {
         let number = |name: &str| {
             let mut rest = prefixes
@@ -56,7 +56,7 @@ impl Block {
         numbers
     }
 
-    /// What it is called in messages.
+    /// Name in messages: its id, or its kind.
     pub(super) fn name(&self) -> &str {
         if self.id.is_empty() {
             &self.kind
@@ -70,7 +70,7 @@ impl Block {
     }
 }
 
-/// Where a block hangs.
+/// Attachment of a block.
 #[derive(Clone, Copy)]
 enum Hook<'a> {
     Top,
@@ -93,7 +93,8 @@ impl Tree {
         let mut tree = Self::default();
         let mut open: Vec<_> = blocks_in(root).map(|node| (node, Hook::Top)).collect();
         open.reverse();
-        // A list of what is still to do, as chains of blocks nest as deep as they are long.
+        // An explicit stack instead of recursion, because chains of blocks nest as deep as they are
+        // long.
         while let Some((node, hook)) = open.pop() {
             let index = tree.blocks.len();
             tree.blocks.push(block(node, start_of(node, text, &lines)));
@@ -142,16 +143,18 @@ impl Tree {
                 }
                 "value" | "statement" => Hook::In(index, name),
                 "next" => Hook::After(index),
+                // Comments, mutations and positions have no effect on the program.
                 _ => continue,
             };
-            // A block in a value takes the place of its shadow.
+            // A block in a value input replaces its shadow.
             let shadow = || xml::elements(child).find(|node| node.tag_name().name() == "shadow");
             let inner = blocks_in(child).next().or_else(shadow);
             open.extend(inner.map(|node| (node, hook)));
         }
     }
 
-    /// As Blockly does it: stacks from the top to the bottom of the workspace, those that begin at one height from the left.
+    /// Sorts stacks as Blockly does: from top to bottom, at equal heights from the left. A slope of
+    /// 3 degrees breaks ties.
     fn order(&mut self) {
         let slope = libm::sin(3.0_f64.to_radians());
         let height = |index: &usize| {
@@ -170,7 +173,7 @@ fn blocks_in<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
 
 fn start_of(node: Node<'_, '_>, text: &str, lines: &Lines<'_>) -> Origin {
     let whole = node.range();
-    // An id may have `>` in it, so the tag ends after its last attribute.
+    // An id may contain `>`, so search behind the last attribute.
     let last = node
         .attributes()
         .map(|attribute| attribute.range().end)

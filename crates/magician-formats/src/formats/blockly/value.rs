@@ -1,6 +1,6 @@
-//! Values, and what is computed with them; as the Python that the studio makes of the blocks.
+//! Values of blocks and their arithmetic, as in the Python that the studio generates.
 
-/// What a block gives.
+/// Value of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum BlockValue {
     Number(f64),
@@ -9,7 +9,7 @@ pub(super) enum BlockValue {
 }
 
 impl BlockValue {
-    /// A truth counts as 1 or 0.
+    /// Returns the number; a boolean counts as 1 or 0. `None` for text.
     pub(super) fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -66,7 +66,7 @@ pub(super) fn arithmetic(operator: &str, a: f64, b: f64) -> Option<f64> {
     })
 }
 
-/// Functions of one number; angles are degrees.
+/// Applies a function of one number; angles are in degrees.
 pub(super) fn function(operator: &str, a: f64) -> Option<f64> {
     Some(match operator {
         "ROOT" => a.sqrt(),
@@ -89,7 +89,7 @@ pub(super) fn function(operator: &str, a: f64) -> Option<f64> {
     })
 }
 
-/// What is left has the sign of the divisor.
+/// Remainder with the sign of the divisor, as in Python.
 pub(super) fn modulo(a: f64, b: f64) -> f64 {
     let left = a % b;
     if left != 0.0 && (left < 0.0) != (b < 0.0) {

@@ -1,22 +1,25 @@
-//! The signs of an HPGL plot, and what plotters and printers are told around its instructions.
+//! Scanner for HPGL plots, and the escape sequences for plotters and printers around the
+//! instructions.
 
-/// What ends a label unless DT says otherwise.
+/// Default terminator of a label (ETX). The instruction DT changes it.
 pub(in crate::formats) const END_OF_TEXT: u8 = 3;
+/// Escape character, which starts a sequence for the device.
 pub(in crate::formats) const ESCAPE: u8 = 27;
 
-/// A text without what plotters and printers are told before a plot.
+/// Skips the escape sequences before a plot.
 pub(super) fn without_escapes(text: &str) -> &str {
     let mut scan = Scanner::new(text);
     scan.begin();
     text.get(scan.at..).unwrap_or_default()
 }
 
-/// Goes through a plot. Escape sequences, which talk to the plotter itself, are passed over.
+/// Cursor over a plot. It skips escape sequences, which address the device and not the plot.
 #[derive(Debug)]
 pub(in crate::formats) struct Scanner<'t> {
     pub(in crate::formats) text: &'t str,
     pub(in crate::formats) at: usize,
-    /// Whether another plot may begin within what a printer is told: what was looked for in vain is not looked for again.
+    /// False once a search for a further plot found none, so that the search is not repeated for
+    /// each sequence.
     more_plots: bool,
 }
 
@@ -45,20 +48,21 @@ impl<'t> Scanner<'t> {
         Some(byte)
     }
 
-    /// The first byte of the next instruction.
+    /// Moves to the next instruction and returns its first byte; `None` at the end.
     pub(in crate::formats) fn begin(&mut self) -> Option<u8> {
         loop {
             self.skip(is_between);
             match self.peek()? {
                 ESCAPE => self.escape(),
-                // A line for the printer around the plot.
+                // Printer job language (PJL) around the plot.
                 b'@' => self.line_for_the_printer(),
                 byte => return Some(byte),
             }
         }
     }
 
-    /// `@PJL ENTER LANGUAGE=HPGL2` and its like.
+    /// Skips a PJL line such as `@PJL ENTER LANGUAGE=HPGL2`. After a switch to PCL, skips to the
+    /// next plot.
     fn line_for_the_printer(&mut self) {
         let start = self.at;
         self.skip(|byte| byte != b'\n');
@@ -70,7 +74,8 @@ impl<'t> Scanner<'t> {
         }
     }
 
-    /// What a printer is told is passed over, as far as the plot within it: `ESC % number B` begins one.
+    /// Skips printer data up to the next plot within it, which begins with `ESC % number B`.
+    /// Returns false if there is none.
     fn skip_to_plot(&mut self) -> bool {
         if !self.more_plots {
             return false;
@@ -89,8 +94,11 @@ impl<'t> Scanner<'t> {
         self.more_plots
     }
 
-    /// `ESC . letter numbers :` of plotters, or `ESC % number letter` and its like of printers. `ESC % number A` ends a plot
-    /// within what a printer is told, and so does `ESC E` where another one follows.
+    /// Skips an escape sequence: `ESC . letter numbers :` of plotters, or `ESC % number letter` and
+    /// similar ones of printers.
+    ///
+    /// `ESC % number A` ends a plot within printer data, and so does `ESC E` if another plot
+    /// follows.
     fn escape(&mut self) {
         let start = self.at;
         self.at += 1;

@@ -1,19 +1,19 @@
-//! What lists of points look like: which columns name what, and what is between the numbers.
+//! Syntax of point lists: column names, separators and numbers.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// What a recording as MCAP begins with.
+/// Magic bytes of an MCAP recording.
 pub(in crate::formats) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// Between cells, the usual one first.
+/// Separators of cells, the most common first.
 const BETWEEN: [char; 3] = [',', ';', '\t'];
 
-/// Whether bytes, of which this is the head, are a recording that is no text.
+/// True if a file with this head is a binary recording.
 pub(super) fn is_recording(head: &[u8]) -> bool {
     head.starts_with(MAGIC)
 }
 
-/// Whether a text, of which this is the head, is a list of points.
+/// True if a text with this head is a list of points.
 pub(super) fn is_one(text: &str) -> bool {
     if text.starts_with('{') {
         is_json(text)
@@ -22,7 +22,7 @@ pub(super) fn is_one(text: &str) -> bool {
     }
 }
 
-/// Whether the first line of a CSV file names x, y and z.
+/// True if the first line of a CSV file names x, y and z.
 fn is_csv(text: &str) -> bool {
     let Some((_, first)) = lines(text).next() else {
         return false;
@@ -33,15 +33,16 @@ fn is_csv(text: &str) -> bool {
     (0..3).all(|axis| fields.contains(&Field::Place(axis)))
 }
 
-/// Whether a text is strokes: its first line has three numbers, and its second, if there is one.
+/// True if a text consists of strokes: its first line has three numbers, and its second line too if
+/// it exists.
 pub(in crate::formats) fn is_strokes(text: &str) -> bool {
-    // The head of a file may end within a line.
+    // Two lines are enough, and the head of a file may end within a later one.
     let whole = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let mut few = whole.take(2).peekable();
     few.peek().is_some() && few.all(|line| numbers(line).is_some())
 }
 
-/// Whether the head of a JSON text has rows.
+/// True if the head of a JSON text contains rows (`"row0"` and so on).
 fn is_json(text: &str) -> bool {
     let row = |at: usize| {
         text.get(at + 4..)?
@@ -53,32 +54,32 @@ fn is_json(text: &str) -> bool {
         .any(|(at, _)| row(at) == Some(true))
 }
 
-/// What a column or a member says.
+/// Meaning of a column or a member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::formats) enum Field {
-    /// x, y, z, r: 0 to 3.
+    /// Axis of the position x, y, z, r: 0 to 3.
     Place(usize),
-    /// Where an arc ends.
+    /// Axis of the end of an arc: 0 to 3.
     End(usize),
     Style,
     Name,
     Pause,
     Gripper,
     Suction,
-    /// Not what it is called.
+    /// Speed or acceleration, which is ignored with a note.
     Speed,
-    /// Of a recording: when, s.
+    /// Time of a reading, s (recordings).
     Time,
-    /// Of a recording: the angle of J4.
+    /// Angle of J4, deg (recordings).
     J4,
-    /// Where the carriage on the rail is, mm.
+    /// Position of the rail's carriage, mm.
     Rail,
-    /// Of no use here.
+    /// Known and ignored.
     Idle,
 }
 
 impl Field {
-    /// By its name, whatever its case and with or without a unit behind it.
+    /// Finds the field of a column name, ignoring case and a unit in brackets.
     pub(in crate::formats) fn named(name: &str) -> Option<Self> {
         let name = name.split(['(', '[']).next().unwrap_or(name);
         let plain = name.trim().to_ascii_lowercase().replace([' ', '-'], "");
@@ -107,7 +108,7 @@ impl Field {
     }
 }
 
-/// The lines with something in them, and where they begin.
+/// Iterates over lines that are neither empty nor comments, with their byte offsets.
 pub(in crate::formats) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut at = 0;
     let lines = text.split_inclusive('\n').map(move |line| {
@@ -118,15 +119,15 @@ pub(in crate::formats) fn lines(text: &str) -> impl Iterator<Item = (usize, &str
     lines.filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
 }
 
-/// What is between the cells of a header.
+/// Returns the separator that occurs most often in a header.
 pub(in crate::formats) fn between(header: &str) -> char {
     let count = |sign: &char| header.matches(*sign).count();
     let most = BETWEEN.into_iter().rev().max_by_key(count);
     most.unwrap_or(',')
 }
 
-/// The cells of a line that begins there in the text, with where they stand. A cell in quotes may have anything in it but the
-/// end of the line.
+/// Iterates over the cells of a line with their byte ranges in the text; the line begins at
+/// `start`. A quoted cell may contain separators, but not a line end.
 pub(in crate::formats) fn cells(
     line: &str,
     start: usize,
@@ -161,14 +162,14 @@ fn unquoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// Three numbers with commas, semicolons or space between them.
+/// Parses three numbers separated by commas, semicolons or blanks.
 pub(in crate::formats) fn numbers(line: &str) -> Option<[f32; 3]> {
     let words = line.split([',', ';']).flat_map(str::split_whitespace);
     let numbers: Option<Vec<f32>> = words.take(4).map(number).collect();
     numbers?.try_into().ok()
 }
 
-/// A number that an arm can use.
+/// Parses a finite number.
 pub(in crate::formats) fn number(text: &str) -> Option<f32> {
     let plain = text.parse().ok();
     let value = plain.or_else(|| Some(crate::encoding::number(text)? as f32));

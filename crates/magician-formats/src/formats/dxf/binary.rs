@@ -1,4 +1,4 @@
-//! Binary DXF, written out as text: the same pairs.
+//! Conversion of binary DXF to text with the same pairs.
 
 use std::fmt::Write;
 
@@ -6,12 +6,13 @@ use crate::Diagnostic;
 
 const SENTINEL: &[u8] = b"AutoCAD Binary DXF\r\n\x1A\0";
 
-/// The text of a binary file; nothing if it is none.
+/// Converts a binary file to text; `None` if the file is not binary.
 pub(super) fn to_text(bytes: &[u8]) -> Result<Option<String>, Diagnostic> {
     let Some(rest) = bytes.strip_prefix(SENTINEL) else {
         return Ok(None);
     };
-    // The first code is 0, in one byte up to release 12 and in two since. A letter follows.
+    // The first code is 0, stored in one byte up to release 12 and in two since. The next byte is a
+    // letter of `SECTION` or the high byte.
     let wide = rest.get(1) == Some(&0);
     let mut reader = Reader { rest };
     let mut text = String::new();
@@ -57,7 +58,7 @@ impl<'b> Reader<'b> {
             }
             _ => {
                 let value = String::from_utf8_lossy(self.string()?);
-                // One line: what would be another pair is none.
+                // A line end within a value would start another pair.
                 writeln!(text, "{}", value.replace(['\r', '\n'], " "))
             }
         };

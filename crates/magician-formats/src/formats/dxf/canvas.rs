@@ -1,4 +1,8 @@
-//! The way through a drawing: entities and what they insert, and what is left out.
+//! Walk over the entities of a drawing and the blocks that they insert, and collection of the
+//! result.
+//!
+//! Blocks may insert blocks, so the work is bounded: by depth, by the number of pairs read
+//! including repetitions, and by the number of points.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -19,23 +23,25 @@ use crate::formats::{Chords, Fills, ReadOptions};
 use crate::lettering::{Glyph, Lettering};
 use crate::{Artwork, Color, Diagnostic, DiagnosticCode, FilledArea, Origin, Stroke};
 
-/// Points of all lines together, at most.
+/// Largest number of points of all lines. It bounds memory.
 pub(super) const MOST_POINTS: usize = 2_000_000;
-/// Pairs that are read to draw, those of blocks as often as they are inserted, at most.
+/// Largest number of pairs to read, counting those of blocks once per insertion. It bounds time for
+/// nested blocks.
 const MOST_PAIRS: usize = 5_000_000;
-/// As deep blocks may be nested.
+/// Largest nesting depth of blocks. It protects the stack; real drawings nest a few levels.
 const MOST_DEPTH: usize = 32;
-/// Notes, at most.
+/// Largest number of notes. A choice: a user does not read more.
 const MOST_NOTES: usize = 50;
+/// Reason why an entity in paper space is not drawn.
 const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
 
-/// What is drawn, as far as it is.
+/// Lines and areas collected so far.
 pub(super) struct Canvas<'p> {
     drawing: &'p Drawing<'p>,
-    /// How far a line may be from its curve.
+    /// Tolerance of curves.
     pub(super) chords: &'p Chords,
     options: &'p ReadOptions,
-    /// Whether what lies on the sheet of a layout is drawn instead of the drawing; whether there is anything.
+    /// True if paper space (the sheet of a layout) is drawn instead of model space.
     on_sheet: bool,
     pub(super) has_sheet: bool,
     strokes: Vec<Stroke>,
@@ -43,30 +49,30 @@ pub(super) struct Canvas<'p> {
     letters: Vec<Stroke>,
     areas: Vec<FilledArea>,
     names: Vec<String>,
-    /// The font, once there is a text; and which characters it lacks.
+    /// Font, loaded at the first text.
     lettering: Option<Lettering>,
     missing: Vec<(char, Diagnostic)>,
-    /// What is drawn has to be inside each of these.
+    /// Clip boundaries of the enclosing blocks.
     clips: Vec<Clip>,
     colors: Vec<Color>,
-    /// Where in the names each layer is.
+    /// Index of each layer's name.
     layers: HashMap<&'p str, usize>,
-    /// Why what kind was left out, how often, and where first.
+    /// Entities left out, by kind and reason: number and first place.
     left_out: HashMap<(&'p str, String), (usize, Origin)>,
-    /// How many entities have heights that are lost, and where the first is.
+    /// Number of entities whose heights are lost, and the place of the first.
     flattened: Option<(usize, Origin)>,
     points: usize,
     pairs: usize,
 }
 
-/// Where entities come to lie, and what they inherit.
+/// Transform of entities, and what they inherit from the blocks around them.
 #[derive(Clone)]
 pub(super) struct InsertContext<'p> {
-    /// From their coordinates to mm.
+    /// Transform from their coordinates to mm.
     pub(super) map: Affine,
-    /// The layer that layer 0 stands for within a block.
+    /// Layer that replaces layer 0 within a block.
     layer: Option<&'p str>,
-    /// The blocks that they are in.
+    /// Names of the enclosing blocks.
     blocks: Vec<&'p str>,
 }
 
@@ -104,7 +110,7 @@ impl<'p> Canvas<'p> {
         }
     }
 
-    /// The sheet of the layout, which some programs draw on alone.
+    /// Creates a canvas for paper space, because some programs draw only there.
     pub(super) fn of_sheet(
         drawing: &'p Drawing<'p>,
         options: &'p ReadOptions,
@@ -120,7 +126,7 @@ impl<'p> Canvas<'p> {
         self.strokes.is_empty() && self.letters.is_empty() && self.areas.is_empty()
     }
 
-    /// Draws everything.
+    /// Draws the whole drawing.
     pub(super) fn draw(&mut self) -> Result<(), Diagnostic> {
         let place = InsertContext {
             map: Affine::scale(self.drawing.unit.unwrap_or(1.0)),
@@ -130,7 +136,8 @@ impl<'p> Canvas<'p> {
         self.records(self.drawing.entities.clone(), &place)
     }
 
-    /// What was drawn, its lines joined where they meet, and the notes in the order of the file.
+    /// Returns the artwork, with lines joined where they meet, and the notes in the order of the
+    /// file.
     pub(super) fn finish(self) -> (Artwork, Vec<Diagnostic>) {
         let left_out = self.left_out.into_iter();
         let mut notes: Vec<Diagnostic> = left_out
@@ -143,6 +150,7 @@ impl<'p> Canvas<'p> {
                 Diagnostic::new(origin, what).coded(DiagnosticCode::LeftOut)
             })
             .collect();
+        // Hash maps have no order, and notes shall appear in that of the file.
         notes.sort_by(|one, other| {
             (one.origin, one.message.as_str()).cmp(&(other.origin, other.message.as_str()))
         });
@@ -169,6 +177,7 @@ impl<'p> Canvas<'p> {
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
         notes.extend(self.missing.into_iter().map(|(_, note)| note));
+        // Letters are added after joining, so that their lines are not joined to the drawing's.
         let mut strokes = joined(self.strokes);
         strokes.extend(self.letters);
         let layers = self.names.iter().map(|name| Layer {
@@ -224,6 +233,7 @@ impl<'p> Canvas<'p> {
         if record.integer(60)? == 1 {
             return self.leave_out(record, "it is invisible");
         }
+        // Code 67 marks entities in paper space. Those of a block belong wherever it is inserted.
         if !place.is_in_block() && (record.integer(67)? == 1) != self.on_sheet {
             if self.on_sheet {
                 return Ok(());
@@ -258,7 +268,7 @@ impl<'p> Canvas<'p> {
         }
     }
 
-    /// Notes that something is not drawn.
+    /// Notes that an entity is not drawn.
     pub(super) fn leave_out(
         &mut self,
         record: &Record<'p>,
@@ -272,13 +282,14 @@ impl<'p> Canvas<'p> {
         Ok(())
     }
 
-    /// Notes that an entity is drawn as if it lay flat.
+    /// Notes that an entity is drawn as if it were flat.
     pub(super) fn flattened(&mut self, record: &Record<'p>) {
         let (count, _) = self.flattened.get_or_insert((0, record.origin));
         *count += 1;
     }
 
-    /// The block that an entity names, if it can be drawn within the blocks that it is in.
+    /// Returns the block that an entity names. `None`, with a note, if it is missing, contains
+    /// itself or is nested too deep.
     fn block_of(
         &mut self,
         record: &'p Record<'p>,
@@ -302,7 +313,7 @@ impl<'p> Canvas<'p> {
         Ok(Some((block, [place.blocks.as_slice(), &[name]].concat())))
     }
 
-    /// Draws what an entity looks like, which is in a block of its own: a dimension, a table.
+    /// Draws an entity whose appearance is stored in a block of its own: a dimension or a table.
     fn picture(
         &mut self,
         record: &'p Record<'p>,
@@ -322,7 +333,7 @@ impl<'p> Canvas<'p> {
         self.records(block.records.clone(), &inner)
     }
 
-    /// Draws a block, once or in rows and columns.
+    /// Draws a block once, or in rows and columns.
     fn insert(
         &mut self,
         record: &'p Record<'p>,
@@ -341,6 +352,8 @@ impl<'p> Canvas<'p> {
         let spot = place.map * entity::plane(record, z)? * Affine::translate((x, y)) * turn;
         for row in 0..rows {
             for column in 0..columns {
+                // Counted per cell, because an empty block in a huge array would never reach the
+                // limit.
                 self.count(record)?;
                 let cell = Affine::translate((column as f64 * across, row as f64 * up));
                 let from_base = Affine::translate((-block.base[0], -block.base[1]));
@@ -372,7 +385,7 @@ impl<'p> Canvas<'p> {
         Ok(())
     }
 
-    /// Adds a filled shape: as an area where those are asked for, else its outline.
+    /// Adds a filled shape: as an area on request, else as its outline.
     pub(super) fn area(
         &mut self,
         rings: Vec<Vec<Point>>,
@@ -408,17 +421,18 @@ impl<'p> Canvas<'p> {
         }
     }
 
-    /// A style of texts.
+    /// Returns a text style.
     pub(super) fn style(&self, name: Option<&str>) -> TextStyle {
         self.drawing.style(name.unwrap_or("STANDARD"))
     }
 
-    /// How long arrows are in a style of dimensions.
+    /// Length of arrows in a dimension style.
     pub(super) fn arrow_size(&self, style: Option<&str>) -> f64 {
         self.drawing.arrow(style.unwrap_or("STANDARD"))
     }
 
-    /// A character whose capitals are so high, in units of the drawing; none if no font has it, which is noted.
+    /// Returns a character with capitals of `size` units of the drawing. `None`, with a note, if no
+    /// font has it.
     pub(super) fn glyph(
         &mut self,
         character: char,
@@ -440,7 +454,7 @@ impl<'p> Canvas<'p> {
         Ok(glyph)
     }
 
-    /// Adds what of a line through points in mm is within the limits of the blocks that it is in.
+    /// Adds a line through points in mm, clipped to the boundaries of the enclosing blocks.
     pub(super) fn stroke(
         &mut self,
         points: Vec<Point>,
@@ -469,7 +483,7 @@ impl<'p> Canvas<'p> {
         Ok(())
     }
 
-    /// Points that follow one another in one place are one.
+    /// Checks points, merges consecutive equal ones, and counts them.
     fn points(
         &mut self,
         points: Vec<Point>,
@@ -491,7 +505,7 @@ impl<'p> Canvas<'p> {
         Ok(points)
     }
 
-    /// Where an entity is, with the name of its layer, and what it belongs to.
+    /// Returns the place of an entity with the name of its layer, and its style.
     fn named(&mut self, record: &Record<'p>, layer: &'p str) -> (Origin, Style) {
         let index = *self.layers.entry(layer).or_insert_with(|| {
             self.names.push(layer.to_owned());
@@ -505,14 +519,14 @@ impl<'p> Canvas<'p> {
         (record.origin.named(index), style)
     }
 
-    /// The place of a line's colour in the list, from 1; 0 without one.
+    /// Index of an entity's colour from 1; 0 if it has none.
     fn color(&mut self, record: &Record<'p>, layer: &str) -> u32 {
         let own = color::of(record);
         let color = own.unwrap_or_else(|| self.drawing.color(layer));
         color.map_or(0, |color| numbered(&mut self.colors, &color))
     }
 
-    /// As many points may still be added.
+    /// Number of points that may still be added.
     pub(super) fn room(&self) -> usize {
         MOST_POINTS.saturating_sub(self.points)
     }

@@ -1,9 +1,9 @@
-//! Colours of entities and layers: AutoCAD's 255, and true ones.
+//! Colours of entities and layers: the AutoCAD Color Index and true colours.
 
 use super::pairs::Record;
 use crate::Color;
 
-/// The first nine, which have names (AutoCAD Color Index).
+/// Colours 1 to 9 of the index, which have names.
 const FIRST: [[u8; 3]; 9] = [
     [255, 0, 0],
     [255, 255, 0],
@@ -11,24 +11,25 @@ const FIRST: [[u8; 3]; 9] = [
     [0, 255, 255],
     [0, 0, 255],
     [255, 0, 255],
-    // White on a dark screen, black on paper.
+    // Colour 7 is white on a dark screen and black on paper.
     [0, 0, 0],
     [128, 128, 128],
     [192, 192, 192],
 ];
-/// The greys from 250.
+/// Greys from 250.
 const GREYS: [u8; 6] = [51, 91, 132, 173, 214, 255];
-/// How bright the ten of a hue are, two by two, of 255.
+/// Brightness of the ten shades of a hue in pairs, 0 to 255.
 const BRIGHT: [f64; 5] = [255.0, 165.0, 127.0, 76.0, 38.0];
 
-/// The colour that a record says: none where it has that of its layer, none in it where its number is no colour.
+/// Returns the colour of a record. `None` if it takes the colour of its layer; `Some(None)` if its
+/// number is not a colour.
 pub(super) fn of(record: &Record<'_>) -> Option<Option<Color>> {
     let number = |code| record.text(code)?.trim().parse::<i64>().ok();
     if let Some(rgb) = number(420) {
         let [.., red, green, blue] = rgb.to_be_bytes();
         return Some(Some(Color([red, green, blue])));
     }
-    // A layer that is off has its number below 0.
+    // The number is negative if the layer is off.
     match number(62)?.unsigned_abs() {
         256 => None,
         index => Some(indexed(index)),
@@ -44,7 +45,7 @@ fn indexed(index: u64) -> Option<Color> {
             let hue = (index / 10 - 1) as f64 * 15.0;
             let bright = *BRIGHT.get(index % 10 / 2)?;
             let pale = if index % 2 == 1 { 0.5 } else { 0.0 };
-            // Each of the three is full within 60 degrees of its own hue, and gone beyond 120.
+            // A channel is full within 60 degrees of its own hue, and zero beyond 120.
             let channel = |own: f64| {
                 let off = ((hue - own).rem_euclid(360.0)).min((own - hue).rem_euclid(360.0));
                 let share = ((120.0 - off) / 60.0).clamp(0.0, 1.0);

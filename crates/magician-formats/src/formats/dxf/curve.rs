@@ -1,13 +1,14 @@
-//! Curves as lines of enough points.
+//! Flattening of circular and elliptic arcs.
 
 use kurbo::{Affine, Point, Vec2};
 
 use crate::formats::Chords;
 
-/// Pieces of one curve, at most.
+/// Largest number of chords per curve. It bounds memory for huge radii.
 const MOST_PIECES: f64 = 100_000.0;
 
-/// A part of an ellipse: `centre + cos t * one + sin t * other`, from one t on for a sweep, radians.
+/// An elliptic arc `centre + cos t * one + sin t * other`; t starts at `from` and covers `sweep`,
+/// radians.
 pub(super) struct Ellipse {
     pub(super) centre: Point,
     pub(super) one: Vec2,
@@ -17,7 +18,7 @@ pub(super) struct Ellipse {
 }
 
 impl Ellipse {
-    /// A circle, counter-clockwise, where a map takes it.
+    /// Creates a circular arc, counter-clockwise, after a transform.
     pub(super) fn circle(map: &Affine, centre: Point, radius: f64, from: f64, sweep: f64) -> Self {
         let whole = *map * centre;
         Self {
@@ -33,18 +34,19 @@ impl Ellipse {
         self.centre + self.one * libm::cos(t) + self.other * libm::sin(t)
     }
 
-    /// Its longer half axis.
+    /// Length of the longer semi-axis.
     fn radius(&self) -> f64 {
         let (one, other) = (self.one.hypot2(), self.other.hypot2());
         let half = (one - other) / 2.0;
         ((one + other) / 2.0 + libm::hypot(half, self.one.dot(self.other))).sqrt()
     }
 
-    /// Its points, both ends included, so that no chord is farther from it than they may be. A whole one ends with the very
-    /// point that it begins with.
+    /// Returns points along the arc, including both ends, so that chords stay within the tolerance.
+    /// A full ellipse ends exactly where it begins.
     pub(super) fn points(&self, chords: &Chords) -> Vec<Point> {
         let tolerance = chords.for_curve();
-        // A chord over an angle a of a circle is off by r (1 - cos(a / 2)), and an ellipse is a circle pressed flat.
+        // On a circle a chord over an angle a deviates by r (1 - cos(a / 2)). An ellipse is a
+        // squeezed circle, so the bound holds with its longer semi-axis.
         let step = 4.0 * libm::asin((tolerance / (2.0 * self.radius())).sqrt().min(0.19));
         let pieces = (self.sweep.abs() / step).ceil().clamp(1.0, MOST_PIECES);
         let mut points: Vec<Point> = (0..=pieces as u32)
@@ -59,11 +61,11 @@ impl Ellipse {
     }
 }
 
-/// An angle turned to one of 0 to below 2 pi, of which 0 means all around.
+/// Normalises the sweep between two angles to above 0 and up to 2 pi; equal angles are a full turn.
 pub(super) fn sweep(from: f64, to: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     let sweep = (to - from).rem_euclid(turn);
-    // Ends that are meant to be the same are all around, by however little they miss one another.
+    // Ends meant to be equal may differ by rounding.
     if sweep < 1e-9 || turn - sweep < 1e-9 {
         turn
     } else {
@@ -71,8 +73,8 @@ pub(super) fn sweep(from: f64, to: f64) -> f64 {
     }
 }
 
-/// A polyline's way from one vertex to the next: straight, or an arc whose bulge is the tangent of a quarter of its angle,
-/// above 0 to the left. Adds all points but the first.
+/// Adds a segment of a polyline except its first point: straight, or an arc. The bulge is the
+/// tangent of a quarter of the arc's angle, positive to the left.
 pub(super) fn bulge(
     points: &mut Vec<Point>,
     map: &Affine,

@@ -1,4 +1,4 @@
-//! What a DXF file says beside its entities: units, layers, blocks.
+//! Sections of a DXF file besides its entities: header, tables, objects, blocks.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -8,42 +8,42 @@ use super::pairs::Record;
 use super::text::Style;
 use crate::{Color, Diagnostic, Origin};
 
-/// A file, taken apart.
+/// A DXF file, split into its parts.
 pub(super) struct Drawing<'p> {
     pub(super) records: &'p [Record<'p>],
-    /// Which of them are drawn as they stand.
+    /// Records of the entities section.
     pub(super) entities: Range<usize>,
-    /// By their names in capitals.
+    /// Blocks by upper-case name. Names in DXF ignore case.
     pub(super) blocks: HashMap<String, Block>,
-    /// Layers that are not seen, by their names in capitals.
+    /// Invisible layers by upper-case name.
     hidden: HashMap<String, Hidden>,
-    /// Styles of texts, by their names in capitals.
+    /// Text styles by upper-case name.
     styles: HashMap<String, Style>,
-    /// How long the arrows of each style of dimensions are, and of the drawing, in its units.
+    /// Length of arrows by dimension style, and the default, in drawing units.
     arrows: HashMap<String, f64>,
     arrow: f64,
-    /// Objects that are no entities, by their handles in capitals.
+    /// Indices of non-graphical objects by upper-case handle.
     objects: HashMap<String, usize>,
-    /// The colours of layers, by their names in capitals.
+    /// Colours of layers by upper-case name.
     colors: HashMap<String, Color>,
-    /// How many mm a unit is, where the file says so.
+    /// Size of a drawing unit, mm; `None` if the file gives none.
     pub(super) unit: Option<f64>,
-    /// Where it ends, if it does not say that it ends there.
+    /// Place of the last record if the end marker is missing.
     pub(super) cut: Option<Origin>,
 }
 
-/// Entities that are drawn wherever they are inserted.
+/// A block: entities drawn wherever it is inserted.
 pub(super) struct Block {
     pub(super) base: [f64; 3],
     pub(super) records: Range<usize>,
 }
 
-/// Why a layer is not seen.
+/// Reason why a layer is invisible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Hidden {
-    /// It is off, or not plotted.
+    /// Off, or not plotted.
     Off,
-    /// It is frozen, and all that is inserted on it.
+    /// Frozen, which also hides everything inserted on it.
     Frozen,
 }
 
@@ -87,6 +87,7 @@ impl<'p> Drawing<'p> {
                 "OBJECTS" => drawing.objects(body),
                 "BLOCKS" => drawing.blocks(body)?,
                 "ENTITIES" => drawing.entities = body,
+                // Classes and thumbnails draw nothing.
                 _ => {}
             }
         }
@@ -98,33 +99,33 @@ impl<'p> Drawing<'p> {
         Ok(drawing)
     }
 
-    /// Why what is on a layer is not seen.
+    /// Returns why a layer is invisible; `None` if it is visible.
     pub(super) fn hides(&self, layer: &str) -> Option<Hidden> {
         let name = layer.to_uppercase();
-        // The layer of the points that dimensions are measured between is never plotted, whatever it says.
+        // The layer of the definition points of dimensions is never plotted, whatever its settings.
         let usual = (name == "DEFPOINTS").then_some(Hidden::Off);
         self.hidden.get(&name).copied().or(usual)
     }
 
-    /// A style of texts; a plain one if it is not known.
+    /// Returns a text style, or a plain one if it is unknown.
     pub(super) fn style(&self, name: &str) -> Style {
         let style = self.styles.get(&name.to_uppercase());
         style.copied().unwrap_or_default()
     }
 
-    /// How long arrows are in a style of dimensions.
+    /// Length of arrows in a dimension style.
     pub(super) fn arrow(&self, style: &str) -> f64 {
         let own = self.arrows.get(&style.to_uppercase());
         own.copied().unwrap_or(self.arrow)
     }
 
-    /// An object by its handle.
+    /// Returns an object by its handle.
     pub(super) fn object(&self, handle: &str) -> Option<&'p Record<'p>> {
         let at = self.objects.get(&handle.to_uppercase())?;
         self.records.get(*at)
     }
 
-    /// The colour of a layer, if it has one.
+    /// Returns the colour of a layer.
     pub(super) fn color(&self, layer: &str) -> Option<Color> {
         self.colors.get(&layer.to_uppercase()).copied()
     }
@@ -133,7 +134,7 @@ impl<'p> Drawing<'p> {
         self.blocks.get(&name.to_uppercase())
     }
 
-    /// Where the next record of a kind is, from here on.
+    /// Index of the next record of a kind, or the number of records.
     pub(super) fn find(&self, from: usize, kind: &str) -> usize {
         let rest = self.records.get(from..).unwrap_or_default();
         let found = rest.iter().position(|record| record.kind == kind);
@@ -222,10 +223,10 @@ impl<'p> Drawing<'p> {
     }
 }
 
-/// How long arrows are where the file says nothing of them, in its units.
+/// Default length of arrows, in drawing units: that of `$DIMASZ` in metric templates.
 const ARROW: f64 = 2.5;
 
-/// How long the arrows of dimensions are, by `$DIMASZ` and `$DIMSCALE`.
+/// Returns the length of arrows by `$DIMASZ` and `$DIMSCALE`.
 fn arrow(header: &Record<'_>) -> Result<f64, Diagnostic> {
     let value = |name: &str| {
         let mut pairs = header.pairs.iter();
@@ -237,7 +238,7 @@ fn arrow(header: &Record<'_>) -> Result<f64, Diagnostic> {
     Ok(size * scale.unwrap_or(1.0))
 }
 
-/// How many mm a drawing unit is, by `$INSUNITS`; nothing where it has none.
+/// Returns the size of a drawing unit by `$INSUNITS`, mm; `None` if the drawing is unitless.
 fn unit(header: &Record<'_>) -> Result<Option<f64>, Diagnostic> {
     let mut pairs = header.pairs.iter();
     if !pairs.any(|pair| (pair.code, pair.value) == (9, "$INSUNITS")) {

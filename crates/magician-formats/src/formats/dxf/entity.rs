@@ -1,4 +1,4 @@
-//! Entities as lines.
+//! Drawing of single entities.
 
 use kurbo::{Affine, Point, Vec2};
 
@@ -11,7 +11,7 @@ use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
 
-/// Draws one entity, or notes why not. The vertices are those of a POLYLINE.
+/// Draws an entity, or notes why not. `vertices` are those of a POLYLINE.
 pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
@@ -36,9 +36,10 @@ pub(super) fn draw<'p>(
         "SOLID" | "TRACE" => pen.solid(canvas),
         "3DFACE" => pen.face(canvas),
         "TEXT" => text::text(canvas, record, layer, place),
-        // Bit 1 hides it.
+        // Bit 1 hides an attribute.
         "ATTRIB" if record.integer(70)? & 1 == 0 => text::text(canvas, record, layer, place),
-        // In a block it stands for the texts of the inserts, if it is not the same for all.
+        // Within a block an attribute definition is a template for the texts of each insert, unless
+        // it is constant.
         "ATTDEF" if record.integer(70)? & 1 == 0 && !place.is_in_block() => {
             text::text(canvas, record, layer, place)
         }
@@ -51,8 +52,9 @@ pub(super) fn draw<'p>(
     }
 }
 
-/// From an entity's own plane, at this height above it, to the drawing seen from above: the plane is told by its normal, and
-/// turned about it by the arbitrary axis rule of the DXF Reference.
+/// Transform from an entity's own plane, at a height above it, to the drawing seen from above. The
+/// plane is given by its normal, and its x axis by the arbitrary axis algorithm of the DXF
+/// Reference.
 pub(super) fn plane(record: &Record<'_>, height: f64) -> Result<Affine, Diagnostic> {
     let normal = normal(record)?;
     let [nx, ny, nz] = normal;
@@ -75,7 +77,7 @@ fn normal(record: &Record<'_>) -> Result<[f64; 3], Diagnostic> {
     ]))
 }
 
-/// Of length 1; up if it has no direction.
+/// Normalises a vector; +z if it has no direction.
 fn unit(vector: [f64; 3]) -> [f64; 3] {
     let greatest = vector
         .iter()
@@ -88,7 +90,7 @@ fn unit(vector: [f64; 3]) -> [f64; 3] {
     [x / length, y / length, z / length]
 }
 
-/// What draws one entity.
+/// Draws one entity.
 struct Pen<'p> {
     record: &'p Record<'p>,
     layer: &'p str,
@@ -100,7 +102,7 @@ impl<'p> Pen<'p> {
         canvas.stroke(points, self.record, self.layer)
     }
 
-    /// Straight from point to point of the drawing, and back to the first if it is closed.
+    /// Draws a straight line through points of the drawing; a closed one returns to the first.
     fn line(&self, canvas: &mut Canvas<'p>, codes: &[i32], closed: bool) -> DrawResult {
         let mut points = Vec::new();
         for code in codes {
@@ -113,7 +115,7 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, points)
     }
 
-    /// A filled shape of three or four corners, which are told crosswise.
+    /// Draws a filled shape of three or four corners, which the file lists crosswise.
     fn solid(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let fourth = self.record.text(13).map_or(12, |_| 13);
         let mut points = Vec::new();
@@ -124,7 +126,7 @@ impl<'p> Pen<'p> {
         canvas.area(vec![points], self.record, self.layer)
     }
 
-    /// The edges of a face, without those that are said not to be seen.
+    /// Draws the edges of a face, except the invisible ones.
     fn face(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let unseen = self.record.integer(70)?;
         if unseen & 15 == 0 {
@@ -160,7 +162,7 @@ impl<'p> Pen<'p> {
         let from = self.record.number(41)?.unwrap_or(0.0);
         let to = self.record.number(42)?.unwrap_or(std::f64::consts::TAU);
         let [nx, ny, nz] = normal(self.record)?;
-        // Normal times major axis: the minor one, seen from above.
+        // The cross product of normal and major axis is the minor axis, seen from above.
         let minor = Vec2::new(ny * major_z - nz * major_y, nz * major_x - nx * major_z) * ratio;
         let middle = Point::new(x, y);
         let centre = self.map * middle;
@@ -201,7 +203,7 @@ impl<'p> Pen<'p> {
         let mut level = None;
         let mut flat = true;
         for vertex in vertices {
-            // The frame of a spline; its curve is beside it.
+            // A control vertex of a spline; the curve has vertices of its own.
             if vertex.integer(70)? & 16 != 0 {
                 continue;
             }
@@ -216,7 +218,7 @@ impl<'p> Pen<'p> {
         self.corners(canvas, &map, corners, closed)
     }
 
-    /// A line through corners, each with the bulge of the way to the next.
+    /// Draws a polyline; each corner has the bulge of the segment to the next.
     fn corners(
         &self,
         canvas: &mut Canvas<'p>,
@@ -242,13 +244,13 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, points)
     }
 
-    /// A spline that the file gives by the points that it goes through, and by its directions at both ends.
+    /// Returns the points of a spline given by fit points and end tangents.
     fn interpolated(&self, through: &[Point], tolerance: f64) -> Result<Vec<Point>, Diagnostic> {
         let direction = |code| -> Result<Option<Vec2>, Diagnostic> {
             match self.record.text(code) {
                 Some(_) => {
                     let [x, y, _] = self.record.point(code)?;
-                    // A direction turns with the drawing, and does not move.
+                    // A direction is rotated with the drawing, but not translated.
                     let way = self.map * Point::new(x, y) - self.map * Point::ORIGIN;
                     Ok(Some(way))
                 }
@@ -261,7 +263,7 @@ impl<'p> Pen<'p> {
     }
 
     fn spline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
-        // A helix is a spline, with its axis and turns behind it.
+        // A helix is stored as a spline, followed by its axis and turns.
         let record = self.record.until_class("AcDbHelix");
         let flat = |points: Vec<([f64; 3], f64)>| -> Vec<Point> {
             let points = points.into_iter();
@@ -287,7 +289,7 @@ impl<'p> Pen<'p> {
             Ok(spline) => {
                 let tolerance = canvas.chords.for_curve();
                 let mut points = spline.points(tolerance, canvas.room());
-                // What is meant to be closed may miss itself by a rounding.
+                // The ends of a closed spline may differ by rounding.
                 if let ([first, .., last], true) =
                     (points.as_mut_slice(), record.integer(70)? & 1 != 0)
                     && first.distance(*last) < tolerance

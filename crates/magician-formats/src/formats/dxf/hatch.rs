@@ -1,4 +1,4 @@
-//! Hatches: areas within boundary paths, filled or with the lines of a pattern.
+//! Hatches: areas within boundary paths, solid or with a line pattern.
 
 use kurbo::{Affine, Point, Vec2};
 
@@ -13,7 +13,7 @@ use crate::formats::Chords;
 
 type DrawResult = Result<(), Diagnostic>;
 
-/// Draws a hatch: its area if it is solid, else the lines of its pattern.
+/// Draws a hatch: an area if it is solid, else the lines of its pattern.
 pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
@@ -36,7 +36,7 @@ pub(super) fn draw<'p>(
     if rings.is_empty() {
         return canvas.leave_out(record, "it has no boundary");
     }
-    // MPOLYGON has the flag of HATCH, and is outlined where it is not solid.
+    // MPOLYGON has the flag of HATCH. Without a pattern it is drawn as a solid one.
     let solid = record.integer(70)? & 1 != 0 || record.integer(450)? == 1;
     let families = families(&mut reader)?;
     if solid || families.is_empty() {
@@ -58,7 +58,7 @@ pub(super) fn draw<'p>(
     Ok(())
 }
 
-/// Lines of a pattern where a map takes them.
+/// Returns the lines of a pattern after a transform.
 fn placed(family: LineFamily, map: &Affine) -> LineFamily {
     let point = |[x, y]: [f64; 2]| *map * Point::new(x, y);
     let origin = point([0.0; 2]);
@@ -74,14 +74,14 @@ fn placed(family: LineFamily, map: &Affine) -> LineFamily {
     }
 }
 
-/// Reads values one after the other: in a hatch the same codes mean different things.
+/// Sequential reader of pairs, because in a hatch the same group code has several meanings.
 struct Reader<'p> {
     pairs: &'p [Pair<'p>],
     record: &'p Record<'p>,
 }
 
 impl<'p> Reader<'p> {
-    /// Goes on behind the next value with this code.
+    /// Skips to the next value with this code and returns it.
     fn find(&mut self, code: i32) -> Option<&'p Pair<'p>> {
         let at = self.pairs.iter().position(|pair| pair.code == code)?;
         let (found, rest) = self.pairs.get(at..)?.split_first()?;
@@ -102,7 +102,8 @@ impl<'p> Reader<'p> {
 
     fn count(&mut self, code: i32) -> Result<usize, Diagnostic> {
         let count = self.number(code)?;
-        // No more of anything than there are values.
+        // A count cannot exceed the number of remaining values, which bounds allocation for damaged
+        // files.
         Ok((count.max(0.0) as usize).min(self.pairs.len()))
     }
 
@@ -110,7 +111,7 @@ impl<'p> Reader<'p> {
         Ok(Point::new(self.number(code)?, self.number(code + 10)?))
     }
 
-    /// The next value, if it has this code.
+    /// Returns the next value if it has this code.
     fn next_if(&mut self, code: i32) -> Result<Option<f64>, Diagnostic> {
         match self.pairs.split_first() {
             Some((pair, rest)) if pair.code == code => {
@@ -122,7 +123,7 @@ impl<'p> Reader<'p> {
     }
 }
 
-/// The boundary paths as rings, in mm.
+/// Returns the boundary paths as rings, mm.
 fn paths(
     reader: &mut Reader<'_>,
     map: &Affine,
@@ -173,7 +174,7 @@ fn polyline(
     Ok(())
 }
 
-/// An edge of a boundary; what it begins with is added as well, since the edges of a path need not meet.
+/// Adds an edge of a boundary including its start, because edges of a path need not meet exactly.
 fn edge(
     reader: &mut Reader<'_>,
     map: &Affine,
@@ -209,7 +210,7 @@ fn edge(
             ));
         }
     };
-    // Edges are not always told in the direction of the path.
+    // Edges may be stored against the direction of the path.
     if let (Some(end), [first, .., last]) = (ring.last(), points.as_slice())
         && end.distance(*last) < end.distance(*first)
     {
@@ -219,7 +220,7 @@ fn edge(
     Ok(())
 }
 
-/// An arc of an ellipse; clockwise ones count their angles the other way.
+/// Creates an elliptic arc. Clockwise arcs count their angles in the other direction.
 fn turned(
     map: &Affine,
     centre: Point,
@@ -260,7 +261,7 @@ fn spline(
     Ok(spline.points(canvas.chords.for_curve(), canvas.room()))
 }
 
-/// The lines of the pattern, as the file has them: turned and scaled already.
+/// Reads the lines of the pattern. The file stores them rotated and scaled already.
 fn families(reader: &mut Reader<'_>) -> Result<Vec<LineFamily>, Diagnostic> {
     let Some(count) = reader.find(78) else {
         return Ok(Vec::new());

@@ -1,18 +1,22 @@
-//! Lines that meet become one: drawing programs keep an outline as many lines and arcs, and a pen would be lifted after each.
+//! Joining of lines that meet. Drawing programs store an outline as many lines and arcs, and a pen
+//! would be lifted after each.
 
 use std::collections::HashMap;
 
 use crate::Stroke;
 use crate::artwork::Style;
 
-/// Ends that are nearer to one another than this meet, mm.
+/// Grid of end points, mm: ends in the same cell meet. It absorbs the rounding of coordinates in
+/// the file.
 const NEAR: f64 = 1e-4;
 
-/// An end of a line: twice its index, and one more for its last point.
+/// End of a line: twice its index, plus 1 for its last point.
 type End = usize;
 
-/// Joins lines of one layer and colour where the ends of two, and no more, meet. A line that was joined from several is where the first of
-/// them was, and came from there.
+/// Joins lines of the same layer and colour where exactly two ends meet.
+///
+/// At a junction of three the file does not say which lines belong together. A joined line takes
+/// the position and origin of its first part.
 pub(super) fn joined(strokes: Vec<Stroke>) -> Vec<Stroke> {
     let partners = partners(&strokes);
     let mut slots: Vec<Option<Stroke>> = strokes.into_iter().map(Some).collect();
@@ -39,7 +43,7 @@ pub(super) fn joined(strokes: Vec<Stroke>) -> Vec<Stroke> {
             );
             next = partner(&partners, end ^ 1);
         }
-        // A chain that has come round is closed, whatever its ends miss one another by.
+        // A chain that returns to its start is closed, whatever gap remains.
         if let (Some(_), [first, .., last]) = (next, points.as_mut_slice()) {
             *last = *first;
         }
@@ -52,7 +56,8 @@ pub(super) fn joined(strokes: Vec<Stroke>) -> Vec<Stroke> {
     joined
 }
 
-/// The end at which the chain of a line begins; of a chain that is closed, the line's own beginning.
+/// Returns the end at which the chain of a line begins; for a closed chain the line's own
+/// beginning.
 fn first_end(partners: &[Option<End>], nth: usize) -> End {
     let mut end = 2 * nth;
     while let Some(before) = partner(partners, end) {
@@ -68,7 +73,7 @@ fn partner(partners: &[Option<End>], end: End) -> Option<End> {
     partners.get(end).copied().flatten()
 }
 
-/// For each end of a line the one that it meets.
+/// Returns for each end the one that it meets.
 fn partners(strokes: &[Stroke]) -> Vec<Option<End>> {
     let mut meetings: HashMap<(Style, [i64; 2]), Vec<End>> = HashMap::new();
     for (nth, stroke) in strokes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Leaders: lines to a place, with an arrow at it, and of MULTILEADER the text too.
+//! Leaders: lines with an arrow, and for MULTILEADER also the text.
 
 use kurbo::{Affine, Point, Vec2};
 
@@ -10,10 +10,10 @@ use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
 
-/// How wide an arrow is, in its lengths.
+/// Width of an arrow relative to its length.
 const WIDE: f64 = 1.0 / 3.0;
 
-/// A LEADER; its text is an entity of its own.
+/// Draws a LEADER. Its text is an entity of its own.
 pub(super) fn leader<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
@@ -35,7 +35,7 @@ pub(super) fn leader<'p>(
     with_arrow(canvas, &points, arrow, record, layer, place)
 }
 
-/// A line whose first point has an arrow, unless the line is too short for one.
+/// Draws a line with an arrow at its first point, unless the first segment is too short for one.
 fn with_arrow<'p>(
     canvas: &mut Canvas<'p>,
     points: &[Point],
@@ -60,7 +60,7 @@ fn with_arrow<'p>(
     canvas.area(vec![corners], record, layer)
 }
 
-/// A MULTILEADER: its text, and its lines, from what it says of itself in nested groups.
+/// Draws a MULTILEADER from the nested groups of its context data.
 pub(super) fn multileader<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
@@ -163,7 +163,7 @@ impl Context {
                     41 => context.height = pair.number()?,
                     43 => context.width = pair.number()?,
                     140 => context.arrow = pair.number()?,
-                    // Left, middle or right of its upper edge.
+                    // Left, middle or right of the upper edge.
                     171 => context.attachment = pair.integer()?.clamp(1, 3),
                     _ => {}
                 },
@@ -194,7 +194,7 @@ impl Context {
     }
 }
 
-/// The point whose x is this value.
+/// Returns the point whose x is this value.
 fn point_at(x: &Pair<'_>, rest: &[Pair<'_>]) -> Result<Point, Diagnostic> {
     let y = rest.first().filter(|pair| pair.code == x.code + 10);
     Ok(Point::new(x.number()?, y.map_or(Ok(0.0), Pair::number)?))

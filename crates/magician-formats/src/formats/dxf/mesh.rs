@@ -8,16 +8,16 @@ use super::canvas::Canvas;
 use super::pairs::Record;
 use crate::Diagnostic;
 
-/// Flags of a POLYLINE: its mesh closes on itself across, and along.
+/// Flags of a POLYLINE for a mesh closed in the M and in the N direction.
 const CLOSED: [i64; 2] = [1, 32];
-/// A vertex is a face of a polyface mesh.
+/// Flag of a vertex: it is a face of a polyface mesh.
 const FACE: i64 = 128;
-/// A vertex has coordinates of a mesh.
+/// Flag of a vertex: it has coordinates.
 const PLACE: i64 = 64;
-/// A vertex is a control point, and its smooth surface is beside it.
+/// Flag of a vertex: it is a control point, and the smooth surface has vertices of its own.
 const CONTROL: i64 = 16;
 
-/// Draws the mesh of a POLYLINE: one of rows and columns, or one of faces.
+/// Draws the mesh of a POLYLINE, either a grid or a list of faces.
 pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
@@ -43,7 +43,7 @@ pub(super) fn draw<'p>(
     let pairs = if flags & PLACE != 0 {
         edges_of(&faces)?
     } else {
-        // Of a smooth surface there are other numbers of rows and columns.
+        // A smoothed surface has its own numbers of rows and columns.
         let count = |own, smooth| match record.integer(smooth)? {
             0 => record.integer(own),
             count => Ok(count),
@@ -67,7 +67,8 @@ pub(super) fn draw<'p>(
     }
 }
 
-/// The edges of faces, whose corners are counted from 1; below 0 where the edge behind one is not seen.
+/// Returns the edges of faces. Corner indices count from 1, and a negative one hides the edge after
+/// it.
 fn edges_of(faces: &[&Record<'_>]) -> Result<Vec<[usize; 2]>, Diagnostic> {
     let mut edges = Vec::new();
     for face in faces {
@@ -86,7 +87,7 @@ fn edges_of(faces: &[&Record<'_>]) -> Result<Vec<[usize; 2]>, Diagnostic> {
     Ok(edges)
 }
 
-/// The edges between neighbours of rows and columns.
+/// Returns the edges between neighbours in a grid.
 fn grid([rows, columns]: [i64; 2], closed: [bool; 2], most: usize) -> Vec<[usize; 2]> {
     let [rows, columns] = [rows, columns].map(|count| usize::try_from(count).unwrap_or(0));
     if rows.checked_mul(columns).is_none_or(|count| count > most) {

@@ -1,10 +1,13 @@
-//! DXF drawings (AutoCAD DXF Reference; text, and binary as text).
+//! Reader of DXF drawings (AutoCAD DXF Reference), in text and binary form.
 //!
-//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, HELIX, POINT, 3DFACE, meshes, texts (TEXT, MTEXT,
-//! attributes) in the lettering that is asked for, DIMENSION and tables by the block that they come with, LEADER, MULTILEADER, HATCH, and what blocks hold, within
-//! the limits that they are inserted with (XCLIP), seen from above; lines that meet become one. Solid hatches, SOLID, TRACE and
-//! arrows are areas; other hatches have the lines of their pattern. Layers that are off, frozen or not plotted are left out, and so is
-//! the rest, with a note.
+//! Drawn, as seen from above, are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, HELIX,
+//! POINT, 3DFACE, meshes, LEADER, MULTILEADER, HATCH, texts (TEXT, MTEXT, attributes) in the chosen
+//! font, DIMENSION and tables by the block stored with them, and inserted blocks within their clip
+//! boundary (XCLIP). Solid hatches, SOLID, TRACE and arrows are areas; other hatches have the lines
+//! of their pattern. Lines that meet are joined.
+//!
+//! Layers that are off, frozen or not plotted are left out, and so are all other entities, with a
+//! note.
 
 mod binary;
 mod canvas;
@@ -37,7 +40,7 @@ pub(super) fn read(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     match binary::to_text(bytes)? {
-        // Positions in a text that does not exist are left out.
+        // The text of a binary file does not exist for the user, so places in it mean nothing.
         Some(text) => read_text(&text, options, chords)
             .map(without_places)
             .map_err(|diagnostic| Diagnostic {

@@ -1,4 +1,4 @@
-//! Texts of several lines (MTEXT), with what their codes say of the letters.
+//! Multi-line texts (MTEXT) with inline formatting codes.
 
 use kurbo::{Affine, Vec2};
 
@@ -8,29 +8,31 @@ use super::pairs::Record;
 use super::text::{BELOW, Row, bounded, decoded, turn_of};
 use crate::Diagnostic;
 
-/// From a baseline to the next one, in heights of a capital, where the factor is 1.
+/// Distance of baselines at a factor of 1, in heights of a capital.
 const LINE: f64 = 5.0 / 3.0;
-/// How large numerator and denominator are.
+/// Size of numerator and denominator relative to the text.
 const STACKED: f64 = 0.7;
-/// Where the lines below, through and above letters are, in heights of a capital.
+/// Height of an underline above the baseline, in heights of a capital.
 const UNDER: f64 = -0.2;
+/// Height of a strike-through, in heights of a capital.
 const THROUGH: f64 = 0.5;
+/// Height of an overline, in heights of a capital.
 const OVER: f64 = 1.2;
 
-/// Characters that look alike.
+/// A run of characters with the same format.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Run {
     pub(super) text: String,
-    /// In heights of the whole text.
+    /// Size relative to the whole text.
     pub(super) size: f64,
     pub(super) width: f64,
     pub(super) spacing: f64,
     pub(super) oblique: f64,
-    /// How far above the baseline it stands, in its own heights.
+    /// Height above the baseline, relative to its own size.
     pub(super) raise: f64,
-    /// Lines along it, in its own heights.
+    /// Underline, strike-through and overline: their heights, relative to its own size.
     pub(super) bars: [Option<f64>; 3],
-    /// Whether what comes after it begins where it does.
+    /// True if the next run begins at the same position.
     pub(super) back: bool,
 }
 
@@ -49,14 +51,14 @@ impl Run {
     }
 }
 
-/// An MTEXT.
+/// Draws an MTEXT.
 pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
     layer: &'p str,
     place: &InsertContext<'p>,
 ) -> Result<(), Diagnostic> {
-    // Behind this come values of other things with the same codes.
+    // After this code follow values of embedded objects with the same codes.
     let own = record.until(101);
     let pieces = own.pairs.iter().filter(|pair| matches!(pair.code, 1 | 3));
     let content: String = pieces.map(|pair| pair.verbatim).collect();
@@ -77,10 +79,11 @@ pub(super) fn draw<'p>(
         }
         None => Affine::IDENTITY,
     };
-    // Its point and its direction are those of the drawing, not of its plane.
+    // Position and direction are in coordinates of the drawing, not of the entity's plane.
     let at = place.map * Affine::translate((x, y));
     let map = match turned.map(|pair| pair.code) {
         Some(11) => at * turn,
+        // An angle (code 50), or no direction: relative to the x axis of the entity's plane.
         _ => at * plane(&own, 0.0)? * turn,
     };
     let paragraph = Paragraph {
@@ -94,12 +97,13 @@ pub(super) fn draw<'p>(
     paragraph.draw(canvas, &content, &map, record, layer)
 }
 
-/// How the lines of a text are set.
+/// Layout of a multi-line text.
 pub(super) struct Paragraph {
     pub(super) height: f64,
-    /// Lines are broken at this width, if it is above 0.
+    /// Width at which lines are wrapped; 0 for none.
     pub(super) width: f64,
-    /// Which point of its box it hangs at: 1 to 3 its upper edge from left to right, 4 to 6 the middle, 7 to 9 the lower edge.
+    /// Attachment point of its box: 1 to 3 on the upper edge from left to right, 4 to 6 in the
+    /// middle, 7 to 9 on the lower edge.
     pub(super) attachment: i64,
     pub(super) spacing: f64,
     pub(super) stretch: f64,
@@ -107,7 +111,7 @@ pub(super) struct Paragraph {
 }
 
 impl Paragraph {
-    /// Draws a text whose attachment point a map takes from the origin.
+    /// Draws a text; the transform maps the origin to its attachment point.
     pub(super) fn draw<'p>(
         &self,
         canvas: &mut Canvas<'p>,
@@ -161,7 +165,7 @@ impl Paragraph {
         )
     }
 
-    /// A line broken where it is too wide, between words.
+    /// Wraps a line between words.
     fn broken(
         &self,
         canvas: &mut Canvas<'_>,
@@ -190,7 +194,7 @@ impl Paragraph {
     }
 }
 
-/// Without the spaces at its end.
+/// Removes trailing blanks.
 fn trimmed(runs: &[Run]) -> Vec<Run> {
     let mut runs = runs.to_vec();
     if let Some(last) = runs.last_mut() {
@@ -199,7 +203,7 @@ fn trimmed(runs: &[Run]) -> Vec<Run> {
     runs
 }
 
-/// Words, each with the spaces behind it.
+/// Splits runs into words, each with its trailing blanks.
 fn words(runs: &[Run]) -> Vec<Vec<Run>> {
     let mut words: Vec<Vec<Run>> = vec![Vec::new()];
     for run in runs {
@@ -220,7 +224,7 @@ fn words(runs: &[Run]) -> Vec<Vec<Run>> {
     words
 }
 
-/// The lines of a text with the codes taken out.
+/// Parses the formatting codes and returns the lines.
 pub(super) fn parsed(content: &str, height: f64) -> Vec<Vec<Run>> {
     let mut reader = Reader {
         rest: content,
@@ -265,7 +269,7 @@ impl Reader<'_> {
         sign
     }
 
-    /// Up to the semicolon that ends what a code says.
+    /// Returns the argument of a code, up to the semicolon.
     fn said(&mut self) -> &str {
         let (said, rest) = self.rest.split_once(';').unwrap_or((self.rest, ""));
         self.rest = rest;
@@ -296,7 +300,7 @@ impl Reader<'_> {
                 self.write('U');
             }
             'M' if self.rest.starts_with('+') => {
-                // A character of a code page: five digits, which are not told apart here.
+                // A character of a code page in five digits, which is not decoded here.
                 self.rest = self.rest.get(6..).unwrap_or_default();
                 self.write('?');
             }
@@ -330,7 +334,7 @@ impl Reader<'_> {
                 self.look.oblique = said.unwrap_or(self.look.oblique);
             }
             'S' => self.stacked(),
-            // Colour, font, alignment within the line, indents and tabs.
+            // Colour, font, alignment within the line, indents and tabs are ignored.
             'A' | 'C' | 'c' | 'f' | 'F' | 'p' => {
                 self.said();
             }
@@ -338,7 +342,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A fraction, or tolerances above one another.
+    /// Parses a stacked fraction or tolerance.
     fn stacked(&mut self) {
         let said = self.said().to_owned();
         let Some(at) = said.find(['^', '/', '#']) else {
@@ -361,7 +365,7 @@ impl Reader<'_> {
             whole.chars().for_each(|sign| self.write(sign));
             return;
         }
-        // The wider one comes last, so that what follows is beside both.
+        // The wider part comes last, so that the next run begins after both.
         let (above, below) = (1.0, -0.35);
         let mut parts = [part(upper, above, false), part(lower, below, false)];
         if is_bar {

@@ -1,19 +1,20 @@
-//! A DXF file as what it is made of: pairs of a group code and a value, each on a line of its own, and records of them.
+//! The syntax of DXF: pairs of a group code and a value, each on its own line, grouped into
+//! records.
 
 use crate::encoding::number;
 use crate::{Diagnostic, Origin};
 
-/// A value, and the code that says what it means.
+/// A value with its group code.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair<'t> {
     pub(super) code: i32,
     pub(super) value: &'t str,
-    /// The same with the blanks around it.
+    /// The value with surrounding blanks, which count in texts.
     pub(super) verbatim: &'t str,
     pub(super) origin: Origin,
 }
 
-/// The pairs of a text.
+/// Parses the pairs of a text up to `EOF`.
 pub(super) fn pairs(text: &str) -> Result<Vec<Pair<'_>>, Diagnostic> {
     let mut pairs = Vec::new();
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
@@ -84,7 +85,7 @@ impl Pair<'_> {
     }
 }
 
-/// A pair of code 0, which says what begins here, and all up to the next.
+/// A record: a pair of code 0, which gives its kind, and all pairs up to the next one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record<'p> {
     pub(super) kind: &'p str,
@@ -106,17 +107,17 @@ pub(super) fn records<'p>(pairs: &'p [Pair<'p>]) -> Vec<Record<'p>> {
 }
 
 impl<'p> Record<'p> {
-    /// The first value with this code.
+    /// Returns the first value with this code.
     pub(super) fn text(&self, code: i32) -> Option<&'p str> {
         self.first(code).map(|pair| pair.value)
     }
 
-    /// The same with the blanks around it.
+    /// Returns that value with surrounding blanks.
     pub(super) fn verbatim(&self, code: i32) -> Option<&'p str> {
         self.first(code).map(|pair| pair.verbatim)
     }
 
-    /// What of it is before the first value with this code.
+    /// Returns the part before the first value with this code.
     pub(super) fn until(&self, code: i32) -> Self {
         let end = self.pairs.iter().position(|pair| pair.code == code);
         let pairs = end.and_then(|end| self.pairs.get(..end));
@@ -126,7 +127,7 @@ impl<'p> Record<'p> {
         }
     }
 
-    /// Part before the data of a class (code 100).
+    /// Returns the part before the data of a subclass (code 100).
     pub(super) fn until_class(&self, name: &str) -> Self {
         let begins = |pair: &Pair<'_>| pair.code == 100 && pair.value == name;
         let end = self.pairs.iter().position(begins);
@@ -141,7 +142,7 @@ impl<'p> Record<'p> {
         self.first(code).map(Pair::number).transpose()
     }
 
-    /// A number without which this means nothing.
+    /// Returns a mandatory number.
     pub(super) fn needed(&self, code: i32) -> Result<f64, Diagnostic> {
         self.number(code)?.ok_or_else(|| {
             let why = format!("{} has no value for group code {code}", self.kind);
@@ -153,20 +154,22 @@ impl<'p> Record<'p> {
         self.first(code).map_or(Ok(0), Pair::integer)
     }
 
-    /// All numbers with this code.
+    /// Returns all numbers with this code.
     pub(super) fn numbers(&self, code: i32) -> Result<Vec<f64>, Diagnostic> {
         let pairs = self.pairs.iter().filter(|pair| pair.code == code);
         pairs.map(Pair::number).collect()
     }
 
-    /// The point whose x has this code; y and z have 10 and 20 more, and are 0 where they are left out.
+    /// Returns the point whose x has this code. y and z have that code plus 10 and 20, and default
+    /// to 0.
     pub(super) fn point(&self, code: i32) -> Result<[f64; 3], Diagnostic> {
         let x = self.needed(code)?;
         let [y, z] = [10, 20].map(|more| self.number(code + more));
         Ok([x, y?.unwrap_or(0.0), z?.unwrap_or(0.0)])
     }
 
-    /// All points whose x has this code, each with the value of one more code that follows it.
+    /// Returns all points whose x has this code, each with the value of the code `more` that
+    /// follows it.
     pub(super) fn points(&self, code: i32, more: i32) -> Result<Vec<([f64; 3], f64)>, Diagnostic> {
         let mut points: Vec<([f64; 3], f64)> = Vec::new();
         for pair in self.pairs {

@@ -1,17 +1,18 @@
-//! Splines: rational B-splines of any degree and any knots.
+//! Splines: rational B-splines of any degree and knot vector, and splines through fit points.
 
 use kurbo::{BezPath, PathEl, Point, Vec2};
 
-/// The highest degree that is drawn.
+/// Largest degree. It bounds the stack array of de Boor's algorithm; CAD programs use 3, rarely
+/// more.
 const MOST_DEGREE: usize = 25;
-/// As often a piece is halved.
+/// Largest number of bisections of a piece. It bounds time where a curve has a kink.
 const HALVINGS: u32 = 16;
-/// Where a piece is compared with its chord, as shares of its parameter; in no simple ratio, so that a curve that winds is not
-/// found where it was each time.
+/// Parameters at which a piece is compared with its chord. They are in no simple ratio, so that a
+/// curve that oscillates does not meet the chord at all of them.
 const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
 
-/// The curve through points that bends least: cubic, with the lengths of its chords as its parameter, as CAD programs draw it.
-/// `ends` are its directions at both ends where they are given.
+/// Returns the curve through fit points as CAD programs draw it: a cubic spline of minimum bending,
+/// parameterised by chord length. `ends` are the tangents at both ends, if given.
 pub(super) fn interpolated(
     through: &[Point],
     ends: [Option<Vec2>; 2],
@@ -23,7 +24,7 @@ pub(super) fn interpolated(
         points.extend(points.first().copied());
     }
     points.dedup();
-    // A closed one goes on evenly where it begins: it is followed once more around, and the middle is taken.
+    // A closed curve is periodic: go round three times and take the middle round.
     let rounds = if closed && points.len() > 3 { 3 } else { 1 };
     let length = points.len() - 1;
     if rounds > 1 {
@@ -56,8 +57,8 @@ pub(super) fn interpolated(
     flat
 }
 
-/// The slopes at points of the natural spline, or of the one with these directions at its ends: the solution of a system of
-/// three diagonals.
+/// Returns the slopes at the points of a natural spline, or of one clamped to the given tangents.
+/// Solves a tridiagonal system (Thomas algorithm).
 fn slopes(points: &[Point], ends: [Option<Vec2>; 2]) -> Vec<Vec2> {
     let last = points.len().saturating_sub(1);
     let chord = |at: usize| {
@@ -66,7 +67,7 @@ fn slopes(points: &[Point], ends: [Option<Vec2>; 2]) -> Vec<Vec2> {
     };
     let unit = |way: Vec2| way / way.hypot();
     let ends = ends.map(|way| way.filter(|way| way.hypot() > 0.0));
-    // Each row: what stands before the diagonal, on it, and behind it, and the right side.
+    // A row: sub-diagonal, diagonal, super-diagonal, right-hand side.
     let row = |at: usize| -> (f64, f64, f64, Vec2) {
         if let (0, [Some(way), _]) = (at, ends) {
             return (0.0, 1.0, 0.0, unit(way));
@@ -103,19 +104,19 @@ fn slopes(points: &[Point], ends: [Option<Vec2>; 2]) -> Vec<Vec2> {
     slopes
 }
 
-/// A spline whose numbers fit together.
+/// A validated spline.
 pub(super) struct Spline {
     degree: usize,
     knots: Vec<f64>,
-    /// x and y times the weight, and the weight.
+    /// Homogeneous control points: x and y times the weight, and the weight.
     controls: Vec<[f64; 3]>,
 }
 
 impl Spline {
-    /// Knots that are left out are even, weights are 1.
+    /// Creates a spline. Missing knots are uniform, missing weights are 1.
     ///
     /// # Errors
-    /// Why it is none.
+    /// A sentence about the first inconsistency.
     pub(super) fn new(
         degree: i64,
         knots: Vec<f64>,
@@ -159,7 +160,8 @@ impl Spline {
         })
     }
 
-    /// Its points, both ends included, so that no chord is farther from it than the tolerance; at most so many.
+    /// Returns points along the spline including both ends, at most about `most`, so that chords
+    /// stay within the tolerance.
     pub(super) fn points(&self, tolerance: f64, most: usize) -> Vec<Point> {
         let mut points = Vec::new();
         for span in self.degree..self.controls.len() {
@@ -178,7 +180,7 @@ impl Spline {
         points
     }
 
-    /// Halves a piece until every part is as good as its chord.
+    /// Bisects a piece until each part is as good as its chord.
     fn flatten(
         &self,
         span: usize,
@@ -202,7 +204,7 @@ impl Spline {
         self.flatten(span, [middle, to], tolerance, halvings - 1, most, points);
     }
 
-    /// The point at a parameter within a span of knots (de Boor).
+    /// Evaluates the spline within a span of knots (de Boor).
     fn at(&self, span: usize, u: f64) -> Point {
         let first = span - self.degree;
         let mut near = [[0.0; 3]; MOST_DEGREE + 1];
@@ -230,7 +232,7 @@ impl Spline {
     }
 }
 
-/// Even knots that make a spline begin and end at its first and last point.
+/// Returns uniform knots, clamped so that the spline begins and ends at its outer control points.
 fn even(degree: usize, count: usize) -> Vec<f64> {
     let last = count.saturating_sub(degree);
     let knots = 0..count + degree + 1;

@@ -1,4 +1,4 @@
-//! Texts: TEXT and the attributes of blocks, in one line each; where MTEXT puts its lines is in `mtext`.
+//! Single-line texts: TEXT and the attributes of blocks. Multi-line texts are in `mtext`.
 
 use kurbo::{Affine, Point, Vec2};
 
@@ -10,12 +10,12 @@ use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
 
-/// So far small letters go below the baseline, in heights of a capital.
+/// Depth of descenders below the baseline, in heights of a capital.
 pub(super) const BELOW: f64 = 1.0 / 3.0;
-/// More characters of one text are not drawn.
+/// Largest number of characters of a text. It bounds the work for damaged files.
 pub(super) const LONGEST: usize = 100_000;
 
-/// A text style of the drawing.
+/// Text style.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Style {
     pub(super) height: f64,
@@ -33,7 +33,7 @@ impl Default for Style {
     }
 }
 
-/// A text of one line (TEXT, ATTRIB, ATTDEF).
+/// Draws a single-line text (TEXT, ATTRIB, ATTDEF).
 pub(super) fn text<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
@@ -57,7 +57,7 @@ pub(super) fn text<'p>(
         Some(_) => record.point(11).map(|[x, y, _]| Point::new(x, y))?,
         None => at,
     };
-    // ATTRIB and ATTDEF have the vertical one elsewhere.
+    // ATTRIB and ATTDEF store the vertical alignment under another code.
     let vertical = if record.kind == "TEXT" { 73 } else { 74 };
     let (across, up) = (record.integer(72)?, record.integer(vertical)?);
     if height <= 0.0 || stretch == 0.0 {
@@ -74,7 +74,7 @@ pub(super) fn text<'p>(
     )?;
     let wide = row.width;
     let mut row = row;
-    // Aligned and fitted texts go from one point to the other.
+    // Aligned and fitted texts extend between two points.
     if let (3 | 5, way) = (across, second - at)
         && way.hypot() > 0.0
         && wide > 0.0
@@ -119,17 +119,17 @@ pub(super) fn text<'p>(
     row.draw(canvas, &map, record, layer)
 }
 
-/// A line of text, from where its baseline begins, in the drawing's units.
+/// A laid-out line of text, from the start of its baseline, in drawing units.
 #[derive(Default)]
 pub(super) struct Row {
     lines: Vec<Vec<[f64; 2]>>,
     pub(super) width: f64,
-    /// How high the highest of it is.
+    /// Height of its highest character.
     pub(super) height: f64,
 }
 
 impl Row {
-    /// Runs of characters one after the other, so high unless they say otherwise.
+    /// Lays out runs of characters at a size, which each run may scale.
     pub(super) fn of(
         canvas: &mut Canvas<'_>,
         runs: &[Run],
@@ -182,7 +182,7 @@ impl Row {
     }
 }
 
-/// The rotation from x to a direction; none for a vector without length.
+/// Rotation from x to a direction; the identity for a zero vector.
 pub(super) fn turn_of(direction: Vec2) -> Affine {
     if direction.hypot() > 0.0 && direction.is_finite() {
         Affine::rotate(direction.atan2())
@@ -191,7 +191,7 @@ pub(super) fn turn_of(direction: Vec2) -> Affine {
     }
 }
 
-/// Refuses more characters than a text may have.
+/// Refuses a text with too many characters.
 pub(super) fn bounded(record: &Record<'_>, text: String) -> Result<String, Diagnostic> {
     let count = text.chars().count();
     if count <= LONGEST {
@@ -201,8 +201,8 @@ pub(super) fn bounded(record: &Record<'_>, text: String) -> Result<String, Diagn
     Err(Diagnostic::new(record.origin, message))
 }
 
-/// A text with the signs that its codes stand for: `%%d`, `%%c`, `%%p`, `%%065`, `\U+00E9`, `^I`. Lines below and above it are left
-/// out.
+/// Replaces control codes by their characters: `%%d`, `%%c`, `%%p`, `%%065`, `\U+00E9`, `^I`. Codes
+/// for underline and overline are dropped.
 pub(super) fn decoded(text: &str) -> String {
     let mut decoded = String::new();
     let mut rest = text;
@@ -214,7 +214,8 @@ pub(super) fn decoded(text: &str) -> String {
     decoded
 }
 
-/// What a text begins with, and how many bytes that takes, if it is a code.
+/// Parses a control code at the start of a text. Returns its character, if it has one, and its
+/// length in bytes.
 fn code(text: &str) -> Option<(Option<char>, usize)> {
     if let Some(code) = text.strip_prefix("%%") {
         let letter = code.chars().next()?;

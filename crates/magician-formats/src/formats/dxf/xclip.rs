@@ -1,4 +1,4 @@
-//! What of an inserted block is seen, where that is limited (XCLIP): inside a polygon.
+//! Clip boundaries of inserted blocks (XCLIP): only the part inside a polygon is visible.
 
 use kurbo::{Affine, Point};
 
@@ -7,14 +7,15 @@ use super::pairs::Record;
 use crate::Diagnostic;
 use crate::fill::{Area, FillRule, Region};
 
-/// As many crossings of corners and edges are looked at for one line.
+/// Largest number of tests of a segment against an edge per line.
 const MOST_WORK: usize = 50_000_000;
 
-/// What a line is clipped to, mm.
+/// A clip polygon, mm.
 pub(super) struct Clip(Vec<Point>);
 
 impl Clip {
-    /// The limit of an insert, whose block a map takes to the sheet.
+    /// Returns the clip boundary of an insert; `map` takes its block to the sheet. `None` if it has
+    /// none or it is switched off.
     pub(super) fn of(
         drawing: &Drawing<'_>,
         insert: &Record<'_>,
@@ -28,7 +29,7 @@ impl Clip {
         }
         let points = filter.points(10, -1)?.into_iter();
         let mut corners: Vec<Point> = points.map(|([x, y, _], _)| Point::new(x, y)).collect();
-        // Two are the corners of a rectangle.
+        // Two points are opposite corners of a rectangle.
         if let [one, other] = *corners {
             corners = vec![
                 one,
@@ -37,11 +38,13 @@ impl Clip {
                 Point::new(one.x, other.y),
             ];
         }
-        // The last 24 numbers are two matrices: from where the insert was to its block, and that of the boundary.
+        // The last 24 numbers are two matrices: the inverse of the block's insertion, and the
+        // transform of the boundary.
         let numbers = filter.numbers(40)?;
         let first = numbers.len().checked_sub(24);
         let to_block = match first.and_then(|first| numbers.get(first..first + 12)) {
             Some(&[a, c, _, e, b, d, _, f, ..]) => Affine::new([a, b, c, d, e, f]),
+            // Without matrices the boundary is in the coordinates of the block.
             _ => Affine::IDENTITY,
         };
         let to = *map * to_block;
@@ -50,7 +53,7 @@ impl Clip {
         Ok(usable.then_some(Self(corners)))
     }
 
-    /// What of a line is inside; none if that is too much work.
+    /// Returns the parts of a line inside; `None` if that is too much work.
     pub(super) fn line(&self, line: &[Point]) -> Option<Vec<Vec<Point>>> {
         if line.len().saturating_mul(self.0.len()) > MOST_WORK {
             return None;
@@ -88,7 +91,7 @@ impl Clip {
         Some(pieces)
     }
 
-    /// What of an area is inside.
+    /// Returns the part of an area inside.
     pub(super) fn area(&self, area: &Area) -> Area {
         let ring = self.0.iter().map(|corner| [corner.x, corner.y]).collect();
         let inside = Area {
@@ -112,7 +115,7 @@ impl Clip {
     }
 }
 
-/// Where on a way an edge crosses it, as a share of it.
+/// Returns where an edge crosses a segment, as a share of the segment.
 fn crossing([from, to]: [Point; 2], [begin, end]: [Point; 2]) -> Option<f64> {
     let (way, edge, apart) = (to - from, end - begin, begin - from);
     let across = way.cross(edge);
@@ -123,7 +126,8 @@ fn crossing([from, to]: [Point; 2], [begin, end]: [Point; 2]) -> Option<f64> {
     ((0.0..1.0).contains(&share) && (0.0..=1.0).contains(&on_edge)).then_some(share)
 }
 
-/// The filter of an insert: its dictionary has an entry ACAD_FILTER, that one SPATIAL.
+/// Returns the spatial filter of an insert: entry ACAD_FILTER of its dictionary, then entry
+/// SPATIAL.
 fn filter<'p>(drawing: &Drawing<'p>, insert: &Record<'p>) -> Option<&'p Record<'p>> {
     let pairs = insert.pairs.iter();
     let mut after = pairs.skip_while(|pair| (pair.code, pair.value) != (102, "{ACAD_XDICTIONARY"));

@@ -1,20 +1,21 @@
-//! Arcs in the planes of G17, G18 and G19, with a straight third coordinate.
+//! Arcs in the planes of G17, G18 and G19, with linear motion along the third axis (helices).
 
 use std::f64::consts::{PI, TAU};
 
 use crate::artwork::distance;
 
-/// Ends that are nearer to one another than this are the same point: a full circle, mm.
+/// Distance below which both ends of an arc coincide, mm: it is a full circle. It absorbs the
+/// rounding of coordinates in the program.
 const SAME: f64 = 1e-4;
-/// Both radii of an arc may differ by this share of them (programs round their coordinates).
+/// Largest relative difference of the radii at both ends. Programs round their coordinates.
 const ROUNDING: f64 = 1e-3;
-/// One arc of the arm goes no farther round than this: the circle through three points is badly known when two of them
-/// are near one another.
+/// Largest sweep of an arc of the arm, radians. The arm defines a circle by three points, which
+/// determine it badly if two of them are close.
 const WIDEST: f64 = PI * 5.0 / 3.0;
-/// More pieces than this are no arc of a drawing.
+/// Largest number of chords. More means a damaged program.
 const MOST_PIECES: f64 = 2000.0;
 
-/// The plane in which arcs are: of G17, G18 or G19.
+/// Plane of arcs: G17, G18 or G19.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Plane {
     #[default]
@@ -24,7 +25,8 @@ pub(super) enum Plane {
 }
 
 impl Plane {
-    /// Its two axes and the one that stands on it: turning from the first to the second is counter-clockwise.
+    /// Returns its two axes and its normal. A rotation from the first to the second axis is
+    /// counter-clockwise.
     pub(super) fn axes(self) -> [usize; 3] {
         match self {
             Self::Xy => [0, 1, 2],
@@ -33,7 +35,7 @@ impl Plane {
         }
     }
 
-    /// The words of an arc's centre.
+    /// Words for an arc's centre in this plane.
     pub(super) fn centre_words(self) -> &'static str {
         match self {
             Self::Xy => "I, J",
@@ -55,26 +57,26 @@ impl Plane {
     }
 }
 
-/// From where to where, and which way round.
+/// End points and direction of an arc.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ends {
     pub(super) plane: Plane,
     pub(super) from: [f64; 3],
     pub(super) to: [f64; 3],
-    /// Clockwise, seen from the positive end of the axis that stands on the plane (G2).
+    /// True if clockwise, seen from the positive end of the normal (G2).
     pub(super) clockwise: bool,
 }
 
-/// How a program says which circle it is.
+/// Definition of an arc's circle.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum ArcForm {
-    /// About this point, in the axes of the plane.
+    /// Centre, in the axes of the plane.
     Centre([f64; 2]),
-    /// With this radius; the longer way if it is negative.
+    /// Radius; negative for the longer arc.
     Radius(f64),
 }
 
-/// An arc. Where its two radii differ within the rounding, one goes over into the other on the way.
+/// An arc. If its radii at both ends differ by rounding, the radius changes linearly along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Arc {
     plane: Plane,
@@ -83,12 +85,13 @@ pub(super) struct Arc {
     centre: [f64; 2],
     start: f64,
     radii: [f64; 2],
-    /// By how much it turns, counter-clockwise, radians.
+    /// Sweep, radians, positive counter-clockwise.
     pub(super) sweep: f64,
 }
 
 impl Arc {
-    /// The arc between two points; `turns` full turns more than the way says. `tolerance` is how far the radii may differ.
+    /// Creates an arc between two points with `turns` additional full turns. `tolerance` is the
+    /// allowed difference of both radii, mm.
     pub(super) fn new(
         ends: &Ends,
         round: ArcForm,
@@ -138,7 +141,7 @@ impl Arc {
         })
     }
 
-    /// The point at a share of the way.
+    /// Returns the point at a share of the arc.
     pub(super) fn at(&self, share: f64) -> [f64; 3] {
         if share >= 1.0 {
             return self.plane.unproject(self.to);
@@ -152,12 +155,12 @@ impl Arc {
         self.plane.unproject(point)
     }
 
-    /// Whether it stays at one height.
+    /// True if it stays at one height.
     pub(super) fn is_level(&self) -> bool {
         self.plane == Plane::Xy && (self.from[2] - self.to[2]).abs() < SAME
     }
 
-    /// How far it is from its chord, mm.
+    /// Largest distance from its chord, mm.
     pub(super) fn height(&self) -> f64 {
         let radius = self.radii[0].max(self.radii[1]);
         if self.sweep.abs() >= PI {
@@ -166,7 +169,7 @@ impl Arc {
         radius * (1.0 - libm::cos(self.sweep / 2.0))
     }
 
-    /// The arcs that the arm can do, each with a point on the way and its end.
+    /// Iterates over arcs that the arm can execute, each as a point on the way and its end.
     pub(super) fn parts(&self) -> impl Iterator<Item = [[f64; 3]; 2]> + use<> {
         let count = (self.sweep.abs() / WIDEST).ceil().max(1.0);
         let arc = *self;
@@ -177,14 +180,14 @@ impl Arc {
         })
     }
 
-    /// The corners of lines that are no farther from it than the tolerance.
+    /// Iterates over the ends of chords within the tolerance.
     pub(super) fn corners(
         &self,
         tolerance: f64,
     ) -> Result<impl Iterator<Item = [f64; 3]> + use<>, String> {
         let radius = self.radii[0].max(self.radii[1]);
         let widest = 2.0 * libm::acos((1.0 - tolerance / radius).clamp(-1.0, 1.0));
-        // A quarter at most, so that a small circle is not a line.
+        // At most a quarter per chord, so that a small circle does not degenerate to a line.
         let count = (self.sweep.abs() / widest.min(PI / 2.0)).ceil().max(1.0);
         if count > MOST_PIECES {
             return Err(format!(
@@ -197,7 +200,7 @@ impl Arc {
     }
 }
 
-/// The centre of an arc of this radius.
+/// Computes the centre of an arc from its radius.
 fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f64; 2], String> {
     let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
     if chord < SAME {
@@ -214,7 +217,7 @@ fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f6
         ));
     }
     let off = (size * size - half * half).max(0.0).sqrt();
-    // The centre of the shorter clockwise way is to the right of the chord.
+    // The centre of the shorter clockwise arc is to the right of the chord.
     let side = if ends.clockwise == (radius > 0.0) {
         1.0
     } else {
@@ -273,7 +276,7 @@ mod tests {
         near(middle(CLOCKWISE, -5.0), [-root, -root]);
         near(middle(CLOCKWISE, 5.0), [5.0 - root, 5.0 - root]);
         near(middle(!CLOCKWISE, -5.0), [5.0 + root, 5.0 + root]);
-        // Half a circle, with a radius that was rounded down.
+        // A half circle whose radius was rounded down.
         near(
             arc([0.0, 0.0], [10.0, 0.0], CLOCKWISE, ArcForm::Radius(4.999)).at(0.5),
             [5.0, 5.0],

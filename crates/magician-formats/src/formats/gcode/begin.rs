@@ -1,9 +1,9 @@
-//! The beginning of a program: what it says of the tool's position, and what stays unknown.
+//! The start of a program: moves before X, Y and Z are all known.
 //!
-//! A program may move before it has named all of X, Y and Z. Three things can be known then: where the arm stands
-//! ([`GcodeOptions::start`](super::GcodeOptions::start)), nothing at all, or that the program is placed and begins at its own
-//! zero. In all three nothing is drawn from a place that the program does not mean, and the tool is lowered only where the
-//! program wants it low.
+//! A program may move a single axis before it has named all three. Three cases exist: the arm's
+//! position is known ([`GcodeOptions::start`](super::GcodeOptions::start)), it is unknown, or the
+//! program is placed and starts at its own origin. In each case nothing is drawn from a position
+//! that the program does not mean, and the tool is lowered only where the program wants it low.
 
 use super::block::Block;
 use super::machine::{Machine, Mode};
@@ -18,20 +18,22 @@ const NAMES_LATER: &str = "the first moves do not give all of X, Y and Z, and th
 const LOWERED_LATER: &str = "the program lowers the tool before it gives X and Y: it is lowered \
         at the first X and Y, not at the arm's position";
 
-/// How far the program has come with saying where it is.
+/// State of the program's start.
 #[derive(Debug, Default)]
 pub(super) struct Begin {
-    /// Which of X and Y the program itself has said. The others are those of the place where the arm stands.
+    /// True for X and Y if the program itself has defined it. Otherwise the value is the arm's
+    /// position.
     own: [bool; 2],
-    /// A motion that waits for X and Y, because it is not known where the arm stands.
+    /// Origin of a move that waits for X and Y, because the arm's position is unknown.
     pub(super) waiting: Option<Origin>,
-    /// The height at which the tool is, above the one that the program has told it to be at: it is lowered above X and Y.
+    /// Actual height of the tool if it is above the commanded one. It is lowered once X and Y are
+    /// known.
     held: Option<(f64, Origin)>,
-    /// A placed program has said Z.
+    /// True once a placed program has given Z.
     says_z: bool,
-    /// A pen whose program has not said Z is lifted.
+    /// True while the pen of a program without Z is lifted.
     lifted: bool,
-    /// A step has brought the tool somewhere.
+    /// True once a step has moved the tool.
     moved: bool,
 }
 
@@ -43,24 +45,24 @@ impl Begin {
         }
     }
 
-    /// Whether the program has said X and Y.
+    /// True if the program has defined X and Y.
     pub(super) fn is_own(&self) -> bool {
         self.own == [true; 2]
     }
 
-    /// Whether a step has brought the tool somewhere.
+    /// True once a step has moved the tool.
     pub(super) fn moved(&self) -> bool {
         self.moved
     }
 
-    /// Where the tool is along X or Y is not what the program means.
+    /// Marks the position along X or Y as not defined by the program.
     pub(super) fn forgets(&mut self, axis: usize) {
         if let Some(own) = self.own.get_mut(axis) {
             *own = false;
         }
     }
 
-    /// G92: where the tool is counts for the program from now on.
+    /// Marks the position along an axis as defined by the program (G92).
     pub(super) fn takes(&mut self, axis: usize) {
         if let Some(own) = self.own.get_mut(axis) {
             *own = true;
@@ -69,14 +71,14 @@ impl Begin {
 }
 
 impl Machine<'_> {
-    /// Whether a line says where it leads in X or Y, and nothing before it where it begins.
+    /// True if a line names a target in X or Y, while the program has not defined where it starts.
     fn is_stray(&self, block: &Block) -> bool {
         let absolute = !self.relative || block.has(b'G', 53);
         let mut axes = AXES.iter().zip(self.begin.own);
         absolute && axes.any(|(letter, own)| !own && block.number(*letter).is_some())
     }
 
-    /// What a line says of X and Y is the program's own from now on.
+    /// Marks the coordinates of a line as defined by the program.
     fn claim(&mut self, block: &Block) {
         if self.relative && !block.has(b'G', 53) {
             return;
@@ -92,6 +94,7 @@ impl Machine<'_> {
         let stray = self.is_stray(block);
         let (from, to) = (self.at, self.target(block)?);
         self.claim(block);
+        // One axis is still unknown: remember the known ones and move once both are given.
         if to[0].is_none() || to[1].is_none() {
             self.at = to;
             self.begin.waiting.get_or_insert(origin);
@@ -103,6 +106,8 @@ impl Machine<'_> {
         let Some(place) = self.place(to, feeds, origin) else {
             return Ok(());
         };
+        // The program defines X and Y here for the first time, so the tool comes from above and not
+        // from wherever the arm is.
         if stray && self.begin.is_own() && (feeds || waited || says_z_later || self.lifts) {
             if waited {
                 self.notes.add_without_start(origin, NAMES_LATER);
@@ -116,6 +121,7 @@ impl Machine<'_> {
             self.before_own(from, place, (stray, feeds), origin);
         } else {
             self.lower();
+            // A feed to where a placed program starts draws nothing, and must not lower the pen.
             if self.options.placed && !self.begin.moved && feeds && self.at == place.map(Some) {
                 return Ok(());
             }
@@ -129,8 +135,8 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// A move before the program has said X and Y, from where the arm stands: nothing is drawn, and the tool is lowered at the
-    /// end of it.
+    /// Executes a move from the arm's own position, before the program has defined X and Y. Nothing
+    /// is drawn, and the tool is lowered only at its end.
     fn before_own(
         &mut self,
         from: [Option<f64>; 3],
@@ -141,10 +147,11 @@ impl Machine<'_> {
         if stray && feeds {
             self.notes.add(DiagnosticCode::Assumed, origin, FEED_FIRST);
         }
+        // Only a descent is delayed: going up at once is safe.
         let height = self.begin.held.map(|(height, _)| height).or(from[2]);
         let lower = height.filter(|height| *height > z);
         match lower {
-            // All that the program wants in one straight line.
+            // Everything is known, so one straight move does it.
             Some(_) if self.begin.is_own() && self.begin.held.is_none() => {
                 self.out.travel([x, y, z], origin);
             }
@@ -167,7 +174,8 @@ impl Machine<'_> {
         }
     }
 
-    /// An arc is what it is only from a place that the program means.
+    /// Refuses an arc that starts at a position the program does not define, because its shape
+    /// would depend on it.
     pub(super) fn begins_somewhere(&self, block: &Block) -> Result<(), SpanDiagnostic> {
         let about = self.absolute_centres && block.has_any(b"IJK") && !self.begin.is_own();
         if self.at[0].is_none() || self.at[1].is_none() || !(self.is_stray(block) || about) {
@@ -178,7 +186,7 @@ impl Machine<'_> {
         Err(SpanDiagnostic::new(block.range.clone(), message).help(help))
     }
 
-    /// The tool goes down to where the program has it, if that waits.
+    /// Lowers a held tool to its commanded height.
     pub(super) fn lower(&mut self) {
         if let Some((_, origin)) = self.begin.held.take()
             && let [Some(x), Some(y), Some(z)] = self.at
@@ -187,14 +195,14 @@ impl Machine<'_> {
         }
     }
 
-    /// A line of the tool.
+    /// Adds a line of the tool.
     fn feed(&mut self, place: [f64; 3], origin: Origin) {
         self.put_down(origin);
         let work = self.work(origin);
         self.out.line(place, work, origin);
     }
 
-    /// A move without drawing; a pen that nothing else lifts is lifted for it.
+    /// Adds a rapid move. A pen that nothing else lifts is lifted for it.
     fn go(&mut self, place: [f64; 3], origin: Origin) {
         if let (Some(up), [Some(x), Some(y), Some(z)]) = (self.lift(), self.at)
             && self.begin.moved
@@ -206,7 +214,7 @@ impl Machine<'_> {
         self.out.travel(place, origin);
     }
 
-    /// The pen that was lifted for a move is put down again.
+    /// Lowers the pen that was lifted for a move.
     pub(super) fn put_down(&mut self, origin: Origin) {
         if std::mem::take(&mut self.begin.lifted)
             && let [Some(x), Some(y), _] = self.at
@@ -215,7 +223,8 @@ impl Machine<'_> {
         }
     }
 
-    /// As [`put_down`](Self::put_down), of a pen that is to leave the surface from there: it is where the program has it.
+    /// Lowers the pen as [`put_down`](Self::put_down) does, for a motion that leaves the surface
+    /// from there: the commanded height is 0.
     pub(super) fn lower_to_draw(&mut self, origin: Origin) {
         if self.begin.lifted {
             self.put_down(origin);
@@ -223,14 +232,15 @@ impl Machine<'_> {
         }
     }
 
-    /// How high the pen of a placed program is between its lines that has not said Z, if that is one.
+    /// Height of the pen between lines of a placed program that has not given Z. `None` for any
+    /// other program.
     fn lift(&self) -> Option<f64> {
         let says = self.begin.says_z || self.laser || self.lifts;
         let highest = self.survey.highest_z.unwrap_or(0.0);
         (self.options.placed && !says).then_some(self.options.lift.max(highest))
     }
 
-    /// A placed program says Z for the first time: a height that it counts from is 0 until then.
+    /// Records the first Z of a placed program. Until then relative heights count from 0.
     pub(super) fn hear_z(&mut self, block: &Block) {
         if self.options.placed && !self.begin.says_z && block.number(b'Z').is_some() {
             if self.begin.lifted && self.relative {
@@ -241,8 +251,8 @@ impl Machine<'_> {
         }
     }
 
-    /// The place, if X and Y are known. A Z that the program has not named yet is the highest that it does name: too high is
-    /// the right side to be wrong on.
+    /// Returns the position once X and Y are known. A missing Z becomes the highest Z of the
+    /// program, because too high is the safe side.
     pub(super) fn place(
         &mut self,
         to: [Option<f64>; 3],

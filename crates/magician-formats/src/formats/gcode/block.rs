@@ -1,4 +1,4 @@
-//! One line of G-code, sorted: its codes, and the numbers that go with them.
+//! A line of G-code, sorted into codes and numbers by letter.
 
 use std::ops::Range;
 
@@ -6,10 +6,10 @@ use super::lexer::{Item, Words};
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
-/// More codes than this on a line are no program.
+/// Largest number of codes on a line. A choice above any program.
 const MOST_CODES: usize = 16;
 
-/// A code: G or M and its number.
+/// A G or M code.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Code {
     pub(super) letter: u8,
@@ -34,26 +34,26 @@ impl std::fmt::Display for Code {
     }
 }
 
-/// M codes whose line goes on with text.
+/// M codes followed by free text.
 const WITH_TEXT: [u32; 9] = [0, 1, 23, 28, 32, 117, 118, 486, 928];
-/// M codes that leave an S on their line to the laser.
+/// M codes that do not claim an S on their line, so that it remains the laser's power.
 const WITHOUT_S: [u32; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30, 60];
 
-/// A line, sorted. It is used again for each line.
+/// A sorted line. It is reused for all lines to avoid allocation.
 #[derive(Debug, Default)]
 pub(super) struct Block {
     numbers: [f64; 26],
     ranges: [(usize, usize); 26],
-    /// Which letters have a number, a bit each.
+    /// Bit set of the letters that have a number.
     given: u32,
     pub(super) codes: Vec<Code>,
-    /// The first letter that has none.
+    /// First letter without a number.
     pub(super) bare: Option<(char, Range<usize>)>,
-    /// Parameters that it sets, each with its new value and where that stands.
+    /// Parameters set by the line, with value and place.
     pub(super) sets: Vec<(Key, f64, Range<usize>)>,
-    /// What of it is left out: why, and where it stands.
+    /// Parts left out, with reason and place.
     pub(super) left_out: Vec<(&'static str, Range<usize>)>,
-    /// From its first word to its last.
+    /// From the first word to the last.
     pub(super) range: Range<usize>,
 }
 
@@ -62,7 +62,7 @@ fn index(letter: u8) -> usize {
 }
 
 impl Block {
-    /// Sorts a line, with the values that parameters have before it.
+    /// Sorts a line, using the parameter values before it.
     pub(super) fn fill(&mut self, line: &str, values: &Parameters) -> Result<(), SpanDiagnostic> {
         self.given = 0;
         self.codes.clear();
@@ -144,7 +144,7 @@ impl Block {
         Ok(())
     }
 
-    /// A line with these numbers alone, in the place of this one.
+    /// Returns a line with only these numbers, at the place of this one.
     pub(super) fn instead(&self, numbers: &[(u8, f64)]) -> Self {
         let mut block = Self {
             range: self.range.clone(),
@@ -161,26 +161,26 @@ impl Block {
         block
     }
 
-    /// Takes a code off the line.
+    /// Removes a code; true if it was present.
     pub(super) fn remove(&mut self, letter: u8, number: u32) -> bool {
         let before = self.codes.len();
         self.codes.retain(|code| !code.is(letter, number));
         self.codes.len() < before
     }
 
-    /// Takes the number of a letter off the line.
+    /// Removes the number of a letter and returns it.
     pub(super) fn take(&mut self, letter: u8) -> Option<f64> {
         let number = self.number(letter);
         self.given &= !(1 << index(letter));
         number
     }
 
-    /// Whether there is nothing on the line.
+    /// True if the line is empty.
     pub(super) fn is_empty(&self) -> bool {
         self.given == 0 && self.codes.is_empty() && self.bare.is_none()
     }
 
-    /// The number of a letter.
+    /// Returns the number of a letter.
     pub(super) fn number(&self, letter: u8) -> Option<f64> {
         let at = index(letter);
         if self.given & (1 << at) == 0 {
@@ -189,7 +189,7 @@ impl Block {
         self.numbers.get(at).copied()
     }
 
-    /// Where the word of a letter is; the whole line if there is none.
+    /// Returns the place of a letter's word, or the whole line.
     pub(super) fn range_of(&self, letter: u8) -> Range<usize> {
         let at = index(letter);
         match self.ranges.get(at) {
@@ -198,7 +198,7 @@ impl Block {
         }
     }
 
-    /// Whether one of these letters has a number.
+    /// True if any of these letters has a number.
     pub(super) fn has_any(&self, letters: &[u8]) -> bool {
         letters.iter().any(|letter| self.number(*letter).is_some())
     }
@@ -211,7 +211,7 @@ impl Block {
         self.codes.iter().any(|code| code.letter == b'G')
     }
 
-    /// The power on this line: an S that is not a pause's, a fan's or another code's own.
+    /// Returns the power on this line: an S that does not belong to a pause, a fan or another code.
     pub(super) fn power(&self) -> Option<f64> {
         let own = |code: &Code| match code.letter {
             b'G' => code.is(b'G', 4) || code.is(b'G', 10),
@@ -220,7 +220,7 @@ impl Block {
         self.number(b'S').filter(|_| !self.codes.iter().any(own))
     }
 
-    /// Whether all of the line belongs to an M code that is not known here: its letters are not what they seem.
+    /// True if the line belongs to an unknown M code, so that its letters have an unknown meaning.
     pub(super) fn is_foreign(&self) -> bool {
         let foreign = |code: &Code| {
             let known = WITHOUT_S.iter().chain(&[106, 107, 280, 300]);

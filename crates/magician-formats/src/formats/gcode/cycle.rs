@@ -1,5 +1,5 @@
-//! Canned cycles of drills (G73, G81 to G83, G85, G86, G89): a pen goes to each hole, down, and up again. Pecking, dwelling and
-//! what a spindle does at the bottom are nothing to a pen.
+//! Canned drilling cycles (G73, G81 to G83, G85, G86, G89). The pen moves to each hole, down and up
+//! again; pecking, dwelling and spindle actions are ignored.
 
 use super::arc::Plane;
 use super::block::Block;
@@ -8,17 +8,18 @@ use super::motion::AXES;
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
-/// A line makes no more holes than this.
+/// Largest number of holes per line. A choice above any program, so that a damaged L cannot fill
+/// the memory.
 const MOST_HOLES: f64 = 1000.0;
 
-/// What the lines of a cycle share, as it stands; mm in the coordinates of the program.
+/// State shared by the lines of a cycle: values as commanded, mm in program coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cycle {
     z: Option<f64>,
     r: Option<f64>,
-    /// How high the tool was when the first of a series of cycles began.
+    /// Height of the tool at the start of a series of cycles.
     from: Option<f64>,
-    /// G98: up to where the tool was before, not only to R.
+    /// True for G98: retract to the initial height instead of R.
     pub(super) back: bool,
 }
 
@@ -34,13 +35,13 @@ impl Default for Cycle {
 }
 
 impl Cycle {
-    /// A series of cycles begins: what the one before has said counts no more.
+    /// Begins a series of cycles, which forgets the previous values.
     pub(super) fn begin(&mut self) {
         (self.z, self.r, self.from) = (None, None, None);
     }
 }
 
-/// Whether the tool is fed up again.
+/// True if the tool is fed up instead of retracted at rapid speed.
 fn feeds_up(cycle: u32) -> bool {
     matches!(cycle, 850 | 890)
 }
@@ -69,7 +70,7 @@ impl Machine<'_> {
             Some(r) => from(first).map(|first| first + r),
             None => self.cycle.r,
         };
-        // Without R it begins where the tool is.
+        // Without R the cycle begins at the current height.
         let Some(r) = r.or(now) else {
             return Err(error(format!(
                 "{name} needs R: the height that it begins at"
@@ -124,7 +125,7 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// One straight move of a cycle, as if it were a line of its own.
+    /// Executes one straight move of a cycle as if it were a line of its own.
     fn leg(
         &mut self,
         mode: Mode,

@@ -1,4 +1,4 @@
-//! The steps that a program's motions become.
+//! Emission of plan steps for the motions of a program.
 
 use magician_host::build;
 use magician_protocol::Set;
@@ -7,17 +7,17 @@ use super::arc::Arc;
 use super::{Arcs, Chords, GcodeOptions};
 use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Step, Travel};
 
-/// The rotation of all poses: a pen or a laser has none.
+/// Rotation r of all poses. A pen or a laser is round.
 const ROTATION: f32 = 0.0;
 
-/// How a motion with the tool at work goes.
+/// Parameters of a motion with the tool at work.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CutSettings {
-    /// Speed, mm/s; that in force on the arm if the program has none.
+    /// Speed, mm/s; `None` keeps the speed in force on the arm.
     pub(super) feed: Option<f64>,
-    /// Power of the laser, percent.
+    /// Laser power, percent.
     pub(super) power: f64,
-    /// The speed at which it has that power, if it is in proportion to speed, mm/s.
+    /// Speed at which the power applies, mm/s, if it shall be in proportion to speed (M4).
     pub(super) follows: Option<f64>,
 }
 
@@ -26,17 +26,17 @@ pub(super) struct Emitter<'o> {
     pub(super) plan: Plan,
     options: &'o GcodeOptions,
     chords: &'o Chords,
-    /// A laser draws.
+    /// True for a laser.
     laser: bool,
-    /// Where the program begins, until something has moved.
+    /// Start of the program, until something has moved.
     start: Option<[f64; 3]>,
-    /// The settings that the plan has made so far.
+    /// Settings sent by the plan so far.
     line_speed: Option<[f64; 2]>,
     path_feed: Option<f64>,
     arc_feed: Option<f64>,
-    /// A laser's path has begun, and the laser has not been switched off since.
+    /// True if a laser path has begun and the laser was not switched off since.
     burning: bool,
-    /// The last segment of it has power.
+    /// True if its last segment has power.
     lit: bool,
 }
 
@@ -65,7 +65,8 @@ impl<'o> Emitter<'o> {
         self.plan.push(Action::from(command), origin);
     }
 
-    /// Goes somewhere without drawing. In a laser's path that is a segment without power, so that the path goes on.
+    /// Moves without drawing. Within a laser path this is a segment without power, so that the path
+    /// is not interrupted.
     pub(super) fn travel(&mut self, to: [f64; 3], origin: Origin) {
         self.start = None;
         if self.burning {
@@ -78,8 +79,10 @@ impl<'o> Emitter<'o> {
         self.plan.push(Action::Move { to, by }, origin);
     }
 
-    /// To the beginning of the program, from a position that it does not define: with all joints, as no straight path is
-    /// known. A run of the plan on an arm goes there from above. What burnt before was a figure from wherever the tool stood.
+    /// Moves to the start of the program with all joints, because no straight way is known.
+    ///
+    /// A run on an arm approaches it from above. The laser is switched off first, because a burn
+    /// before it began at an unknown position.
     pub(super) fn enter(&mut self, to: [f64; 3], origin: Origin) {
         self.darken(origin);
         self.start = None;
@@ -102,15 +105,15 @@ impl<'o> Emitter<'o> {
         }
     }
 
-    /// To where the program begins, for work that begins at once: the tool may stand elsewhere, and would draw or burn all the
-    /// way from there.
+    /// Moves to the program's start before work that begins there. The tool may be elsewhere and
+    /// would draw all the way.
     fn begin(&mut self, origin: Origin) {
         if let Some(start) = self.start.take() {
             self.travel(start, origin);
         }
     }
 
-    /// A line of the tool.
+    /// Adds a line of the tool.
     pub(super) fn line(&mut self, to: [f64; 3], work: CutSettings, origin: Origin) {
         self.begin(origin);
         self.path_speed(work.feed, origin);
@@ -136,12 +139,12 @@ impl<'o> Emitter<'o> {
         self.plan.steps.push(step);
     }
 
-    /// Largest distance of a line from the curve that it stands for, mm in the file.
+    /// Largest distance of a chord from its curve, mm in the file.
     pub(super) fn tolerance_of_curve(&self) -> f64 {
         self.chords.for_curve()
     }
 
-    /// An arc of the tool.
+    /// Adds an arc of the tool.
     pub(super) fn arc(
         &mut self,
         arc: &Arc,
@@ -151,7 +154,8 @@ impl<'o> Emitter<'o> {
         self.begin(origin);
         let tolerance = self.chords.for_curve();
         let lines = self.laser || self.options.arcs == Arcs::Lines || !arc.is_level();
-        // What is as good as a line is one: the path goes on, and the arm refuses arcs that are flat.
+        // An arc that is flat within the tolerance becomes a line: the path continues, and the arm
+        // refuses flat arcs anyway.
         if lines || arc.height() <= tolerance {
             self.path_speed(work.feed, origin);
             for corner in arc.corners(tolerance)? {
@@ -182,18 +186,19 @@ impl<'o> Emitter<'o> {
             self.arc_feed = feed;
             self.set(build::arc_speed(speed as f32, acceleration as f32), origin);
         }
-        // The document has arcs obey the first, the vendor's code for the sibling arm the second (model section 9).
+        // By the document arcs obey the first setting; by the vendor's code for the sibling arm the
+        // second (model section 9). So set both.
         self.line_speed(speed, acceleration, origin);
     }
 
-    /// Waits, with the laser dark. Whether it was lit before.
+    /// Waits with the laser off. Returns true if it was on.
     pub(super) fn wait(&mut self, milliseconds: u32, origin: Origin) -> bool {
         let was_lit = self.darken(origin);
         self.plan.push(Action::Wait(milliseconds), origin);
         was_lit
     }
 
-    /// Waits for a person, with the laser dark.
+    /// Pauses for a person with the laser off.
     pub(super) fn pause(&mut self, text: String, origin: Origin) {
         self.laser_off(origin);
         let cause = PauseCause::Program;
@@ -201,19 +206,19 @@ impl<'o> Emitter<'o> {
         self.plan.push(Action::Pause(pause), origin);
     }
 
-    /// Another tool is at work.
+    /// Starts a part for another tool.
     pub(super) fn part(&mut self, part: Part, origin: Origin) {
         self.laser_off(origin);
         self.plan.push(Action::Part(Box::new(part)), origin);
     }
 
-    /// Homes the arm, with the laser dark.
+    /// Homes the arm with the laser off.
     pub(super) fn home(&mut self, origin: Origin) {
         self.laser_off(origin);
         self.plan.push(Action::Home, origin);
     }
 
-    /// The laser goes off if the last segment has left it lit.
+    /// Switches the laser off if the last segment had power. Returns true if it had.
     pub(super) fn darken(&mut self, origin: Origin) -> bool {
         let was_lit = self.lit;
         if was_lit {
@@ -223,7 +228,7 @@ impl<'o> Emitter<'o> {
         was_lit
     }
 
-    /// The program switches the laser off: its path ends here.
+    /// Switches the laser off at the end of a path.
     pub(super) fn laser_off(&mut self, origin: Origin) {
         if self.burning {
             self.plan.push(Action::Laser(false), origin);

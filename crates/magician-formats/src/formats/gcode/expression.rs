@@ -1,14 +1,14 @@
-//! Real values as RS-274 has them: numbers, parameters, expressions in brackets, and functions of those.
+//! Evaluation of real values in RS-274: numbers, parameters, bracketed expressions and functions.
 
 use super::lexer::Words;
 use super::parameters::{Key, LAST};
 use crate::formats::span::SpanDiagnostic;
 
-/// Brackets and parameters within each other; more are no program.
+/// Largest nesting depth. It protects the stack of the recursive parser.
 const DEEPEST: u32 = 60;
-/// Numbers that differ by less are equal.
+/// Tolerance of comparisons. It absorbs the rounding of computed loop variables.
 const EQUAL: f64 = 1e-6;
-/// A parameter's number may differ from a whole one by this.
+/// Tolerance for a parameter number to count as whole. It absorbs the rounding of computed numbers.
 const WHOLE: f64 = 1e-4;
 
 const FUNCTIONS: [&str; 14] = [
@@ -40,7 +40,7 @@ use Operator::{
     Times, Unequal, Xor,
 };
 
-/// As they are written: the longer of two that begin alike first.
+/// Operators as written, longer ones before their prefixes.
 const OPERATORS: [(&str, Operator); 15] = [
     ("**", Power),
     ("*", Times),
@@ -60,7 +60,7 @@ const OPERATORS: [(&str, Operator); 15] = [
 ];
 
 impl Operator {
-    /// The higher is done first; of the same, the left one.
+    /// Precedence; higher binds tighter, equal ones associate to the left.
     fn precedence(self) -> u8 {
         match self {
             Power => 5,
@@ -96,7 +96,7 @@ impl Operator {
 }
 
 impl Words<'_> {
-    /// A real value, if one begins here.
+    /// Parses a real value. `None` if there is none at the cursor.
     pub(super) fn value(&mut self) -> Result<Option<f64>, SpanDiagnostic> {
         self.value_at(0)
     }
@@ -152,7 +152,7 @@ impl Words<'_> {
             .help("export the file with plain numbers, or set it in the file")
     }
 
-    /// `#` and which parameter.
+    /// Parses `#` and the parameter after it.
     pub(super) fn key(&mut self) -> Result<Key, SpanDiagnostic> {
         self.key_at(0)
     }
@@ -176,7 +176,7 @@ impl Words<'_> {
         Err(SpanDiagnostic::new(start..self.at, message))
     }
 
-    /// A name in angle brackets, in lower case and without blanks.
+    /// Parses a name in angle brackets. Case and blanks are ignored.
     pub(super) fn name(&mut self) -> Result<Box<str>, SpanDiagnostic> {
         let start = self.at;
         let rest = self.line.get(start + 1..).unwrap_or_default();
@@ -196,7 +196,7 @@ impl Words<'_> {
         Ok(name.into())
     }
 
-    /// An expression from its bracket to the one that closes it.
+    /// Parses a bracketed expression.
     pub(super) fn bracket(&mut self, depth: u32) -> Result<f64, SpanDiagnostic> {
         let start = self.at;
         self.at += 1;
@@ -212,7 +212,7 @@ impl Words<'_> {
         Ok(value)
     }
 
-    /// Values with operators of at least this precedence between them.
+    /// Parses values joined by operators of at least this precedence (precedence climbing).
     fn terms(&mut self, depth: u32, least: u8) -> Result<f64, SpanDiagnostic> {
         self.skip_blanks();
         let start = self.at;
@@ -257,7 +257,7 @@ impl Words<'_> {
         Some(operator)
     }
 
-    /// A function call and its value; `None` if no function of this name begins here.
+    /// Parses a function call and returns its value. `None` if no known function starts here.
     fn function(&mut self, depth: u32) -> Result<Option<f64>, SpanDiagnostic> {
         let start = self.at;
         self.pass(|byte| byte.is_ascii_alphabetic());
@@ -297,6 +297,7 @@ impl Words<'_> {
             "ROUND" => of.round(),
             "SIN" => libm::sin(of.to_radians()),
             "SQRT" => of.sqrt(),
+            // Only TAN is left.
             _ => libm::tan(of.to_radians()),
         };
         if value.is_finite() {
@@ -309,7 +310,7 @@ impl Words<'_> {
         }
     }
 
-    /// Every numbered parameter exists; a named one once it is set.
+    /// Evaluates EXISTS. Every numbered parameter exists; a named one exists once it is set.
     fn exists(&mut self, start: usize, depth: u32) -> Result<f64, SpanDiagnostic> {
         self.at += 1;
         self.skip_blanks();

@@ -1,4 +1,4 @@
-//! Where O-words lead a program: branches, loops and subroutines.
+//! Control flow by O-words: branches, loops and subroutines.
 
 use super::SourceLine;
 use super::interpreter::{CallFrame, CallKind, DEEPEST, FILES, Interpreter};
@@ -6,17 +6,17 @@ use super::lexer::Words;
 use super::oword::{Keyword, Label, Oword, TextPosition, line_at};
 use crate::formats::span::SpanDiagnostic;
 
-/// A call has no more values than this.
+/// Largest number of arguments of a call: RS-274 of LinuxCNC has #1 to #30.
 const MOST_ARGUMENTS: usize = 30;
 
 impl<'p, 't> Interpreter<'p, 't> {
-    /// The line behind an O-word.
+    /// Returns the position after an O-word.
     fn after_oword(&self, at: usize) -> TextPosition {
         let oword = self.program.owords.all.get(at);
         oword.map_or(self.place, |oword| self.after(oword.place))
     }
 
-    /// Does what an O-word says.
+    /// Executes an O-word.
     pub(super) fn lead(
         &mut self,
         oword: &'p Oword,
@@ -42,7 +42,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 }
             }
             Keyword::If => self.branch(own, line)?,
-            // They are reached at the end of the branch before them.
+            // These lines are reached by finishing the branch before them, so skip to the end.
             Keyword::ElseIf | Keyword::Else => {
                 let mut end = own;
                 while all[end].keyword != Keyword::EndIf {
@@ -78,6 +78,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             Keyword::Continue => match all[oword.other].keyword {
                 Keyword::Repeat => self.repeat(oword.other),
                 Keyword::While => self.place = all[oword.other].place,
+                // In `do .. while` the condition at the end decides, so go on there.
                 _ => self.place = all[all[oword.other].other].place,
             },
             Keyword::Do | Keyword::EndIf => {}
@@ -85,7 +86,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         Ok(())
     }
 
-    /// The next time of a `repeat`, if there is one.
+    /// Continues a `repeat` if rounds are left, else leaves it.
     fn repeat(&mut self, begin: usize) {
         let frame = self.frames.last_mut();
         let mut counts = frame.into_iter().flat_map(|frame| &mut frame.repeats);
@@ -100,7 +101,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         self.place = self.after_oword(if again { begin } else { end });
     }
 
-    /// The first branch of an `if` whose condition holds.
+    /// Enters the first branch of an `if` whose condition holds.
     fn branch(&mut self, begin: usize, line: &SourceLine<'t>) -> Result<(), SpanDiagnostic> {
         let all = &self.program.owords.all;
         let mut at = begin;
@@ -171,7 +172,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         }
     }
 
-    /// The one value of an O-word.
+    /// Evaluates the mandatory value of an O-word.
     fn condition(&self, oword: &Oword, line: &SourceLine<'_>) -> Result<f64, SpanDiagnostic> {
         self.optional(oword, line)?.ok_or_else(|| {
             let message = format!("{} has no value in brackets", oword.label);

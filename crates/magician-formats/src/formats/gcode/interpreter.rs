@@ -1,5 +1,9 @@
-//! The lines of a program in the order in which they are carried out: RS-274's parameters, O-words and subprograms (M98), with
-//! bounded work.
+//! Execution order of a program: parameters, O-words and subprograms (M98) of RS-274, with bounded
+//! work.
+//!
+//! [`Interpreter::step`] returns the lines in the order in which they are executed, with all values
+//! computed. It is deterministic, so a program can be run twice: once for a survey, once for the
+//! plan. Endless loops are caught by a limit on executed lines.
 
 use magician_host::{Given, Setting};
 
@@ -12,19 +16,21 @@ use super::{SourceLine, behind_number};
 use crate::formats::span::SpanDiagnostic;
 use crate::{Diagnostic, DiagnosticCode};
 
-/// A program may carry out so many lines more than it has.
+/// Number of lines that a program may execute beyond its own length. A choice above any real
+/// drawing, which stops endless loops.
 const MOST_REPEATED: u64 = 300_000;
-/// A long line counts for one more for each so many bytes.
+/// Number of bytes for which a long line counts as one more, so that the limit bounds time and not
+/// only lines.
 const BYTES_OF_A_LINE: usize = 25;
-/// Calls within each other.
+/// Largest depth of calls. It stops endless recursion.
 pub(super) const DEEPEST: usize = 100;
 
-/// A program that can be carried out from its beginning, as often as it is asked for.
+/// A parsed program, which can be executed repeatedly.
 #[derive(Debug)]
 pub(super) struct Program<'t> {
     pub(super) text: &'t str,
     pub(super) owords: Owords,
-    /// So many lines may be carried out.
+    /// Largest number of lines to execute.
     allowed: u64,
 }
 
@@ -39,19 +45,19 @@ impl<'t> Program<'t> {
         })
     }
 
-    /// Whether it may carry out a line more than once.
+    /// True if the program may execute a line more than once.
     pub(super) fn repeats(&self) -> bool {
         !(self.owords.all.is_empty() && self.owords.numbered.is_empty())
     }
 }
 
-/// A call under way.
+/// An active call.
 #[derive(Debug)]
 pub(super) struct CallFrame {
-    /// Where it goes on afterwards.
+    /// Return position.
     back: TextPosition,
     pub(super) of: CallKind,
-    /// How often each loop under way is still to be done.
+    /// Remaining rounds of each active `repeat`.
     pub(super) repeats: Vec<(usize, u64)>,
 }
 
@@ -59,32 +65,32 @@ pub(super) struct CallFrame {
 pub(super) enum CallKind {
     Main,
     Sub(Saved),
-    /// A numbered program, and how often it is still to be done.
+    /// A numbered program, and the number of remaining repetitions.
     Numbered(u32, u64),
 }
 
-/// What is to be done with a line.
+/// Result of executing a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LineOutcome {
-    /// Its words are in the block.
+    /// The block contains its words, to be processed by the machine.
     Words,
-    /// It may be skipped (`/`), or sets up a controller (`$`).
+    /// Skipped: block delete (`/`) or a controller setting (`$`).
     LeftOut,
-    /// It has led the program elsewhere.
+    /// Control flow only.
     Led,
 }
 
 #[derive(Debug)]
 pub(super) struct Interpreter<'p, 't> {
     pub(super) program: &'p Program<'t>,
-    /// The line that comes next.
+    /// Position of the next line.
     pub(super) place: TextPosition,
-    /// The main program and the calls under way.
+    /// Main program and active calls.
     pub(super) frames: Vec<CallFrame>,
     pub(super) parameters: Parameters,
-    /// How many lines were carried out.
+    /// Number of lines executed.
     pub(super) done: u64,
-    /// A word has been carried out.
+    /// True once a word was executed.
     begun: bool,
     ended: bool,
     pub(super) notes: Notes,
@@ -116,7 +122,8 @@ impl<'p, 't> Interpreter<'p, 't> {
         &self.parameters.modes
     }
 
-    /// Carries out the next line, as far as that is a matter of parameters and of where the program leads. Nothing at the end.
+    /// Executes the next line as far as parameters and control flow are concerned. `None` at the
+    /// end.
     pub(super) fn step(
         &mut self,
         block: &mut Block,
@@ -184,7 +191,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             set.map_err(|message| SpanDiagnostic::new(range, message))?;
         }
         self.begun |= !block.is_empty();
-        // Most lines have no code.
+        // Most lines have no codes, so skip the searches below.
         if !block.codes.is_empty() {
             self.subprogram(block, line)?;
             let ends = block.has(b'M', 2) || block.has(b'M', 30);
@@ -202,7 +209,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         }
     }
 
-    /// M98 and M99.
+    /// Executes M98 and M99.
     fn subprogram(
         &mut self,
         block: &mut Block,
@@ -247,6 +254,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 of: CallKind::Numbered(..),
                 ..
             }) => self.leave(),
+            // Outside a numbered program, M99 restarts the main program on a controller.
             _ => {
                 self.ended = true;
                 let message = "M99 would restart the program: it ends there";
@@ -277,7 +285,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         Ok(())
     }
 
-    /// Back to where the last call came from.
+    /// Returns from the last call.
     pub(super) fn leave(&mut self) {
         let Some(frame) = self.frames.pop() else {
             return;
@@ -289,7 +297,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         self.parameters.level = self.frames.len() - 1;
     }
 
-    /// The line behind a place.
+    /// Returns the position after a line.
     pub(super) fn after(&self, place: TextPosition) -> TextPosition {
         let next = line_at(self.program.text, place).map_or(place.at, |(_, next)| next);
         let owords = &self.program.owords.all;
@@ -303,7 +311,8 @@ impl<'p, 't> Interpreter<'p, 't> {
         }
     }
 
-    /// How many lines stand behind the end of the program that are no subprograms.
+    /// Number of non-empty lines after the end of the program. 0 for programs with subprograms,
+    /// which may stand there.
     pub(super) fn left(&self) -> u32 {
         if self.program.repeats() {
             return 0;

@@ -1,4 +1,4 @@
-//! A line of G-code as words: a letter and a number each, and what it sets of parameters.
+//! Splitting a line of G-code into words (a letter and a number each) and parameter assignments.
 
 use std::ops::Range;
 
@@ -6,47 +6,47 @@ use super::behind_number;
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
-/// Letters behind a comma that belong to the line's corner (Fanuc): its radius, what is cut off, its angle.
+/// Letters after a comma that modify the corner of a line (Fanuc): radius, chamfer, angle.
 const CORNERS: [u8; 3] = *b"RCA";
-/// No number of a program for this arm is as great, whatever its unit.
+/// Largest magnitude of a number, whatever its unit. Beyond it the file is damaged.
 const GREATEST: f64 = 1e9;
-/// So many digits fit into the whole number that they are gathered in.
+/// Number of digits that fit into the integer in which they are collected.
 const MOST_DIGITS: u32 = 19;
-/// The powers of ten that a binary64 holds exactly.
+/// Powers of ten that are exact in a binary64.
 const TENS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// One word.
+/// A word.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Word {
-    /// In upper case.
+    /// Letter in upper case.
     pub(super) letter: u8,
-    /// Some words are complete without one, as the X in `G28 X`.
+    /// Number; `None` for words that are complete without one, such as the X in `G28 X`.
     pub(super) number: Option<f64>,
-    /// Which bytes of the line it takes.
+    /// Range of bytes in the line.
     pub(super) range: Range<usize>,
 }
 
-/// What a line consists of.
+/// Item of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Item {
     Word(Word),
-    /// A parameter that has this value after the line, and where that stands.
+    /// Assignment of a parameter, with value and place. It takes effect after the line.
     Set(Key, f64, Range<usize>),
-    /// What belongs to a controller and is left out: why, and where it stands.
+    /// A part addressed to a controller, left out, with reason and place.
     LeftOut(&'static str, Range<usize>),
 }
 
-/// The words of a line. Spaces may stand anywhere but inside a number; comments, the percent signs around a program and
-/// a checksum at the end are passed over.
+/// Iterator over the words of a line. Blanks may occur anywhere except inside a number. Comments,
+/// percent signs around a program and a checksum at the end are skipped.
 #[derive(Debug)]
 pub(super) struct Words<'l> {
     pub(super) line: &'l str,
     pub(super) at: usize,
     pub(super) values: &'l Parameters,
-    /// A comment within another one is not closed: the first parenthesis closes comments.
+    /// True if nested comments are not closed; then the first closing parenthesis ends a comment.
     unbalanced: bool,
 }
 
@@ -74,35 +74,38 @@ impl<'l> Words<'l> {
         self.pass(|byte| byte.is_ascii_whitespace() || byte == b'\x0b');
     }
 
-    /// The first byte of the next word; nothing at the end of what counts.
+    /// Moves to the next word and returns its first byte. `None` at the end of the code.
     pub(super) fn begin(&mut self) -> Option<u8> {
         loop {
             self.skip_blanks();
             match self.peek()? {
                 b'%' => self.at += 1,
                 b'(' => self.skip_comment(),
-                // Some programs set one between words. A number behind it has no letter.
+                // Some programs put a comma between words. A number after a comma has no letter and
+                // is an error.
                 b',' if self
                     .behind_comma()
                     .is_some_and(|next| next.is_ascii_alphabetic()) =>
                 {
                     self.at += 1;
                 }
-                // A checksum ends a line, and so does the sign that ends a DOS file.
+                // A checksum ends the line, and so does the end-of-file character of DOS.
                 b';' | b'*' | b'\x1a' => return None,
                 byte => return Some(byte),
             }
         }
     }
 
-    /// The first byte behind a comma; `None` if it begins a word that is no word of its own, as `,R2` does.
+    /// Returns the first byte after a comma, or `None` if it begins a corner modifier such as
+    /// `,R2`.
     fn behind_comma(&self) -> Option<u8> {
         let rest = self.line.as_bytes().get(self.at + 1..)?;
         let next = rest.iter().find(|byte| !byte.is_ascii_whitespace())?;
         (!CORNERS.contains(&next.to_ascii_uppercase())).then_some(*next)
     }
 
-    /// From a parenthesis to the one that closes it; to the first where not all are closed.
+    /// Skips a comment to its matching parenthesis, or to the first one if parentheses are
+    /// unbalanced.
     fn skip_comment(&mut self) {
         let (mut depth, start) = (0_u32, self.at);
         while let Some(byte) = self.peek().filter(|_| !self.unbalanced) {
@@ -171,7 +174,7 @@ impl<'l> Words<'l> {
         })
     }
 
-    /// A whole number with the digits behind a decimal comma: digits without a letter mean nothing else.
+    /// Adds the digits after a decimal comma. Digits without a letter can mean nothing else.
     fn with_decimals(&mut self, from: usize, whole: f64) -> f64 {
         let bytes = self.line.as_bytes();
         let has_point = bytes
@@ -190,7 +193,8 @@ impl<'l> Words<'l> {
         text.replace(',', ".").parse().unwrap_or(whole)
     }
 
-    /// A number with the exponent behind it, if that is none of a word E: it has a sign, and a blank is between the words.
+    /// Adds an exponent, if it cannot be a word E: it has a sign, and the words of the line are
+    /// separated by blanks.
     fn with_exponent(&mut self, start: usize, from: usize, number: f64) -> f64 {
         let bytes = self.line.as_bytes();
         let at = |at: usize| bytes.get(at).copied();
@@ -216,7 +220,7 @@ impl<'l> Words<'l> {
         number
     }
 
-    /// Passes over what a controller is told beside a program; why it is left out.
+    /// Skips a part addressed to a controller, and returns why it is left out.
     fn of_the_controller(&mut self, sign: char) -> Option<&'static str> {
         let start = self.at;
         self.at += sign.len_utf8();
@@ -233,9 +237,9 @@ impl<'l> Words<'l> {
         }
     }
 
-    /// The word of a macro of Fanuc that a line begins with.
+    /// Returns the Fanuc macro keyword at the start of a line.
     fn macro_word(&self) -> Option<&'static str> {
-        // Not behind an O, which has words of the same names.
+        // Not after an O, whose keywords have the same names.
         if self.at != behind_number(self.line) {
             return None;
         }
@@ -258,7 +262,7 @@ impl<'l> Words<'l> {
         fits.then_some(word)
     }
 
-    /// Whether an `e` with whole digits follows a number directly.
+    /// True if an `e` with whole digits directly follows the number.
     fn has_exponent(&self) -> bool {
         let rest = self.line.as_bytes().get(self.at..).unwrap_or_default();
         let Some((b'e' | b'E', rest)) = rest.split_first() else {
@@ -273,7 +277,7 @@ impl<'l> Words<'l> {
         count > 0 && digits.get(count) != Some(&b'.')
     }
 
-    /// Sign, digits, point, digits.
+    /// Parses a plain decimal number.
     pub(super) fn number(&mut self) -> Option<f64> {
         let start = self.at;
         let negative = self.peek() == Some(b'-');
@@ -284,7 +288,7 @@ impl<'l> Words<'l> {
         while let Some(byte) = self.peek() {
             match byte {
                 b'0'..=b'9' => {
-                    // What does not fit is parsed again below.
+                    // May wrap; numbers with too many digits are parsed again below.
                     whole = whole.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
                     digits = digits.saturating_add(1);
                     places += usize::from(point);
@@ -297,7 +301,8 @@ impl<'l> Words<'l> {
         if digits == 0 {
             return None;
         }
-        // A whole number and a power of ten that are exact give the nearest quotient.
+        // If integer and power of ten are exact, their quotient is the correctly rounded number.
+        // This fast path avoids the general parser for nearly all numbers.
         let exact = digits <= MOST_DIGITS && whole <= 1 << 53;
         if let Some(ten) = TENS.get(places).filter(|_| exact) {
             let number = whole as f64 / ten;
@@ -308,7 +313,7 @@ impl<'l> Words<'l> {
 }
 
 impl Words<'_> {
-    /// A parameter and what it is set to.
+    /// Parses an assignment.
     fn set(&mut self) -> Result<Item, SpanDiagnostic> {
         let start = self.at;
         let key = self.key()?;
@@ -394,7 +399,7 @@ mod tests {
             2,
             "comments within comments"
         );
-        // What is not closed ends where it would without others in it.
+        // An unclosed comment ends where it would without nested ones.
         assert_eq!(words("(a (b) X1 (c) Y2").len(), 2);
         let many = "(()".repeat(100_000);
         assert_eq!(words(&many), []);
@@ -443,7 +448,7 @@ mod tests {
         let long = format!("G1 X{forty}");
         assert_eq!(error(&long).0, 3..44);
         assert_eq!(error("7 G1").1, "a number has no letter");
-        // A fraction after E is a word of its own, as printers write it without spaces.
+        // A fraction after E is a separate word, as printers write it without blanks.
         assert_eq!(words("G1X10E0.5").len(), 3);
     }
 }

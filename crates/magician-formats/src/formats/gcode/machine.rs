@@ -1,4 +1,4 @@
-//! What the lines of a program have set by now, and what each of them does.
+//! State of the machine while a program runs, and the effect of each line.
 
 use magician_host::{Action as Deed, Given, Setting};
 
@@ -21,67 +21,68 @@ use super::survey::{Kind, Survey};
 use crate::formats::span::SpanDiagnostic;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan, Step};
 
-/// As many tools are told apart.
+/// Largest number of distinct tools. Each new tool is compared with all others, so it bounds time.
 const MOST_TOOLS: usize = 1000;
 
-/// The motion that a line without a code of its own repeats.
+/// Modal motion, which a line without a motion code repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     Travel,
     Line,
-    /// Clockwise or not.
+    /// Arc; true for clockwise.
     Arc(bool),
-    /// G5, a cubic one, or G5.1, a quadratic one.
+    /// Spline: cubic (G5) or quadratic (G5.1).
     Curve {
         cubic: bool,
     },
-    /// A drill's cycle, in tenths of its G.
+    /// Drilling cycle, in tenths of its G code.
     Cycle(u32),
-    /// G80: none.
+    /// None, after G80.
     None,
 }
 
 #[derive(Debug)]
 pub(super) struct Machine<'o> {
     pub(super) options: &'o GcodeOptions,
-    /// The two radii of an arc may differ by this, mm.
+    /// Largest difference of both radii of an arc, mm.
     pub(super) tolerance: f64,
     pub(super) survey: Survey,
     pub(super) out: Emitter<'o>,
     pub(super) notes: Notes,
     pub(super) mode: Mode,
-    /// mm of the unit in force.
+    /// Length of the current unit, mm.
     pub(super) unit: f64,
     pub(super) relative: bool,
     pub(super) absolute_centres: bool,
     pub(super) plane: Plane,
     pub(super) cycle: Cycle,
-    /// Where the last curve was going (P, Q of its line), and where it ended: the next one goes on there.
+    /// End tangent (P, Q) and end of the last curve, from which the next one continues.
     pub(super) curve: Option<([f64; 2], [f64; 3])>,
-    /// F as the program says it, mm/s.
+    /// Feed F, mm/s.
     pub(super) feed: Option<f64>,
-    /// Whether M3, M4 or M106 has switched the laser on.
+    /// True if M3, M4 or M106 has switched the laser on.
     on: bool,
-    /// M4 has: the power is in proportion to speed.
+    /// True after M4: power in proportion to speed.
     pub(super) follows_speed: bool,
-    /// S as it stands, and at how much of it the laser has full power.
+    /// Current S, and the S of full power.
     power: f64,
     range: f64,
     pub(super) laser: bool,
-    /// A servo lifts the pen: where it stands, which of its angles are down, and whether it is.
+    /// True if a servo lifts the pen; below its state, the angles that mean down, and the pen's
+    /// state.
     pub(super) lifts: bool,
     servo: Servo,
     down: Vec<f64>,
     pub(super) pen_is_down: bool,
-    /// Where the tool is in the arm's coordinates, as far as that is known.
+    /// Position of the tool in the arm's coordinates, as far as known.
     pub(super) at: [Option<f64>; 3],
-    /// The tools (T) so far, and the one at work.
+    /// Tools (T) so far, and the current one.
     tools: Vec<u64>,
     tool: Option<u64>,
-    /// Whether something was drawn before the first tool was named.
+    /// True if something was drawn before the first tool.
     toolless: bool,
     pub(super) begin: Begin,
-    /// The program's zero in the arm's coordinates.
+    /// Origin of the program in the arm's coordinates.
     pub(super) offsets: Offsets,
 }
 
@@ -130,7 +131,8 @@ impl<'o> Machine<'o> {
         };
         let out = Emitter::new(title, options, chords, laser);
         Ok(Self {
-            // A program that never says S switches only, and one that switches nothing only says S.
+            // A program without S only switches the laser, so S is full power; one without switches
+            // only sets S, so the laser is always on.
             power: if never { range } else { 0.0 },
             on: !survey.switches && !survey.fan_lights(),
             options,
@@ -162,12 +164,12 @@ impl<'o> Machine<'o> {
         })
     }
 
-    /// How many steps the plan has.
+    /// Number of steps of the plan.
     pub(super) fn steps(&self) -> usize {
         self.out.plan.steps.len()
     }
 
-    /// Does what a line says; its words are in the block.
+    /// Executes a line whose words are in the block.
     pub(super) fn take(
         &mut self,
         line: &SourceLine<'_>,
@@ -195,11 +197,11 @@ impl<'o> Machine<'o> {
         }
     }
 
-    /// In the order that G-code has: settings, switches, pauses, motion, end.
+    /// Executes the words in the order of RS-274: settings, switches, pauses, motion, end.
     fn follow(&mut self, block: &Block, line: &SourceLine<'_>) -> Result<(), SpanDiagnostic> {
         let origin = line.origin(&block.range);
         for code in block.codes.iter() {
-            // With a word it is the progress of a slicer.
+            // With further words it is the progress display of a slicer.
             let progress = code.is(b'M', 73) && block.has_any(b"PRQSCLD");
             if progress {
                 let message = "M73, the progress of a print, is left out";
@@ -212,6 +214,7 @@ impl<'o> Machine<'o> {
                 return Err(SpanDiagnostic::new(code.range.clone(), message).help(help));
             }
         }
+        // An unknown M code may give any meaning to the letters on its line.
         if block.is_foreign() {
             self.note_codes(block, origin);
             return Ok(());
@@ -234,7 +237,8 @@ impl<'o> Machine<'o> {
         Ok(())
     }
 
-    /// Another tool than before, or M6: the program waits until it is mounted. Whether it does.
+    /// Handles a tool change (M6 or another T): the program pauses until it is mounted. Returns
+    /// true if it pauses.
     fn change_tool(&mut self, block: &Block, line: &str, origin: Origin) -> bool {
         let named = block.number(b'T').filter(|tool| (0.0..1e6).contains(tool));
         let named = named.map(|tool| tool as u64);
@@ -242,6 +246,7 @@ impl<'o> Machine<'o> {
             let steps = &self.out.plan.steps;
             self.toolless |= steps.iter().any(|step| step.action.marks());
         }
+        // The first tool counts as mounted, unless something was drawn before it.
         let changes =
             named.is_some() && named != self.tool && (self.tool.is_some() || self.toolless);
         let pauses = changes || block.has(b'M', 6);
@@ -271,7 +276,7 @@ impl<'o> Machine<'o> {
         pauses
     }
 
-    /// What is drawn before the first tool is a part of its own, without a name.
+    /// Makes an unnamed part of everything drawn before the first tool.
     fn begin_without_tool(&mut self) {
         let steps = &mut self.out.plan.steps;
         for step in steps.iter_mut() {
@@ -298,7 +303,7 @@ impl<'o> Machine<'o> {
         }
     }
 
-    /// A letter without a number is complete only where it names an axis to home.
+    /// Refuses a letter without a number, except an axis to home.
     fn check_bare(&self, block: &Block) -> Result<(), SpanDiagnostic> {
         match &block.bare {
             Some((letter, range)) if !block.has(b'G', 28) => Err(SpanDiagnostic::new(
@@ -371,7 +376,7 @@ impl<'o> Machine<'o> {
         self.out.laser_off(origin);
     }
 
-    /// The servo of a pen.
+    /// Moves the pen by its servo.
     fn turn_servo(
         &mut self,
         angle: f64,
@@ -418,7 +423,7 @@ impl<'o> Machine<'o> {
         Ok(())
     }
 
-    /// The power of the laser on a line or arc, percent.
+    /// Laser power of a line or arc, percent.
     pub(super) fn percent(&self) -> f64 {
         if self.on && self.laser {
             (self.power / self.range * 100.0).min(100.0)
@@ -427,12 +432,13 @@ impl<'o> Machine<'o> {
         }
     }
 
-    /// The end of the program, or of the file.
+    /// Finishes the plan at the end of the program or file.
     pub(super) fn finish(mut self) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
         if let Some(origin) = self.begin.waiting {
             let message = "the program moves, but never gives X and Y";
             return Err(Diagnostic::new(origin, message).without_start());
         }
+        // The last move may have left the tool held above its commanded height.
         self.lower();
         self.out.laser_off(Origin::NONE);
         if self.toolless {

@@ -1,4 +1,5 @@
-//! Whether a program is a mill's, whose S is the speed of a spindle.
+//! Detection of programs for a mill, whose S is the speed of a spindle and not the power of a
+//! laser.
 
 use super::SourceLine;
 use super::block::Block;
@@ -6,21 +7,21 @@ use super::modes::Modes;
 use super::power::setting;
 use crate::Origin;
 
-/// The sign of a mill that a laser's program has as well, which blows air.
+/// Sign of a mill that also occurs in laser programs, as air assist.
 const COOLANT: &str = "it switches coolant";
 
-/// Whether a tool is lifted, led across, and fed down again: no laser is.
+/// Tracks whether a tool is lifted, moved across and fed down again, which a laser never is.
 #[derive(Clone, Debug, Default)]
 struct Lifts {
     /// Z of the last cut.
     cut: Option<f64>,
-    /// The Z above it at which the tool was led across since, and whether it was fed down from there.
+    /// Height above it at which the tool moved across, and whether it was fed down since.
     across: Option<f64>,
     fed_down: bool,
 }
 
 impl Lifts {
-    /// Follows a line from a Z to another one. Whether a second cut begins on it.
+    /// Follows a change of Z. Returns true if a second cut begins.
     fn follow(&mut self, from: f64, to: f64, (travels, feeds, marks): (bool, bool, bool)) -> bool {
         if travels && self.cut.is_some_and(|cut| to > cut) {
             self.across = Some(to);
@@ -38,17 +39,17 @@ impl Lifts {
     }
 }
 
-/// What a program does that a laser's does not, and whether its header is a laser's.
+/// Signs of a mill in a program, and of a laser in its header.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mill {
-    /// The first sign of a mill, and where.
+    /// First sign of a mill, with its place.
     sign: Option<(String, Origin)>,
     laser: bool,
-    /// Coolant is the air assist of a laser.
+    /// True if coolant is the air assist of a laser.
     has_air_assist: bool,
-    /// Something has moved: the header is over.
+    /// True once something has moved, which ends the header.
     moved: bool,
-    /// The height by then, in the program's own unit and coordinates.
+    /// Current height, in the program's own unit and coordinates.
     z: f64,
     tool: Option<f64>,
     lifts: Lifts,
@@ -62,7 +63,7 @@ impl Mill {
         }
     }
 
-    /// Reads the comments and settings of a line: `$32=1` is the laser mode of a controller.
+    /// Examines comments and settings of a line. `$32=1` is the laser mode of a controller.
     pub(super) fn read(&mut self, text: &str) {
         if self.moved || self.laser {
             return;
@@ -75,8 +76,8 @@ impl Mill {
             || setting(text, "$32").is_some_and(|mode| mode == 1.0);
     }
 
-    /// Looks at the words of a line; `places` is whether they are no places in the program's coordinates, `marks` whether X or Y
-    /// is fed on it.
+    /// Examines the words of a line. `places` is true if its coordinates are not positions in
+    /// program coordinates; `marks` is true if it feeds X or Y.
     pub(super) fn look(
         &mut self,
         block: &Block,
@@ -124,17 +125,17 @@ impl Mill {
         }
     }
 
-    /// True if the coolant that it switches is the first sign of a mill.
+    /// True if coolant is the first sign of a mill.
     pub(super) fn is_cooled_alone(&self) -> bool {
         { self.sign.as_ref() }.is_some_and(|(sign, _)| sign == COOLANT)
     }
 
-    /// Whether its header is a laser's.
+    /// True if the header is a laser's.
     pub(super) fn has_laser(&self) -> bool {
         self.laser
     }
 
-    /// By what it is known as a mill's, and where.
+    /// Returns the sign of a mill, with its place; `None` if the header is a laser's.
     pub(super) fn sign(&self) -> Option<(&str, Origin)> {
         let (sign, origin) = self.sign.as_ref().filter(|_| !self.laser)?;
         Some((sign, *origin))

@@ -1,32 +1,34 @@
-//! G-code of pens and lasers.
+//! Reader of G-code for pens and lasers.
 //!
-//! Only the syntax is common to all G-code; the meaning is that of the file's dialect. The words are read by a lexer of our
-//! own: the `gcode` crate gives numbers in binary32 (coordinates are summed up here), lets an open parenthesis swallow the
-//! lines after it, and takes `X1E5` for two words without a sign of it.
+//! All G-code shares its syntax, while the meaning of words depends on the dialect. The lexer is
+//! our own. The `gcode` crate returns binary32 numbers (coordinates are summed up here), lets an
+//! unclosed parenthesis swallow the following lines, and silently splits `X1E5` into two words.
 //!
-//! | words | what becomes of them |
+//! | words | result |
 //! |---|---|
-//! | G0 | a straight move; within a laser's path a segment without power |
-//! | G1 | a segment of a continuous path, for a laser with its power |
-//! | G2, G3 with I J K (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, in the planes of G18 and G19, and for what is as flat as the tolerance |
-//! | G73, G81 to G83, G85, G86, G89, G98, G99 | holes of a pen: one way down and up each |
-//! | G4 P (ms; s where the program has fractions of it or settings of GRBL) or S (s) | a wait, with the laser dark |
+//! | G0 | straight move; within a laser path a segment without power |
+//! | G1 | segment of a continuous path, for a laser with its power |
+//! | G2, G3 with I J K (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, in the planes of G18 and G19, and where the arc is flat within the tolerance |
+//! | G73, G81 to G83, G85, G86, G89, G98, G99 | holes of a pen: one move down and up each |
+//! | G4 P (ms; s if the program has fractions of it or settings of GRBL) or S (s) | wait with the laser off |
 //! | G5, G5.1 | curves, as lines within the tolerance |
-//! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G80, G94 | as everywhere |
-//! | G54 to G59.3, G10 L2 and L20, G52, G92 to G92.3 | where the zero is, from 0 on |
-//! | G53 | the arm's coordinates; of a placed program only up, as the machine's zero is not known |
-//! | G28, G30 | left out, but for up (`home` in the options homes) |
-//! | M3, M5, S; M106, M107 without extruding | the laser's power |
-//! | M4 | that, in proportion to speed: [`Step::feed`](crate::Step::feed) |
-//! | M300 S30, S50; M280 S | a servo's pen down and up, at the heights of the options |
-//! | F | the speed along lines and arcs, mm/min |
-//! | M0, M1, M6, another T | the arm waits for a person, who reads the comment of the line |
-//! | M2, M30 | the end |
+//! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G80, G94 | standard meaning |
+//! | G54 to G59.3, G10 L2 and L20, G52, G92 to G92.3 | origin, initially 0 |
+//! | G53 | the arm's coordinates; in a placed program only a lift, because the machine's origin is unknown |
+//! | G28, G30 | left out, except for a lift (the option `home` homes) |
+//! | M3, M5, S; M106, M107 without extruding | laser power |
+//! | M4 | laser power in proportion to speed: [`Step::feed`](crate::Step::feed) |
+//! | M300 S30, S50; M280 S | pen down and up by a servo, at the heights of the options |
+//! | F | speed along lines and arcs, mm/min |
+//! | M0, M1, M6, another T | pause for a person, with the comment of the line as its message |
+//! | M2, M30 | end |
 //!
-//! Other M codes, E, T and rotary axes are noted and left out; other G codes that move, or say where things are, are refused.
+//! Other M codes, E, T and rotary axes are left out with a note. Other G codes that move or define
+//! positions are refused.
 //!
-//! A program may compute: `interpreter` gives its lines in the order in which they are carried out, with the values of parameters
-//! and expressions in their words. It is run twice, once for what the whole program tells (`survey`), once for the plan.
+//! A program may compute. `interpreter` returns its lines in execution order, with parameters and
+//! expressions evaluated. The program runs twice: `survey` collects facts that depend on all of it
+//! (is it a laser's, what S is full power), then `machine` builds the plan.
 
 mod arc;
 mod begin;
@@ -68,7 +70,7 @@ use modes::Modes;
 
 use survey::Survey;
 
-/// A program that repeats lines makes no more moves than this.
+/// Largest number of moves of a program that repeats lines. It bounds memory.
 const MOST_STEPS: usize = 1_000_000;
 
 pub(super) fn read(
@@ -76,7 +78,7 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    // What is not UTF-8 stands in comments: a guess needs no note.
+    // Bytes that are not UTF-8 occur only in comments, so a guess needs no note.
     let text = decode(bytes, Otherwise::Bytes)?.text;
     let program = Program::new(&text)?;
     let gcode = &options.gcode;
@@ -107,11 +109,11 @@ pub(super) fn read(
     })
 }
 
-/// Place in a line of the first sign that is neither a blank nor of the line's number.
+/// Returns the index of the first character after blanks and the line number.
 fn behind_number(line: &str) -> usize {
     let blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == b'\x0b';
     let bytes = line.as_bytes();
-    // Most lines begin with a word.
+    // Fast path: most lines begin with a word.
     if let Some(b'G' | b'X' | b'Y') = bytes.first() {
         return 0;
     }
@@ -145,7 +147,7 @@ impl SpanDiagnostic {
     }
 }
 
-/// A line and its number.
+/// A line with its number.
 #[derive(Clone, Copy, Debug)]
 struct SourceLine<'t> {
     number: u32,
@@ -153,7 +155,7 @@ struct SourceLine<'t> {
 }
 
 impl SourceLine<'_> {
-    /// The origin of some of its bytes.
+    /// Returns the origin of a range of its bytes.
     fn origin(&self, range: &Range<usize>) -> Origin {
         let count = |range: Range<usize>| {
             let part = self.text.get(range.clone());

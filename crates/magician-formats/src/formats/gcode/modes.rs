@@ -1,35 +1,35 @@
-//! What the lines of a program have set by now, as its own parameters tell it (`#5420`, `#<_feed>`).
+//! Modal state that a program can read through predefined parameters (`#5420`, `#<_feed>`).
 
 use super::arc::Plane;
 use super::block::Block;
 use super::motion::AXES;
 use super::offsets::{Offsets, Setting};
 
-/// mm of an inch.
+/// Length of an inch, mm.
 pub(super) const INCH: f64 = 25.4;
-/// G codes of motion and what follows them, in tenths, as `#<_motion_mode>` has them.
+/// G codes of the motion group in tenths, as `#<_motion_mode>` returns them.
 const MOTIONS: [u32; 14] = [
     0, 10, 20, 30, 50, 51, 800, 730, 810, 820, 830, 850, 860, 890,
 ];
 
-/// The state of a program between two lines.
+/// State of a program between two lines.
 #[derive(Clone, Debug)]
 pub(super) struct Modes {
     pub(super) unit: f64,
     pub(super) relative: bool,
     absolute_centres: bool,
     plane: Plane,
-    /// The motion in force, in tenths of its G.
+    /// Modal motion, in tenths of its G code.
     motion: u32,
     pub(super) offsets: Offsets,
-    /// Where the program takes the tool to be, in the coordinates of the machine.
+    /// Position of the tool assumed by the program, in machine coordinates.
     pub(super) at: [Option<f64>; 3],
-    /// The zero of the machine is not known.
+    /// True if the machine's origin is unknown.
     placed: bool,
-    /// F and S as they stand.
+    /// Current F and S.
     feed: f64,
     speed: f64,
-    /// M3 or M4.
+    /// 3 or 4 after M3 or M4.
     spindle: Option<u32>,
     mist: bool,
     flood: bool,
@@ -54,17 +54,17 @@ impl Modes {
         }
     }
 
-    /// Whether motions draw.
+    /// True if motions draw.
     pub(super) fn feeds(&self) -> bool {
         matches!(self.motion, 10 | 20 | 30 | 50 | 51)
     }
 
-    /// Whether a drill's cycle is in force.
+    /// True in a drilling cycle.
     pub(super) fn drills(&self) -> bool {
         self.motion > 51 && self.motion != 800
     }
 
-    /// Follows a line.
+    /// Updates the state by a line.
     pub(super) fn follow(&mut self, block: &Block) {
         if block.is_foreign() {
             return;
@@ -104,9 +104,9 @@ impl Modes {
         self.go(block);
     }
 
-    /// Where the line leads, and where it puts the zero.
+    /// Updates position and origin by a line.
     fn go(&mut self, block: &Block) {
-        // Most lines only say where.
+        // Fast path: most lines contain only coordinates.
         if !block.has_g() {
             return self.arrive(block, false);
         }
@@ -139,7 +139,7 @@ impl Modes {
         } else if has(100) {
             let setting = Setting::of(block).filter(|setting| *setting != Setting::Tool);
             if let Some(setting) = setting {
-                // What is wrong with it is told when it is done.
+                // Errors are reported when the machine executes the line.
                 let _ = self.offsets.set(setting, block, self.unit, self.at);
             }
         } else if !(has(40) || has(281) || has(301)) {
@@ -156,7 +156,7 @@ impl Modes {
             self.at[axis] = if machine {
                 Some(number).filter(|_| !self.placed)
             } else if axis == 2 && self.drills() {
-                // It is up again afterwards: at R, or where it was.
+                // After the cycle the tool is up again, at R or at its initial height.
                 None
             } else if self.relative {
                 self.at[axis].map(|at| at + number)
@@ -166,18 +166,18 @@ impl Modes {
         }
     }
 
-    /// Where the tool is along an axis in the coordinates in force, in the unit in force.
+    /// Returns the position along an axis in current coordinates and unit.
     pub(super) fn place(&self, axis: usize) -> Option<f64> {
         let zero = self.offsets.zero().get(axis).copied()?;
         Some((self.at.get(axis).copied()?? - zero) / self.unit)
     }
 
-    /// That in the coordinates of the machine.
+    /// Returns the position along an axis in machine coordinates and the current unit.
     pub(super) fn machine_place(&self, axis: usize) -> Option<f64> {
         Some(self.at.get(axis).copied()?? / self.unit)
     }
 
-    /// A parameter that tells a mode, by its name.
+    /// Returns a predefined named parameter.
     pub(super) fn named(&self, name: &str) -> Option<f64> {
         let is = |holds: bool| f64::from(u8::from(holds));
         Some(match name {

@@ -1,4 +1,4 @@
-//! Where the lines of a program lead.
+//! Motion of a program: targets, arcs, curves, homing and origins.
 
 use magician_host::{Action, Given};
 
@@ -17,15 +17,17 @@ const G92_UNKNOWN: &str =
     "G92 is left out where the arm's position is unknown: coordinates stay the arm's";
 const G10_UNKNOWN: &str =
     "G10 L20 is left out where the arm's position is unknown: coordinates stay the arm's";
-/// The word of an arc's centre along each axis.
+/// Word of an arc's centre along each axis.
 const CENTRES: [u8; 3] = *b"IJK";
-/// Beyond this no place is told apart from another within a thousandth of a millimetre.
+/// Largest coordinate, mm. Beyond it 32-bit coordinates cannot resolve a thousandth of a
+/// millimetre.
 const FARTHEST: f64 = 1e6;
-/// The two radii of an arc may differ by the tolerance, and by no more than this, mm.
+/// Largest difference of both radii of an arc even at a coarse tolerance, mm. More is an error in
+/// the program and not rounding.
 pub(super) const ROUNDED: f64 = 0.5;
-/// Lines that one curve becomes, at most.
+/// Largest number of chords per curve. It bounds memory for curves far larger than the arm.
 const MOST_CHORDS: f64 = 10_000.0;
-/// More turns than this are no arc of a drawing.
+/// Largest number of turns of an arc. A choice above any drawing.
 const MOST_TURNS: f64 = 100.0;
 
 impl Machine<'_> {
@@ -42,6 +44,7 @@ impl Machine<'_> {
                 520 => self.shift(block),
                 100 if Setting::of(block).is_some() => return self.set_system(block, origin),
                 40 | 281 | 301 => {}
+                // All other codes are modal, and `settings` has handled them.
                 _ => continue,
             }
             return Ok(());
@@ -65,7 +68,7 @@ impl Machine<'_> {
         }
     }
 
-    /// G28, G30: to a place of the machine.
+    /// Handles G28 and G30.
     fn home(&mut self, code: &Code, block: &Block, origin: Origin) {
         if self.options.home && code.is(b'G', 28) {
             self.out.home(origin);
@@ -82,7 +85,8 @@ impl Machine<'_> {
         }
     }
 
-    /// G53 of a program that is placed: where the machine's zero is cannot be known, but Z goes there to be out of the way.
+    /// Handles G53 in a placed program. The machine's origin is unknown, but a move in Z means to
+    /// get out of the way.
     fn machine_place(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.mode != Mode::Travel {
             let message = "G53 uses machine coordinates, which are unknown when a program is \
@@ -108,7 +112,7 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// A pen goes up to the highest that the program says, if it is below that.
+    /// Lifts a pen to the highest Z of the program, unless it is higher.
     fn rise(&mut self, origin: Origin) {
         let is_pen = !self.laser && !self.lifts && self.begin.moved();
         let highest = self.survey.highest_z.filter(|_| is_pen);
@@ -120,7 +124,7 @@ impl Machine<'_> {
         }
     }
 
-    /// G92: from now on the place where the tool is has other coordinates.
+    /// Handles G92: the current position gets new coordinates.
     fn set_origin(&mut self, block: &Block, origin: Origin) {
         let bare = !block.has_any(b"XYZE");
         for (axis, letter) in AXES.into_iter().enumerate() {
@@ -141,7 +145,7 @@ impl Machine<'_> {
         self.notes.add_without_start(origin, message);
     }
 
-    /// G52: the zero is that far from the one of the coordinate system.
+    /// Handles G52: offset from the origin of the coordinate system.
     fn shift(&mut self, block: &Block) {
         for (axis, letter) in AXES.into_iter().enumerate() {
             if let Some(number) = block.number(letter) {
@@ -150,7 +154,7 @@ impl Machine<'_> {
         }
     }
 
-    /// G10: the zero of a coordinate system.
+    /// Handles G10: origin of a coordinate system.
     fn set_system(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let Some(setting) = Setting::of(block).filter(|setting| *setting != Setting::Tool) else {
             let message = "the table of tools (G10 L1, L10, L11) is left out";
@@ -171,7 +175,7 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// Where a line leads, as far as that is known.
+    /// Returns the target of a line, as far as known.
     pub(super) fn target(&self, block: &Block) -> Result<[Option<f64>; 3], SpanDiagnostic> {
         let mut to = self.at;
         let zero = self.offsets.zero();
@@ -246,8 +250,9 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// G5: a cubic curve, whose handles are I, J from where it begins and P, Q from where it ends; G5.1: a quadratic one, whose
-    /// one handle is I, J. In X and Y; Z changes evenly.
+    /// Executes G5, a cubic Bézier curve with the control points I, J from its start and P, Q from
+    /// its end, or G5.1, a quadratic one with the control point I, J. It lies in X and Y; Z changes
+    /// linearly.
     fn curve(&mut self, block: &Block, cubic: bool, origin: Origin) -> Result<(), SpanDiagnostic> {
         let refused = |message: &str| Err(SpanDiagnostic::new(block.range.clone(), message));
         if self.plane != Plane::Xy {
@@ -283,7 +288,7 @@ impl Machine<'_> {
             self.curve = Some((last, to));
             [plus(from, first), plus(to, last)]
         } else {
-            // The cubic curve that is the same.
+            // Degree elevation: the equal cubic curve.
             let middle = plus(from, first);
             let third = |from: f64, to: f64| from + (to - from) * 2.0 / 3.0;
             [begin, end].map(|side| [third(side[0], middle[0]), third(side[1], middle[1])])
@@ -298,7 +303,7 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// An arc through Z is what it is only from a height that the program means.
+    /// Checks that Z is known before an arc through Z, whose shape depends on it.
     fn stand_at_a_height(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.lifts {
             let message = "an arc of G18 or G19 needs Z, and a servo lifts this pen";
@@ -341,7 +346,7 @@ impl Machine<'_> {
         Ok(ArcForm::Centre([centre(first), centre(second)]))
     }
 
-    /// Where the pen of a servo is over a point.
+    /// Height of a servo-lifted pen over a point.
     pub(super) fn pen_height(&self, point: [f64; 2]) -> f64 {
         let surface = self
             .options
@@ -355,7 +360,7 @@ impl Machine<'_> {
             }
     }
 
-    /// The pen of a servo goes up or down.
+    /// Moves a servo-lifted pen up or down.
     pub(super) fn move_pen(&mut self, origin: Origin) {
         if !self.begin.is_own() {
             return;
@@ -374,15 +379,16 @@ impl Machine<'_> {
     }
 }
 
-/// Corners along a cubic curve that are nowhere farther from it than the tolerance, without the first, each with its share of
-/// the way.
+/// Iterates over points along a cubic Bézier curve, without the first, each with its parameter.
+/// Chords stay within the tolerance.
 fn bezier(points: [[f64; 2]; 4], tolerance: f64) -> impl Iterator<Item = (f64, [f64; 2])> {
     let [a, b, c, d] = points;
     let bend = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
         let side = |axis: usize| a[axis] - 2.0 * b[axis] + c[axis];
         libm::hypot(side(0), side(1))
     };
-    // A chord over a share h is at most h * h / 8 times the second derivative off, which is at most 6 bends.
+    // A chord over a parameter range h deviates by at most h * h / 8 times the second derivative,
+    // which is at most 6 times the second difference of the control points.
     let bent = bend(a, b, c).max(bend(b, c, d));
     let count = (0.75 * bent / tolerance).sqrt().ceil();
     let count = count.clamp(1.0, MOST_CHORDS) as u32;
@@ -395,7 +401,7 @@ fn bezier(points: [[f64; 2]; 4], tolerance: f64) -> impl Iterator<Item = (f64, [
     })
 }
 
-/// How many turns more than one an arc makes.
+/// Number of additional turns of an arc.
 fn turns(block: &Block) -> Result<u32, SpanDiagnostic> {
     match block.number(b'P') {
         None => Ok(0),

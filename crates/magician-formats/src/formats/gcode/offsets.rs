@@ -1,41 +1,41 @@
-//! Where the zero of a program lies: its coordinate systems (G54 to G59.3, G10) and the offset on top of them (G52, G92).
+//! Origins of a program: coordinate systems (G54 to G59.3, G10) and the local offset (G52, G92).
 
 use super::block::Block;
 use super::motion::AXES;
 use crate::formats::span::SpanDiagnostic;
 
-/// How many coordinate systems there are.
+/// Number of coordinate systems.
 const SYSTEMS: usize = 9;
 
-/// Zeros of a program in the coordinates of the machine, mm.
+/// Origins in machine coordinates, mm.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Offsets {
     systems: [[f64; 3]; SYSTEMS],
-    /// The one in force: 0 is that of G54.
+    /// Index of the active system; 0 is G54.
     active: usize,
-    /// Those whose zero the program has set itself.
+    /// True for systems whose origin the program has set.
     set: [bool; SYSTEMS],
-    /// The first that was chosen or worked in.
+    /// First system selected or used.
     first: Option<usize>,
-    /// What G52 or G92 have put on top.
+    /// Local offset of G52 or G92.
     local: [f64; 3],
-    /// G92.2 has taken it off, until G92.3.
+    /// True while G92.2 suspends the local offset, until G92.3.
     suspended: bool,
 }
 
-/// What a G10 sets.
+/// Kind of a G10.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Setting {
-    /// L2: the zero is there.
+    /// L2: sets the origin.
     Zero,
-    /// L20: where the tool is has these coordinates.
+    /// L20: sets the coordinates of the current position.
     Here,
-    /// L1, L10, L11: an entry of the tool table.
+    /// L1, L10, L11: sets an entry of the tool table.
     Tool,
 }
 
 impl Setting {
-    /// What a G10 of this line sets; nothing if that is no setting known here.
+    /// Returns the kind of G10 of a line; `None` if it is unknown.
     pub(super) fn of(block: &Block) -> Option<Self> {
         match block.number(b'L')? {
             2.0 => Some(Self::Zero),
@@ -47,29 +47,29 @@ impl Setting {
 }
 
 impl Offsets {
-    /// The program's zero in the coordinates of the machine.
+    /// Returns the program's origin in machine coordinates.
     pub(super) fn zero(&self) -> [f64; 3] {
         let local = self.local();
         let system = self.systems[self.active];
         [0, 1, 2].map(|axis| system[axis] + local[axis])
     }
 
-    /// What is on top of the coordinate system.
+    /// Returns the local offset in force.
     pub(super) fn local(&self) -> [f64; 3] {
         if self.suspended { [0.0; 3] } else { self.local }
     }
 
-    /// The number of the coordinate system in force, 1 being that of G54.
+    /// Returns the number of the active system; 1 is G54.
     pub(super) fn system(&self) -> usize {
         self.active + 1
     }
 
-    /// Where the zero of a coordinate system is.
+    /// Returns the origin of a system.
     pub(super) fn zero_of(&self, system: usize) -> Option<[f64; 3]> {
         self.systems.get(system.checked_sub(1)?).copied()
     }
 
-    /// The coordinate system that a code (in tenths) is of.
+    /// Returns the system selected by a code in tenths.
     pub(super) fn system_of(tenths: u32) -> Option<usize> {
         match tenths {
             540 | 550 | 560 | 570 | 580 | 590 => Some((tenths / 10 - 54) as usize),
@@ -78,14 +78,15 @@ impl Offsets {
         }
     }
 
-    /// Chooses a coordinate system. Whether it is a second one whose zero the program does not say.
+    /// Selects a system. Returns true if it is a second one whose origin the program has not set.
     pub(super) fn select(&mut self, system: usize) -> bool {
         self.active = system.min(SYSTEMS - 1);
         let first = *self.first.get_or_insert(self.active);
         first != self.active && !self.set[self.active]
     }
 
-    /// G10 L2 and L20; `at` is where the tool is. Which axes stay as they were because that is not known.
+    /// Executes G10 L2 or L20; `at` is the position of the tool. Returns true for the axes that
+    /// stay unchanged because the position is unknown.
     pub(super) fn set(
         &mut self,
         setting: Setting,
@@ -127,13 +128,13 @@ impl Offsets {
         Ok(missing)
     }
 
-    /// G92: a place along an axis has this coordinate from now on.
+    /// Sets the coordinate of a position along an axis (G92).
     pub(super) fn call(&mut self, axis: usize, at: f64, coordinate: f64) {
         self.resume();
         self.local[axis] = at - self.systems[self.active][axis] - coordinate;
     }
 
-    /// G52: the offset itself.
+    /// Sets the local offset along an axis (G52).
     pub(super) fn shift(&mut self, axis: usize, by: f64) {
         self.resume();
         self.local[axis] = by;
@@ -145,7 +146,7 @@ impl Offsets {
         }
     }
 
-    /// G92.1, G92.2, G92.3.
+    /// Executes G92.1, G92.2 or G92.3.
     pub(super) fn reset(&mut self, tenths: u32) {
         match tenths {
             921 => (self.local, self.suspended) = ([0.0; 3], false),

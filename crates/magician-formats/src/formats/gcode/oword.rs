@@ -1,4 +1,7 @@
-//! O-words: what leads a program elsewhere than to the next line, and which of them belong together.
+//! O-words: lines that change the flow of a program, and which of them belong together.
+//!
+//! All O-words are found and matched before the program runs. Each stores the index of its partner
+//! ([`Oword::other`]), so jumps need no search at run time.
 
 use std::collections::HashMap;
 
@@ -8,9 +11,9 @@ use super::{SourceLine, behind_number};
 use crate::Diagnostic;
 use crate::formats::span::SpanDiagnostic;
 
-/// More of them than this are no program.
+/// Largest number of O-words. It bounds memory for generated programs.
 const MOST: usize = 100_000;
-/// So deep may they stand within each other.
+/// Largest nesting depth. A choice above any program written by hand.
 const DEEPEST: usize = 200;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +77,7 @@ impl Keyword {
         matches!(self, While | Do | Repeat)
     }
 
-    /// Whether this one may end or divide what that one has begun.
+    /// True if this keyword may end or divide a block begun by `begun`.
     fn follows(self, begun: Self) -> bool {
         match self {
             EndSub => begun == Sub,
@@ -87,12 +90,12 @@ impl Keyword {
     }
 }
 
-/// The number or the name behind O.
+/// Label after the O: a number or a name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Label {
     Number(u32),
     Name(Box<str>),
-    /// It is computed when the line is reached.
+    /// Computed when the line is reached.
     Computed,
 }
 
@@ -106,24 +109,25 @@ impl std::fmt::Display for Label {
     }
 }
 
-/// A place in the text: a line and its number.
+/// Position in the text: byte offset and line number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct TextPosition {
     pub(super) at: usize,
     pub(super) number: u32,
-    /// The first O-word that is not before it.
+    /// Index of the first O-word at or after it.
     pub(super) oword: usize,
 }
 
-/// A line that is an O-word.
+/// An O-word.
 #[derive(Clone, Debug)]
 pub(super) struct Oword {
     pub(super) keyword: Keyword,
     pub(super) label: Label,
     pub(super) place: TextPosition,
-    /// Where in the line its values begin.
+    /// Offset in the line at which its values begin.
     pub(super) rest: usize,
-    /// What it leads to: of what opens or divides the next of its kind, of all others the first.
+    /// Partner: for a keyword that opens or divides a block the next one of the block, for all
+    /// others the first.
     pub(super) other: usize,
 }
 
@@ -135,7 +139,7 @@ pub(super) struct Owords {
     pub(super) numbered: HashMap<u32, TextPosition>,
 }
 
-/// The line at a place, and where the next one begins.
+/// Returns the line at a position, and the offset of the next one.
 pub(super) fn line_at(text: &str, place: TextPosition) -> Option<(SourceLine<'_>, usize)> {
     let rest = text.get(place.at..).filter(|rest| !rest.is_empty())?;
     let (line, next) = match rest.find('\n') {
@@ -173,7 +177,7 @@ impl Owords {
         Ok(found)
     }
 
-    /// The subroutine of this label.
+    /// Returns the index of a subroutine.
     pub(super) fn sub(&self, label: &Label) -> Option<usize> {
         self.subs.get(label).copied()
     }
@@ -271,11 +275,11 @@ struct Head {
     label: Label,
     keyword: Option<(std::ops::Range<usize>, Keyword)>,
     rest: usize,
-    /// Nothing else stands on the line.
+    /// True if the line contains nothing else.
     is_alone: bool,
 }
 
-/// The O-word that a line begins with, behind its number.
+/// Parses the O-word at the start of a line, after its number.
 fn head(text: &str) -> Result<Option<Head>, SpanDiagnostic> {
     let start = behind_number(text);
     if !matches!(text.as_bytes().get(start), Some(b'o' | b'O')) {
@@ -289,7 +293,7 @@ fn head(text: &str) -> Result<Option<Head>, SpanDiagnostic> {
     let label = match words.peek() {
         Some(b'<') => Label::Name(words.name()?),
         Some(b'[' | b'#') => {
-            // Its value is asked for when the line is done.
+            // The label is evaluated when the line is executed.
             return Ok(computed(text, start));
         }
         Some(byte) if byte.is_ascii_digit() => match words.number() {
@@ -318,7 +322,7 @@ fn head(text: &str) -> Result<Option<Head>, SpanDiagnostic> {
     }))
 }
 
-/// A call whose number is computed: `o[#1+2] call`, `o#1 call`.
+/// Parses a call with a computed label: `o[#1+2] call`, `o#1 call`.
 fn computed(text: &str, start: usize) -> Option<Head> {
     let lower = text.to_ascii_lowercase();
     let at = lower.get(start..)?.find("call")? + start;

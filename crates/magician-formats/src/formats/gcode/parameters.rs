@@ -1,24 +1,25 @@
-//! The parameters of a program: numbered (`#1`), named (`#<depth>`, `#<_global>`), and what they tell of its state.
+//! Parameters of a program: numbered (`#1`), named (`#<depth>`, `#<_global>`), and predefined ones
+//! that expose its state.
 
 use std::cell::Cell;
 use std::collections::HashMap;
 
 use super::modes::Modes;
 
-/// The parameters of a subroutine's call: they are its own.
+/// Number of parameters that are local to a call: #1 to #30.
 const CALL: usize = 30;
-/// Beyond this they are the machine's.
+/// Last parameter that programs may use freely; those beyond belong to the machine.
 const LAST_FREE: u16 = 5000;
-/// There is no parameter beyond this.
+/// Last parameter.
 pub(super) const LAST: u16 = 5602;
-/// More names than this at once are no program.
+/// Largest number of names at a time. It bounds memory.
 const MOST_NAMES: usize = 100_000;
 
-/// Which parameter.
+/// Parameter key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Key {
     Number(u16),
-    /// In lower case, without blanks.
+    /// Name in lower case, without blanks.
     Name(Box<str>),
 }
 
@@ -33,7 +34,7 @@ impl std::fmt::Display for Key {
 
 type Names = HashMap<Box<str>, f64>;
 
-/// The parameters of a call as they were before it.
+/// Call parameters of the caller, saved during a call.
 #[derive(Debug)]
 pub(super) struct Saved(Box<[Option<f64>; CALL]>);
 
@@ -41,15 +42,15 @@ pub(super) struct Saved(Box<[Option<f64>; CALL]>);
 pub(super) struct Parameters {
     numbered: HashMap<u16, f64>,
     globals: Names,
-    /// Those of the main program and of each call under way.
+    /// Local names of the main program and of each active call.
     locals: Vec<Names>,
     names: usize,
     pub(super) modes: Modes,
-    /// What the last subroutine gave back.
+    /// Return value of the last subroutine.
     pub(super) value: Option<f64>,
     pub(super) level: usize,
     pub(super) line: u32,
-    /// The first that was read without having been set.
+    /// First parameter read before it was set.
     unset: Cell<Option<u16>>,
 }
 
@@ -68,12 +69,12 @@ impl Parameters {
         }
     }
 
-    /// No parameter has a value yet.
+    /// Creates an empty set for parsing without a program.
     pub(super) fn none() -> Self {
         Self::new(Modes::new(None, false))
     }
 
-    /// The value of a parameter, or why it cannot be known.
+    /// Returns the value of a parameter. The error is a sentence if it cannot be known.
     pub(super) fn read(&self, key: &Key) -> Result<f64, String> {
         match key {
             Key::Number(number) if *number <= LAST_FREE => {
@@ -91,7 +92,7 @@ impl Parameters {
         }
     }
 
-    /// The parameter that was read without having been set, once.
+    /// Returns the parameter that was read before it was set, and clears it.
     pub(super) fn take_unset(&self) -> Option<u16> {
         self.unset.take()
     }
@@ -129,7 +130,7 @@ impl Parameters {
         }
     }
 
-    /// The value of a name, if it has one.
+    /// Returns the value of a name, or `None` if it is not set.
     fn named(&self, name: &str) -> Result<Option<f64>, String> {
         let Some(rest) = name.strip_prefix('_') else {
             let local = self.locals.last().and_then(|names| names.get(name));
@@ -167,14 +168,14 @@ impl Parameters {
         })
     }
 
-    /// Sets a parameter, or says why it cannot be set.
+    /// Sets a parameter. The error is a sentence if it is read-only.
     pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
         match key {
             Key::Number(number) if number <= LAST_FREE => {
                 self.numbered.insert(number, value);
                 Ok(())
             }
-            // Whether messages are shown.
+            // Controls whether messages are shown, which does not matter here.
             Key::Number(5599) => Ok(()),
             Key::Number(number) => Err(format!(
                 "#{number} is a property of a machine and cannot \
@@ -205,7 +206,7 @@ impl Parameters {
             && !matches!(self.named(name), Ok(None))
     }
 
-    /// A subroutine is called: these are its first parameters, names are its own.
+    /// Enters a subroutine: its arguments become the first parameters, and names are local.
     pub(super) fn enter(&mut self, arguments: &[f64]) -> Saved {
         let mut saved = [None; CALL];
         for (number, saved) in (1..).zip(&mut saved) {
@@ -219,7 +220,7 @@ impl Parameters {
         Saved(Box::new(saved))
     }
 
-    /// It is left again.
+    /// Leaves a subroutine and restores the caller's parameters.
     pub(super) fn leave(&mut self, Saved(saved): Saved) {
         for (number, value) in (1..).zip(*saved) {
             match value {

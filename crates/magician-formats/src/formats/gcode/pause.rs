@@ -1,11 +1,11 @@
-//! What a program says to the person it waits for.
+//! Messages of a program to the person it waits for.
 
 use super::block::Block;
 
-/// As much of it is told, characters.
+/// Largest length of a message, characters. A choice that fits a display; the rest is cut off.
 const LONGEST: usize = 200;
 
-/// The code that waits for a person.
+/// Returns the pause code of a line, if it has one.
 pub(super) fn pause_code(block: &Block) -> Option<&'static str> {
     let codes = [(0, "M0"), (1, "M1")];
     let found = codes
@@ -14,7 +14,7 @@ pub(super) fn pause_code(block: &Block) -> Option<&'static str> {
     found.map(|(_, name)| name)
 }
 
-/// The comment of a line that pauses, or the text that follows its code.
+/// Returns the comment of a pausing line, or the text after its code.
 pub(super) fn told(line: &str, block: &Block) -> Option<String> {
     let end = block.codes.last().map_or(0, |code| code.range.end);
     let text = match (line.find('('), line.find(';')) {

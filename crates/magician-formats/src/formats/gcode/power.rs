@@ -1,4 +1,8 @@
-//! Which S is a laser's full power. A guess errs on the dark side: the greater it is, the weaker an S burns.
+//! The S word of full laser power.
+//!
+//! Programs rarely state it, so rules are tried in order: the caller's value, `$30`, LightBurn's
+//! comments, a fan, the default. A guess errs towards weak burning: the larger the value, the
+//! weaker an S burns.
 
 use magician_host::{Given, Remedy, Setting};
 
@@ -7,25 +11,25 @@ use super::SourceLine;
 use super::block::Block;
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
-/// Full power where nothing else is known.
+/// Default S of full power, that of GRBL.
 const USUAL: f64 = 1000.0;
-/// Full power of a fan, as printers have it.
+/// S of full power of a fan, as in printer firmware.
 const FAN: f64 = 255.0;
 
-/// What a program tells of its powers.
+/// Facts about the powers in a program.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Powers {
-    /// `$30` before the laser is switched on for the first time, and where.
+    /// `$30` before the laser is first switched on, with its place.
     setting: Option<(f64, Origin)>,
-    /// The cut of LightBurn's that tells the greatest full power.
+    /// The LightBurn cut that implies the largest full power.
     cut: Option<Cut>,
-    /// Cuts that wait for their first S: the smallest percentage of them, and where.
+    /// Smallest percentage of the cuts still without an S, with its place.
     waiting: Option<(f64, Origin)>,
-    /// The greatest S.
+    /// Largest S.
     pub(super) greatest: Option<f64>,
-    /// The first S above 1000, and where.
+    /// First S above 1000, with its place.
     beyond: Option<(f64, Origin)>,
-    /// M3, M4 or M106 was there.
+    /// True once M3, M4 or M106 occurred.
     switched: bool,
 }
 
@@ -37,7 +41,7 @@ struct Cut {
     origin: Origin,
 }
 
-/// Which S is full power, and how that is known.
+/// The S of full power, and the rule it comes from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FullPower {
     pub(super) s: f64,
@@ -54,14 +58,17 @@ enum Rule {
 }
 
 impl Powers {
-    /// Reads what a line says in its text, comments and settings of the controller included.
+    /// Examines the text of a line, including comments and controller settings.
     pub(super) fn read(&mut self, line: &SourceLine<'_>) {
         let origin = || line.origin(&(0..line.text.trim_end().len()));
+        // A setting after the first switch belongs to another job in the same file.
         if !self.switched
             && let Some(full) = setting(line.text, "$30").filter(|full| *full > 0.0)
         {
             self.setting = Some((full, origin()));
         }
+        // Of several cuts before an S, the smallest percentage implies the largest full power, the
+        // safe side.
         if let Some(percent) = cut(line.text).filter(|percent| *percent > 0.0)
             && self.waiting.is_none_or(|(least, _)| percent < least)
         {
@@ -69,7 +76,7 @@ impl Powers {
         }
     }
 
-    /// Looks at the words of a line.
+    /// Examines the words of a line.
     pub(super) fn look(&mut self, block: &Block, line: &SourceLine<'_>) {
         self.switched |= [3, 4, 106].iter().any(|number| block.has(b'M', *number));
         let fan = block.number(b'S').filter(|_| block.has(b'M', 106));
@@ -95,7 +102,7 @@ impl Powers {
         }
     }
 
-    /// The first of the rules that holds.
+    /// Applies the first rule that fits.
     pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<FullPower, Diagnostic> {
         let of = |s, rule| Ok(FullPower { s, rule });
         if let Some(s) = said {
@@ -110,6 +117,7 @@ impl Powers {
             return of(s, Rule::Setting(origin));
         }
         if let Some(cut) = self.cut {
+            // Not below the default and the largest S, so that no burn exceeds 100 %.
             let greatest = self.greatest.unwrap_or(0.0);
             return of(cut.full.max(USUAL).max(greatest), Rule::Cut(cut));
         }
@@ -119,6 +127,7 @@ impl Powers {
         match self.beyond {
             None => of(USUAL, Rule::Usual),
             Some((s, origin)) => {
+                // The default would burn at more than 100 %, and no other value is safe.
                 let message = format!("S{s} is above 1000, but the S of full power is unknown");
                 let help = "it is the S of the laser at full power, $30 of its controller";
                 let pen = (Setting::Dialect, Given::Word("pen"));
@@ -132,7 +141,7 @@ impl Powers {
 }
 
 impl FullPower {
-    /// Tells which rule was used.
+    /// Adds a note about the rule.
     pub(super) fn note(&self, notes: &mut Notes) {
         let Self { s, rule } = *self;
         let says = |note: Diagnostic| note.with(s_max());
@@ -175,22 +184,23 @@ impl FullPower {
     }
 }
 
-/// What to do where the S of full power is not known, or not the one that the file says.
+/// Remedy for an unknown or wrong S of full power.
 pub(super) fn s_max() -> Remedy {
     let given = (Setting::SMax, Given::Any("N"));
     Remedy::new(given, "sets the S of full power")
 }
 
-/// The number of a setting of the controller, anywhere in a line.
+/// Returns the value of a controller setting anywhere in a line.
 pub(super) fn setting(text: &str, name: &str) -> Option<f64> {
     let found = text.match_indices(name).filter_map(|(at, _)| {
         let rest = text.get(at + name.len()..)?.trim_start();
         number(rest.strip_prefix('=')?.trim_start())
     });
+    // The last assignment counts, as on the controller.
     found.last()
 }
 
-/// The percentage of a comment as LightBurn writes it: `; Cut @ 600 mm/min, 20% power`.
+/// Returns the percentage in a comment of LightBurn: `; Cut @ 600 mm/min, 20% power`.
 fn cut(text: &str) -> Option<f64> {
     let comment = text.get(text.find([';', '('])?..)?.to_ascii_lowercase();
     let (_, rest) = comment.split_once('@')?;
@@ -202,7 +212,7 @@ fn cut(text: &str) -> Option<f64> {
     number(percent.trim()).filter(|_| is_power)
 }
 
-/// The number that a text begins with.
+/// Parses the number at the start of a text.
 fn number(text: &str) -> Option<f64> {
     let end = text.find(|sign: char| !(sign.is_ascii_digit() || sign == '.'));
     text.get(..end.unwrap_or(text.len()))?.parse().ok()

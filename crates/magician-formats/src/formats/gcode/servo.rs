@@ -1,32 +1,32 @@
-//! The servo that lifts a pen: which of its angles is down.
+//! Servo that lifts a pen, and which of its angles mean down.
 
 use super::SourceLine;
 use super::block::Block;
 use crate::{Diagnostic, Origin};
 
-/// A servo of M300 stands at 30 or 50 degrees; higher numbers are a tone's.
+/// S of M300 from which it is a tone and not an angle. Servos use 30 and 50.
 const HIGHEST_M300: f64 = 100.0;
-/// Where both angles of M300 feed, what is below this is down: 30 is down and 50 is up.
+/// Angle of M300 below which the pen is down, if both angles feed: 30 is down and 50 is up.
 const M300_DOWN: f64 = 40.0;
 
-/// Where a servo stands, line by line.
+/// State of the servo.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Servo {
-    /// M3, M4, M5 and S move it as well.
+    /// True if M3, M4, M5 and S also move it.
     spindle: bool,
-    /// S of M3 as it stands, and whether M3 has switched it on.
+    /// Current S of M3, and true if M3 has switched it on.
     s: f64,
     on: bool,
     angle: Option<f64>,
 }
 
-/// Angles that a program uses.
+/// Angles used by a program.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Angles {
     servo: Servo,
-    /// Each, whether X or Y feeds while it is in force, and where it was first set.
+    /// Each angle, true if X or Y feeds while it is in force, and the place where it was first set.
     used: Vec<(f64, bool, Origin)>,
-    /// Only M300 sets them.
+    /// True if any is set by a code other than M300.
     other: bool,
 }
 
@@ -38,7 +38,7 @@ impl Servo {
         }
     }
 
-    /// Follows a line; its angle, if the line moves the servo.
+    /// Follows a line. Returns the angle if the line moves the servo.
     pub(super) fn follow(&mut self, block: &Block) -> Option<f64> {
         let m = |number| block.has(b'M', number);
         let s = block.number(b'S');
@@ -57,7 +57,7 @@ impl Servo {
         said
     }
 
-    /// A servo on the pin of the spindle: M5 is S0.
+    /// Follows a servo on the spindle pin, where M5 means S0.
     fn turn(&mut self, block: &Block) -> Option<f64> {
         let m = |number| block.has(b'M', number);
         let s = block.power();
@@ -79,7 +79,7 @@ impl Angles {
         }
     }
 
-    /// Looks at a line; `feeds` is whether X or Y is fed on it.
+    /// Examines a line; `feeds` is true if it feeds X or Y.
     pub(super) fn look(&mut self, block: &Block, feeds: bool, line: &SourceLine<'_>) {
         if let Some(angle) = self.servo.follow(block) {
             self.other |= !block.has(b'M', 300);
@@ -95,7 +95,7 @@ impl Angles {
         }
     }
 
-    /// The angles that are down: those in force while X or Y feeds.
+    /// Returns the angles that mean down: those in force while X or Y feeds.
     pub(super) fn down(&self) -> Result<Vec<f64>, Diagnostic> {
         let all = |(_, feeds, _): &(f64, bool, Origin)| *feeds;
         let angles = self.used.iter().map(|(angle, ..)| *angle);

@@ -1,4 +1,4 @@
-//! What a line sets: the motion that follows, units, distances, speed.
+//! Modal settings of a line: motion, units, distance mode, feed.
 
 use magician_host::Given;
 use magician_motion::ArmModel;
@@ -11,7 +11,7 @@ use super::offsets::{Offsets, Setting};
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
-/// The arm's fastest speed along a line, mm/s (model section 6).
+/// Fastest speed of the arm along a line, mm/s (model section 6).
 pub(super) const FASTEST: f64 = ArmModel::MAGICIAN.ceilings.linear_velocity;
 
 impl Machine<'_> {
@@ -37,7 +37,7 @@ impl Machine<'_> {
                     continue;
                 }
             };
-            // Headers write G80 beside the motion that follows the cycle.
+            // Headers put G80 next to the motion that follows the cycle.
             motions += u32::from(mode != Mode::None);
             if motions > 1 {
                 return Err(SpanDiagnostic::new(
@@ -79,7 +79,7 @@ impl Machine<'_> {
             910 => self.relative = true,
             901 => self.absolute_centres = true,
             911 => self.absolute_centres = false,
-            // Done with the motion.
+            // Executed with the motion.
             40 | 280 | 282 | 300 | 520 | 530 | 920..=923 => {}
             540 | 550 | 560 | 570 | 580 | 590..=593 => self.select(code, origin),
             100 if Setting::of(block).is_some() => {}
@@ -88,8 +88,8 @@ impl Machine<'_> {
                     format!("{code} is left out: positions stored in a controller are not used");
                 self.notes.add(DiagnosticCode::LeftOut, origin, &message);
             }
-            // No polar coordinates, compensation, scaling, rotation or cycle; exact or continuous paths, speeds a minute: as it is
-            // here anyway.
+            // These select what is always in force here: no polar coordinates, compensation,
+            // scaling, rotation or cycle; exact or continuous paths; feed per minute.
             150 | 400 | 490 | 500 | 610 | 611 | 640 | 690 | 940 | 970 => {}
             980 => self.cycle.back = true,
             990 => self.cycle.back = false,
@@ -113,7 +113,7 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// G54 to G59.3.
+    /// Handles G54 to G59.3.
     fn select(&mut self, code: &Code, origin: Origin) {
         let system = Offsets::system_of(code.tenths).unwrap_or_default();
         if self.offsets.select(system) {
@@ -129,7 +129,7 @@ impl Machine<'_> {
         }
     }
 
-    /// A G code that is not known. It may not move, nor change where things are.
+    /// Handles an unknown G code. It is refused if it might move or change coordinates.
     fn other(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let places = matches!(code.tenths, 160 | 410..=429 | 431 | 510 | 594..=599 | 680 | 100);
         let moves = matches!(
@@ -170,7 +170,8 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// F as it stands; a laser has one always, because its speed is how dark it burns.
+    /// Returns the current feed. A laser always has one, because its speed determines how dark it
+    /// burns.
     pub(super) fn feed_of_work(&mut self, origin: Origin) -> Option<f64> {
         if self.laser && self.feed.is_none() {
             let speed = self.options.laser_speed;

@@ -1,4 +1,4 @@
-//! Where the tool is when the program begins, and what is said where that is not known.
+//! Position of the tool when the program begins, and notes that depend on it.
 
 use magician_host::{Given, Remedy, Setting};
 
@@ -6,14 +6,14 @@ use super::{GcodeOptions, Notes};
 use crate::formats::span::SpanDiagnostic;
 use crate::{Diagnostic, DiagnosticCode, Missing, Origin};
 
-/// What to do where it is not known where the arm stands.
+/// Remedy for an unknown position of the arm.
 fn start() -> Remedy {
     let given = (Setting::Start, Given::Any("X,Y,Z"));
     Remedy::new(given, "sets where the program begins")
 }
 
 impl GcodeOptions {
-    /// Where the tool is when the program begins, as far as that is known.
+    /// Returns the position of the tool at the start, if known.
     pub(super) fn begins_at(&self) -> Option<[f64; 3]> {
         if self.placed {
             Some([0.0; 3])
@@ -24,7 +24,7 @@ impl GcodeOptions {
 }
 
 impl Notes {
-    /// Adds a note of what would be otherwise if it were known where the arm stands.
+    /// Adds a note that would not be needed if the arm's position were known.
     pub(super) fn add_without_start(&mut self, origin: Origin, message: &str) {
         self.add_with(
             DiagnosticCode::Assumed,
@@ -36,14 +36,14 @@ impl Notes {
 }
 
 impl Diagnostic {
-    /// It is wrong only where the arm's position is unknown.
+    /// Marks an error that occurs only because the arm's position is unknown.
     pub(super) fn without_start(self) -> Self {
         self.with(start()).with_missing(Some(Missing::Start))
     }
 }
 
 impl SpanDiagnostic {
-    /// It is wrong only where the arm's position is unknown.
+    /// Marks an error that occurs only because the arm's position is unknown.
     pub(super) fn without_start(mut self) -> Self {
         self.missing = Some(Missing::Start);
         self.with(start())

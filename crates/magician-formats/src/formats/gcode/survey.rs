@@ -1,4 +1,4 @@
-//! What a program turns out to be when all of it has been looked at.
+//! Survey of a whole program: facts that must be known before its first line is converted.
 
 use super::SourceLine;
 use super::block::Block;
@@ -9,43 +9,45 @@ use super::power::Powers;
 use super::servo::Angles;
 use super::{Dialect, GcodeOptions};
 
-/// G codes whose axis words are no places in the program's own coordinates.
+/// G codes whose axis words are not positions in program coordinates.
 const NOT_MOVED: [u32; 6] = [10, 28, 30, 52, 53, 92];
 
-/// What a program is for.
+/// Tool that a program is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Pen,
     Laser,
-    /// A pen that a servo lifts.
+    /// A servo-lifted pen.
     Servo,
-    /// A mill: drawn as a pen's.
+    /// A mill, drawn like a pen's.
     Mill,
 }
 
-/// What the whole program tells about each of its lines.
+/// Facts about the whole program.
 #[derive(Clone, Debug)]
 pub(super) struct Survey {
-    /// M3, M4 or M5 switches something.
+    /// True if M3, M4 or M5 occurs.
     pub(super) switches: bool,
     lights: bool,
     fan: bool,
     pub(super) powers: Powers,
     pub(super) mill: Mill,
     pub(super) angles: Angles,
-    /// E words: a program of a printer, whose fan is a fan.
+    /// True if it has E words: a printer's program, whose fan is a fan.
     extrudes: bool,
-    /// M300 or M280 moves a servo.
+    /// True if M300 or M280 moves a servo.
     m300: bool,
     m280: bool,
-    /// A pause (G4) whose P has a fraction, or a sign of a controller whose P counts seconds.
+    /// True if P of a pause (G4) counts seconds: it has a fraction, or the program belongs to such
+    /// a controller.
     seconds: bool,
-    /// The highest that it says it goes to, mm.
+    /// Largest Z, mm.
     pub(super) highest_z: Option<f64>,
 }
 
 impl Survey {
-    /// Looks at all lines as they are carried out. What is wrong with them is found later.
+    /// Runs through all lines in execution order. Errors are ignored here and reported by the
+    /// second run.
     pub(super) fn of(mut interpreter: Interpreter<'_, '_>, options: &GcodeOptions) -> Self {
         let mut survey = Self {
             switches: false,
@@ -73,7 +75,7 @@ impl Survey {
         survey
     }
 
-    /// Looks at a line; `modes` are those that it has set.
+    /// Examines a line; `modes` is the state after it.
     fn look(&mut self, block: &Block, line: &SourceLine<'_>, modes: &Modes) {
         if block.is_foreign() || block.is_empty() {
             return;
@@ -92,7 +94,7 @@ impl Survey {
         self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
         self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
         let moves = block.number(b'Z').is_some() && !(modes.relative || places);
-        // A drill is lifted to R.
+        // A drilling cycle retracts to R.
         let lifted = block
             .number(b'R')
             .map(|r| r * modes.unit + modes.offsets.zero()[2]);
@@ -102,14 +104,14 @@ impl Survey {
         }
     }
 
-    /// True if P of a pause counts seconds, as GRBL and LinuxCNC have it, and not milliseconds.
+    /// True if P of a pause counts seconds, as in GRBL and LinuxCNC, and not milliseconds.
     pub(super) fn pauses_in_seconds(&self) -> bool {
         self.seconds
     }
 
-    /// What it is for.
+    /// Determines the tool.
     pub(super) fn kind(&self, options: &GcodeOptions) -> Kind {
-        // A printer moves the probe of its bed by M280, and a laser beeps by M300.
+        // M280 also moves the bed probe of a printer, and M300 is also a beep of a laser.
         let m280 = self.m280 && self.highest_z.is_none() && !self.extrudes;
         let servo = (self.m300 || m280) && !self.mill.has_laser();
         match options.dialect {
@@ -130,7 +132,7 @@ impl Survey {
         }
     }
 
-    /// Whether M106 is the laser: not beside M3 or M4, where it blows air.
+    /// True if M106 is the laser. Next to M3 or M4 it is the air assist.
     pub(super) fn fan_lights(&self) -> bool {
         self.fan && !self.extrudes && !self.lights
     }

@@ -1,4 +1,4 @@
-//! What is filled: rectangles, wedges, polygons, as FT says.
+//! Filled areas: rectangles, wedges and polygons, with the fill type of FT.
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
@@ -8,12 +8,13 @@ use crate::{DiagnosticCode, FilledArea, Stroke};
 
 use magician_host::{Given, Setting};
 
-/// What is filled is filled with.
+/// Fill type.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum FillType {
     #[default]
     Solid,
-    /// Lines at a distance (plotter units; a share of the frame if it says none) in a direction, and whether others cross them.
+    /// Lines with a spacing (plotter units; `None` for a share of the frame), a direction, and true
+    /// for a second set across.
     Lines {
         spacing: Option<f64>,
         angle: f64,
@@ -21,11 +22,11 @@ pub(super) enum FillType {
     },
 }
 
-/// The distance of the lines of a hatch that says none, in diagonals of the frame.
+/// Default spacing of hatch lines, as a share of the frame's diagonal.
 const SHARE: f64 = 0.01;
 
 impl Plotter<'_> {
-    /// FT: 3 and 4 are lines; all others, shades and patterns of printers too, are an area.
+    /// Handles FT: 3 and 4 are lines; all other types, including shades and patterns, are solid.
     pub(super) fn fill_type(&mut self, instruction: &Instruction) {
         let number = |nth: usize| instruction.numbers.get(nth).copied();
         self.fill_type = match number(0).unwrap_or(1.0) {
@@ -34,16 +35,17 @@ impl Plotter<'_> {
                 angle: number(2).unwrap_or(0.0),
                 crossed: kind == 4.0,
             },
+            // Shades and patterns are raster fills, so they count as solid.
             _ => FillType::Solid,
         };
     }
 
-    /// Whether what is filled is outlined instead.
+    /// True if solid fills are drawn as outlines.
     pub(super) fn outlines(&self) -> bool {
         self.fills == Fills::Outline && self.fill_type == FillType::Solid
     }
 
-    /// Fills rings (mm) that belong together; which of them are drawn otherwise too is up to the plot.
+    /// Fills rings (mm) of one shape.
     pub(super) fn fill(&mut self, rings: Vec<Vec<[f64; 2]>>, rule: FillRule, by: &Instruction) {
         let origin = self.lines.origin(by.range.clone());
         if self.pen == 0.0 || rings.is_empty() {
@@ -112,7 +114,8 @@ impl Plotter<'_> {
         }
     }
 
-    /// Lines in a direction of the plot; counted from its origin, so that those of neighbours go on.
+    /// Returns hatch lines. They count from the origin of the plot, so that lines of adjacent areas
+    /// align.
     fn hatched(
         &self,
         rings: &[Vec<[f64; 2]>],

@@ -1,12 +1,13 @@
-//! Arcs and curves as corners of lines.
+//! Flattening of arcs and Bézier curves.
 
 use kurbo::{Arc, BezPath, PathEl, Point, Shape, Vec2, flatten};
 
-/// Each of the two steps from an arc to lines may be off by half of what is allowed.
+/// Share of the tolerance for each of the two steps from an arc to lines, so that both together
+/// keep it.
 const HALF: f64 = 0.5;
 
-/// The corners behind the first one, of an arc by so many degrees, counter-clockwise; it begins at the angle of `from`
-/// about the centre.
+/// Returns points along an arc without the first; `sweep` is in degrees, counter-clockwise, and
+/// starts at the angle of `from`.
 pub(super) fn arc(centre: [f64; 2], from: [f64; 2], sweep: f64, tolerance: f64) -> Vec<[f64; 2]> {
     let out = Vec2::new(from[0] - centre[0], from[1] - centre[1]);
     let arc = Arc {
@@ -19,7 +20,7 @@ pub(super) fn arc(centre: [f64; 2], from: [f64; 2], sweep: f64, tolerance: f64) 
     corners(&arc.to_path(tolerance * HALF), tolerance * HALF)
 }
 
-/// The corners behind the first one, of a Bezier curve through its four points.
+/// Returns points along a cubic Bézier curve without the first.
 pub(super) fn curve(points: [[f64; 2]; 4], tolerance: f64) -> Vec<[f64; 2]> {
     let [a, b, c, d] = points.map(|[x, y]| Point::new(x, y));
     let mut path = BezPath::new();

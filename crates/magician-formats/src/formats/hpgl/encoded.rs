@@ -1,42 +1,46 @@
-//! Polylines encoded in signs (PE), HP-GL/2: numbers to the base of 64 or 32, with the least digit first.
+//! Encoded polylines (PE) of HP-GL/2: numbers in base 64 or 32, least significant digit first.
 //!
-//! A number is doubled, and one more if it is negative. To the base of 64 a digit is a sign from 63, the last one from 191;
-//! to the base of 32 (flag 7) the last one is from 95. Flags: `:` a pen, `<` a move with the pen up, `>` how many bits are
-//! behind the point, `=` an absolute point. Points without a flag are relative to the one before, and drawn.
+//! A number is doubled, plus 1 if it is negative. In base 64 a digit is a character from 63 on, the
+//! last digit one from 191 on; in base 32 (flag 7) the last digit is one from 95 on. Flags are `:`
+//! for a pen, `<` for a move with the pen up, `>` for the number of fractional bits, `=` for an
+//! absolute point. Points without a flag are relative to the previous one, and drawn.
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
 
-/// The first digit that more follow, and the last ones to each base.
+/// First character of digits that others follow.
 const MORE: u8 = 63;
+/// First character of the last digit in base 64.
 const LAST_OF_64: u8 = 191;
+/// First character of the last digit in base 32.
 const LAST_OF_32: u8 = 95;
-/// A number has as many digits; more do not fit on any sheet.
+/// Largest number of digits. More would exceed any sheet.
 const MOST_DIGITS: u32 = 8;
-/// Bits behind the point.
+/// Largest number of fractional bits.
 const MOST_BITS: f64 = 26.0;
 
-/// One thing of an encoded polyline.
+/// Item of an encoded polyline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Item {
     Pen(f64),
     Up,
     Absolute,
-    /// The number of bits behind the point has been read.
+    /// A point, scaled by the fractional bits.
     Point([f64; 2]),
 }
 
-/// Why there is no number.
+/// Reason why no number could be read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
-    /// Its last digit does not come.
+    /// The last digit is missing.
     CutOff,
-    /// A sign is no digit.
+    /// A character is not a digit.
     Damaged,
 }
 
-/// What an encoded polyline says, and whether its last number is cut off; `None` if something in it is no number.
+/// Decodes a polyline. Returns its items, and true if the last number is cut off. `None` if a
+/// character is not a digit.
 pub(super) fn items(bytes: &[u8]) -> Option<(Vec<Item>, bool)> {
     let mut items = Vec::new();
     match gather(bytes, &mut items) {
@@ -56,7 +60,7 @@ fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), End> {
     while let Some((byte, rest)) = numbers.bytes.split_first() {
         let flag = matches!(byte, b':' | b'<' | b'>' | b'=' | b'7');
         if flag || *byte < MORE {
-            // Blanks between numbers say nothing.
+            // Blanks may stand between numbers.
             numbers.bytes = rest;
         }
         match byte {
@@ -93,7 +97,7 @@ impl Numbers<'_> {
         loop {
             let (byte, rest) = self.bytes.split_first().ok_or(End::CutOff)?;
             self.bytes = rest;
-            // To the base of 32 there are seven bits in a sign.
+            // In base 32 a character has seven significant bits.
             let byte = match self.base {
                 32 => byte & 0x7F,
                 _ => *byte,
@@ -116,16 +120,18 @@ impl Numbers<'_> {
     }
 }
 
-/// Characters as bytes, as far as they are some.
+/// Returns characters below 256 as bytes, or `None` if another occurs.
 fn as_bytes(text: &str) -> Option<Vec<u8>> {
     let bytes = text.chars().map(|sign| u8::try_from(u32::from(sign)));
     bytes.collect::<Result<_, _>>().ok()
 }
 
 impl Plotter<'_> {
-    /// PE: afterwards coordinates are absolute or relative as before, and the pen stays up after a move with the pen up.
+    /// Handles PE. Afterwards absolute or relative mode is as before, and the pen stays up after a
+    /// move with the pen up.
     pub(super) fn encoded(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
-        // A file that was saved as UTF-8 has a character for each of its bytes; none of those is a number in bytes.
+        // If the file was re-saved as UTF-8, each byte became a character, and its UTF-8 bytes are
+        // not valid digits. So try bytes first, then characters.
         let read = items(&self.bytes_of(&instruction.text))
             .or_else(|| items(&as_bytes(&instruction.text)?));
         let Some((items, cut_off)) = read else {
@@ -166,7 +172,7 @@ mod tests {
 
     #[test]
     fn numbers_are_as_the_manual_has_them() {
-        // 82.23 with 7 bits behind the point, in the manual's example.
+        // 82.23 with 7 fractional bits, from the manual's example.
         let [to_64, to_32] = [&[121, 71, 196][..], b"YPs"];
         for (flags, digits) in [(&b""[..], to_64), (b"7", to_32)] {
             let bytes = [flags, digits, digits].concat();
@@ -182,7 +188,7 @@ mod tests {
 
     #[test]
     fn flags_and_fractions_are_followed_and_rubbish_is_none() {
-        // 1 bit behind the point: 3 halves, minus one half.
+        // 1 fractional bit: 3/2, then -1/2.
         let found = items(b"7:c\r\n<=>aec").unwrap();
         let expected = vec![
             Item::Pen(2.0),

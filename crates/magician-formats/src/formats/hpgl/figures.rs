@@ -1,4 +1,4 @@
-//! Arcs, circles, rectangles, wedges and curves.
+//! Figures: arcs, circles, rectangles, wedges, curves and tick marks.
 
 use super::curves;
 use super::lexer::Instruction;
@@ -8,13 +8,13 @@ use crate::artwork::{circle_through, distance};
 use crate::fill::FillRule;
 use crate::formats::span::SpanDiagnostic;
 
-/// More turns than this are no arc of a drawing, degrees.
+/// Largest sweep of an arc, degrees: a hundred turns. A choice that bounds memory.
 const WIDEST: f64 = 36_000.0;
 
-/// How far tick marks go each way, percent of the way from P1 to P2, unless the plot says something else.
+/// Default length of tick marks in both directions, percent of the distance between P1 and P2.
 pub(super) const TICK: [f64; 2] = [0.5, 0.5];
 
-/// TL: one number alone is for the way up or right.
+/// Parses TL. A single number applies to the positive direction only.
 pub(super) fn ticks(instruction: &Instruction) -> [f64; 2] {
     match instruction.numbers[..] {
         [] => TICK,
@@ -29,7 +29,7 @@ fn needs(instruction: &Instruction, what: &str) -> SpanDiagnostic {
 }
 
 impl Plotter<'_> {
-    /// One of them.
+    /// Draws a figure.
     pub(super) fn figure(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let relative = matches!(&instruction.name, b"AR" | b"ER" | b"RR" | b"BR");
         let from = if relative { self.at } else { [0.0; 2] };
@@ -43,7 +43,7 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    /// XT and YT: a line across an axis, where the pen is.
+    /// Handles XT and YT: a tick mark across an axis at the pen's position.
     pub(super) fn tick_mark(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [width, height] = self.scale.span();
         let way = match &instruction.name {
@@ -78,7 +78,7 @@ impl Plotter<'_> {
         self.outline(start, circle, instruction)
     }
 
-    /// An arc from where the pen is.
+    /// Draws an arc from the pen's position.
     fn arc_on(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let &[x, y, sweep, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "a centre and an angle"));
@@ -89,8 +89,8 @@ impl Plotter<'_> {
         corners.try_for_each(|corner| self.line(corner, instruction))
     }
 
-    /// An arc from where the pen is, through a second point to a third one; a whole circle if that is where it began, and a line
-    /// if they lie on one.
+    /// Draws an arc from the pen's position through a second point to a third: a full circle if the
+    /// third equals the start, a line if they are collinear.
     pub(super) fn arc_through(
         &mut self,
         from: [f64; 2],
@@ -102,7 +102,7 @@ impl Plotter<'_> {
         let begin = self.at;
         let [through, end] = [[x1, y1], [x2, y2]].map(|[x, y]| [from[0] + x, from[1] + y]);
         let circle = if begin == end {
-            // A whole circle, the other point opposite.
+            // The second point is opposite on the circle.
             (begin != through).then(|| {
                 let centre = [0, 1].map(|axis| f64::midpoint(begin[axis], through[axis]));
                 (centre, 360.0)
@@ -146,7 +146,7 @@ impl Plotter<'_> {
         self.outline([x, y], corners, instruction)
     }
 
-    /// Bezier curves from where the pen is; relative ones count from where each begins.
+    /// Draws Bézier curves from the pen's position. Relative ones count from the start of each.
     fn curves(&mut self, relative: bool, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         for three in pairs(instruction, None)?.chunks(3) {
             let &[a, b, c] = three else {
@@ -184,14 +184,14 @@ impl Plotter<'_> {
         Ok(curves::arc(centre, from, sweep, tolerance))
     }
 
-    /// A closed line of its own; then the pen is where it was, as it was.
+    /// Draws a closed outline; afterwards the pen is where it was, up or down as before.
     fn outline(
         &mut self,
         start: [f64; 2],
         mut corners: Vec<[f64; 2]>,
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        // A curve comes back to its first point but for a rounding error.
+        // Rounding keeps a curve from ending exactly at its first point.
         if let Some(last) = corners.last_mut() {
             *last = start;
         }
@@ -215,7 +215,7 @@ impl Plotter<'_> {
                 self.fill(vec![ring], FillRule::NonZero, instruction);
                 return Ok(());
             }
-            // A part of the polygon by itself.
+            // The circle is a separate part of the polygon.
             self.rings.insert(0, ring);
         }
         let (at, down, rings) = (self.at, self.down, std::mem::take(&mut self.rings));

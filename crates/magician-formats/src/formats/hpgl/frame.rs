@@ -1,4 +1,4 @@
-//! What the plot's numbers mean on the sheet, and what of the sheet is drawn on.
+//! Coordinate frame of a plot: defaults, scaling instructions and the window.
 
 use magician_host::{Given, Setting};
 
@@ -25,7 +25,7 @@ impl Plotter<'_> {
         }
     }
 
-    /// What changes which place a pair of numbers is: the pen does not move.
+    /// Handles an instruction that changes the coordinate system. The pen does not move.
     pub(super) fn scaled(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         self.lift_for_a_moment();
         let place = self.scale.place(self.at);
@@ -54,7 +54,7 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    /// IW: what lies outside of a rectangle is not drawn.
+    /// Handles IW: nothing outside a rectangle is drawn.
     pub(super) fn windowed(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         self.lift_for_a_moment();
         self.window = match instruction.numbers[..] {
@@ -74,12 +74,12 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    /// The pen is where it was on the sheet: that place has other numbers now.
+    /// Keeps the pen at a place of the sheet, whose coordinates have changed.
     fn stay(&mut self, place: [f64; 2]) {
         self.at = self.scale.at(place);
     }
 
-    /// What of a stroke is within the window.
+    /// Adds the part of a stroke within the window.
     pub(super) fn put(&mut self, stroke: Stroke) {
         match self.window {
             None => self.artwork.strokes.push(stroke),

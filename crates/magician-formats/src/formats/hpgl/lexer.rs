@@ -1,22 +1,22 @@
-//! HPGL as instructions: two letters and their numbers.
+//! Splitting of HPGL into instructions: two letters and numbers.
 
 use std::ops::Range;
 
 use crate::formats::content::plot::{END_OF_TEXT, ESCAPE, Scanner, is_blank};
 use crate::formats::span::SpanDiagnostic;
 
-/// The most that HPGL's numbers can be.
+/// Largest magnitude of a number: HP-GL/2's own limit, 2^23.
 const GREATEST: f64 = 8_388_608.0;
 
-/// One instruction.
+/// An instruction.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Instruction {
-    /// Its letters, in upper case.
+    /// Letters, in upper case.
     pub(super) name: [u8; 2],
     pub(super) numbers: Vec<f64>,
-    /// What is not a number in it: a label, an encoded polyline, a comment.
+    /// Part that is not numbers: a label, an encoded polyline, a comment.
     pub(super) text: String,
-    /// Which bytes it takes.
+    /// Range of bytes.
     pub(super) range: Range<usize>,
 }
 
@@ -26,7 +26,7 @@ impl Instruction {
     }
 }
 
-/// The instructions of a plot.
+/// Iterator over the instructions of a plot.
 #[derive(Debug)]
 pub(super) struct Instructions<'t> {
     scan: Scanner<'t>,
@@ -56,7 +56,7 @@ impl<'t> Instructions<'t> {
         let mut text = String::new();
         let within = self.scan.at;
         match &name {
-            // Labels, also those that are kept for later or shown on the plotter itself.
+            // Labels, including buffered ones and those for the plotter's display.
             b"LB" | b"BL" | b"PB" | b"WD" => {
                 let end = self.end_of_text;
                 self.scan.skip(|byte| byte != end);
@@ -69,7 +69,7 @@ impl<'t> Instructions<'t> {
                 self.scan.skip_one(end);
             }
             b"DT" => self.set_end_of_text(),
-            // The sign that stands at each point, if there is one.
+            // Symbol drawn at each point, if any.
             b"SM" => {
                 self.scan.at += usize::from(self.scan.peek().is_some_and(|sign| sign.is_ascii()));
                 text = self
@@ -79,7 +79,7 @@ impl<'t> Instructions<'t> {
                     .unwrap_or_default()
                     .to_owned();
             }
-            // A comment, in quotes (HP-GL/2) or without.
+            // Comment, in quotes (HP-GL/2) or without.
             b"CO" => {
                 self.scan.skip(is_blank);
                 match self.scan.peek() {
@@ -107,7 +107,8 @@ impl<'t> Instructions<'t> {
         })
     }
 
-    /// An instruction of Roland's own: `!PG`, `!VZ10`. Its name is `!` and its first letter, its text all of it.
+    /// Parses an instruction specific to Roland, such as `!PG` or `!VZ10`. Its name is `!` and the
+    /// first letter, its text is the whole instruction.
     fn of_the_maker(&mut self) -> Result<Instruction, SpanDiagnostic> {
         let start = self.scan.at;
         self.scan.at += 1;
@@ -137,12 +138,12 @@ impl<'t> Instructions<'t> {
         })
     }
 
-    /// `DT` and the sign that ends labels from now on; `DT;` sets it back.
+    /// Parses `DT` and the new terminator of labels; `DT;` restores the default.
     fn set_end_of_text(&mut self) {
         self.end_of_text = match self.scan.peek() {
             Some(b';') | None => END_OF_TEXT,
             Some(sign) => {
-                // Behind a sign comes its mode.
+                // A mode may follow the terminator.
                 self.scan.skip(|byte| byte != b';');
                 sign
             }
@@ -153,7 +154,7 @@ impl<'t> Instructions<'t> {
         loop {
             self.scan.skip(|byte| byte == b',' || is_blank(byte));
             if self.scan.peek() == Some(b'"') {
-                // A comment or a title in quotes.
+                // A quoted comment or title.
                 self.scan.at += 1;
                 self.scan.skip(|byte| byte != b'"');
                 self.scan.skip_one(b'"');
@@ -235,7 +236,7 @@ mod tests {
             "\u{1b}E\u{1b}%-12345X@PJL ENTER LANGUAGE=HPGL2\nPU1600 2600PD-5 .5\u{1b}%0A",
             "DT*;LBtext*PU1600 2600DT;PD-5 .5",
             "\u{1b}.Y\u{1b}.@;0:\u{1b}.M500;;;10;:\u{1b}.N;19:CO\"PD3 4;\"CO Circles, PD3 4;PU1600 2600:MG \"PD\";PD-5 .5",
-            // Within what a printer is told: what it prints beside the plot is no part of it.
+            // Printer data: text printed next to the plot is not part of it.
             "\u{1b}E\u{1b}&l1o3A\u{1b}*p0x0YHello; \u{1b}%0BPU1600 2600\u{1b}%1A PD7 7;\u{1b}%-1BPD-5 .5\u{1b}%0ABye\u{1b}E",
         ] {
             let mut found = all(text);

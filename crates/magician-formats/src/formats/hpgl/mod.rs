@@ -1,25 +1,26 @@
-//! HPGL plots (`.plt`): pen lines in fortieths of a millimetre.
+//! Reader of HPGL plots (`.plt`): pen strokes in units of 1/40 mm.
 //!
-//! | instructions | what becomes of them |
+//! | instructions | result |
 //! |---|---|
 //! | PU, PD, PA, PR | strokes |
-//! | PE | strokes: the same, encoded |
+//! | PE | the same, encoded |
 //! | CI, AA, AR, AT, RT, EA, ER, EW | arcs within the tolerance, outlines |
 //! | BZ, BR | curves within the tolerance |
-//! | RA, RR, WG, FP | areas; the lines of the file's own hatch (FT3, FT4) |
+//! | RA, RR, WG, FP | areas; lines of the file's own hatch (FT3, FT4) |
 //! | XT, YT, TL | tick marks |
 //! | PM, EP | polygons |
-//! | IP, IR, SC, PS | scaling to user units; where the file does not say where P1 and P2 are, as on a sheet of A4, with a note |
-//! | RO | the coordinate system is turned |
-//! | IW | what lies outside of it is cut off |
-//! | SP | SP0 is no pen; the others are the layers of the drawing |
-//! | LB, BL, PB, SI, SR, DI, DR, DV, SL, LO, CP, ES, DT, SM | text, in the lettering that is asked for |
-//! | IN, DF, LT, VS, PW, WU ... | as it is here anyway |
+//! | IP, IR, SC, PS | scaling to user units; A4 with a note if the file does not define P1 and P2 |
+//! | RO | rotation of the coordinate system |
+//! | IW | clip window |
+//! | SP | SP0 means no pen; other pens are the layers of the drawing |
+//! | LB, BL, PB, SI, SR, DI, DR, DV, SL, LO, CP, ES, DT, SM | text, in the chosen font |
+//! | IN, DF, LT, VS, PW, WU ... | no effect beyond defaults |
 //!
-//! Any of space, comma and nothing may stand between numbers, and a semicolon or nothing behind an instruction. What the plotter
-//! itself is told (`ESC .`), and what a printer is told around a plot (`ESC E`, `ESC %0A`, `@PJL`), is passed over.
+//! Numbers are separated by a blank, a comma or nothing, instructions by a semicolon or nothing.
+//! Escape sequences for the plotter (`ESC .`), and for a printer around the plot (`ESC E`, `ESC
+//! %0A`, `@PJL`), are skipped.
 //!
-//! Instructions are those of the HP-GL/2 and HP RTL reference guide and of the HP 7475A.
+//! Instructions follow the HP-GL/2 and HP RTL reference guide and the manual of the HP 7475A.
 
 mod areas;
 mod curves;
@@ -45,7 +46,7 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    // Encoded polylines mean bytes.
+    // Encoded polylines consist of bytes.
     let text = characters(bytes, Otherwise::Bytes)?.text;
     let latin = std::str::from_utf8(bytes).is_err();
     let divided = with_line_feeds(text.as_ref().into());

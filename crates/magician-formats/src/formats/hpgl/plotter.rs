@@ -1,4 +1,4 @@
-//! The plotter: where its pen is, and what it has drawn.
+//! State of the plotter: pen, position, and the drawing so far.
 
 use std::ops::Range;
 
@@ -14,18 +14,19 @@ use crate::formats::{Chords, Fills, ReadOptions};
 use crate::lettering::Lettering;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
-/// As many pens are told apart.
+/// Largest number of pens that become layers. A choice above any plotter; further pens have no
+/// layer.
 const MOST_PENS: usize = 100;
-/// No sheet is as large, mm.
+/// Largest coordinate, mm. A choice above any sheet, which detects damaged files.
 const LARGEST: f64 = 1e5;
 
-/// A stroke that is being drawn.
+/// Stroke being drawn.
 #[derive(Debug)]
 pub(super) struct Open {
     points: Vec<[f64; 2]>,
     range: Range<usize>,
     style: Style,
-    /// It is to be a dot if the pen goes nowhere.
+    /// True if it becomes a dot should the pen not move.
     pub(super) dot: bool,
 }
 
@@ -37,34 +38,35 @@ pub(super) struct Plotter<'t> {
     pub(super) lines: &'t Lines<'t>,
     pub(super) notes: Notes,
     pub(super) scale: Scale,
-    /// In the plot's units.
+    /// Position, in units of the plot.
     pub(super) at: [f64; 2],
     pub(super) down: bool,
     pub(super) relative: bool,
-    /// 0 is none.
+    /// Pen number; 0 is no pen.
     pub(super) pen: f64,
     pub(super) open: Option<Open>,
-    /// Within a polygon strokes are gathered and not drawn.
+    /// Within a polygon: index of the current part's first stroke. Strokes are then collected
+    /// instead of drawn.
     pub(super) polygon: Option<usize>,
-    /// The strokes of the last one.
+    /// Strokes of the last polygon.
     pub(super) edges: Vec<Stroke>,
-    /// Its corners, wherever the pen was up.
+    /// Vertices of the last polygon, including those reached with the pen up.
     pub(super) rings: Vec<Vec<[f64; 2]>>,
-    /// Whether its edge has been drawn.
+    /// True if its outline was drawn.
     pub(super) outlined: bool,
     pub(super) fill_type: FillType,
     pub(super) labels: LabelStyle,
-    /// What stands at each point (SM).
+    /// Symbol drawn at each point (SM).
     pub(super) symbol: Option<char>,
-    /// How far tick marks go up and down, or right and left, percent of the way from P1 to P2.
+    /// Length of tick marks in both directions, percent of the distance between P1 and P2.
     pub(super) tick: [f64; 2],
-    /// A label that is kept for later (BL).
+    /// Buffered label (BL).
     kept: String,
-    /// The font of labels, once there is one.
+    /// Font of labels, loaded at the first one.
     lettering: Option<Lettering>,
-    /// What is outside of this is not drawn (IW), mm.
+    /// Clip window (IW), mm.
     pub(super) window: Option<[[f64; 2]; 2]>,
-    /// Whether characters above 127 are single bytes of the file.
+    /// True if characters above 127 are single bytes in the file.
     latin: bool,
 }
 
@@ -107,7 +109,7 @@ impl<'t> Plotter<'t> {
         }
     }
 
-    /// A text of the file as the bytes that it is there.
+    /// Returns a text as the bytes that it has in the file.
     pub(super) fn bytes_of(&self, text: &str) -> Vec<u8> {
         if self.latin {
             text.chars()
@@ -148,7 +150,7 @@ impl<'t> Plotter<'t> {
                 self.select(instruction.numbers.first().copied().unwrap_or(0.0));
             }
             b"PE" => self.encoded(instruction)?,
-            // Every plot begins anew, as IN does (HP-GL/2).
+            // Every plot begins with defaults, as after IN (HP-GL/2).
             b"IN" | b"BP" => self.reset(true),
             b"DF" => self.reset(false),
             b"IP" | b"IR" | b"PS" | b"RO" | b"SC" => self.scaled(instruction)?,
@@ -186,7 +188,7 @@ impl<'t> Plotter<'t> {
         Ok(())
     }
 
-    /// What draws nothing, and what is not understood.
+    /// Handles instructions that draw nothing, and unknown ones.
     fn other(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let name = instruction.name();
         match name.as_str() {
@@ -196,7 +198,8 @@ impl<'t> Plotter<'t> {
                     "line types (LT) are left out: all lines are solid",
                 );
             }
-            // Pen speed and force, widths, colours, label styles, fills, the plotter and its paper.
+            // Pen speed and force, widths, colours, label styles, fills, the plotter and its paper:
+            // no effect on lines.
             "LT" | "VS" | "VA" | "VN" | "FS" | "AS" | "PW" | "WU" | "PT" | "PC" | "NP" | "CR"
             | "CO" | "LA" | "LM" | "SD" | "AD" | "CS" | "CA" | "SS" | "SA" | "DT" | "AC" | "UL"
             | "SV" | "TR" | "MC" | "PP" | "RF" | "SB" | "TD" | "DL" | "PG" | "AF" | "AH" | "EC"
@@ -242,7 +245,7 @@ impl<'t> Plotter<'t> {
         });
     }
 
-    /// What is drawn now belongs to: the pen is a layer of the drawing.
+    /// Returns the style of a stroke drawn now. The pen is its layer.
     pub(super) fn style(&mut self) -> Style {
         let layer = Layer {
             name: Some(format!("pen {}", self.pen)),
@@ -259,7 +262,7 @@ impl<'t> Plotter<'t> {
         }
     }
 
-    /// The font of labels.
+    /// Returns the font of labels.
     pub(super) fn lettering(&mut self) -> Result<&Lettering, SpanDiagnostic> {
         if self.lettering.is_none() {
             let lettering = Lettering::new(self.options, self.chords.for_curve());
@@ -300,7 +303,7 @@ impl<'t> Plotter<'t> {
         }
     }
 
-    /// To each of the points of an instruction.
+    /// Moves to each point of an instruction.
     fn go(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         for to in pairs(instruction, self.relative.then_some(&mut self.at.clone()))? {
             self.line(to, instruction)?;
@@ -310,7 +313,7 @@ impl<'t> Plotter<'t> {
         Ok(())
     }
 
-    /// Goes to a point, with the pen as it is.
+    /// Moves to a point with the pen in its current state.
     pub(super) fn line(
         &mut self,
         to: [f64; 2],
@@ -338,7 +341,7 @@ impl<'t> Plotter<'t> {
         Ok(())
     }
 
-    /// Whether a point is on any sheet.
+    /// Checks that a point is within any sheet.
     pub(super) fn fits(
         &self,
         to: [f64; 2],
@@ -360,7 +363,8 @@ impl<'t> Plotter<'t> {
     }
 }
 
-/// The points of an instruction. Relative ones count from the one before, `from` at first.
+/// Returns the points of an instruction. Relative ones count from the previous point, the first
+/// from `from`.
 pub(super) fn pairs(
     instruction: &Instruction,
     mut from: Option<&mut [f64; 2]>,

@@ -1,4 +1,4 @@
-//! Polygons: strokes that are gathered first and drawn later.
+//! Polygon mode: strokes are collected first, then drawn or filled.
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
@@ -6,7 +6,7 @@ use crate::fill::FillRule;
 use crate::{DiagnosticCode, Origin};
 
 impl Plotter<'_> {
-    /// PM: 0 begins a polygon, 1 another part of it, 2 ends it.
+    /// Handles PM: 0 begins a polygon, 1 begins another part, 2 ends it.
     pub(super) fn polygon(&mut self, instruction: &Instruction) {
         match instruction.numbers.first().copied().unwrap_or(0.0) {
             0.0 => {
@@ -23,6 +23,7 @@ impl Plotter<'_> {
                 self.close_part();
                 self.rings.push(Vec::new());
             }
+            // PM2, and any unknown number: the plot must not stay in polygon mode.
             _ => {
                 self.close_part();
                 self.polygon = None;
@@ -30,7 +31,7 @@ impl Plotter<'_> {
         }
     }
 
-    /// A part of a polygon ends where it began.
+    /// Closes the current part of the polygon.
     fn close_part(&mut self) {
         self.lift_for_a_moment();
         let Some(first) = self.polygon else {
@@ -62,7 +63,8 @@ impl Plotter<'_> {
         }
     }
 
-    /// EP draws the polygon's edge, FP fills it; it stays, so that a plot may do both.
+    /// Handles EP (draw the outline) and FP (fill). The polygon stays defined, because a plot may
+    /// use both.
     pub(super) fn edge(&mut self, instruction: &Instruction) {
         if &instruction.name == b"EP" {
             if std::mem::replace(&mut self.outlined, true) {
@@ -75,9 +77,10 @@ impl Plotter<'_> {
         }
         let rule = match instruction.numbers.first() {
             Some(1.0) => FillRule::NonZero,
+            // HP-GL/2: even-odd by default.
             _ => FillRule::EvenOdd,
         };
-        // Programs draw the edge of what they fill, too.
+        // Programs usually also draw the outline of what they fill, so do not draw it twice.
         if self.outlines() && std::mem::replace(&mut self.outlined, true) {
             return;
         }

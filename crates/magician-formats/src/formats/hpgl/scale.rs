@@ -1,43 +1,43 @@
-//! User units (IP, IR, SC) and how the coordinate system is turned (RO).
+//! Coordinate system of a plot: scaling points and user units (IP, IR, SC), and rotation (RO).
 
 use super::lexer::Instruction;
 use crate::formats::span::SpanDiagnostic;
 
-/// Plotter units of a millimetre.
+/// Plotter units per millimetre.
 const UNITS: f64 = 40.0;
 
-/// The default P1 and P2 on a sheet of A4, plotter units: those of the HP 7475A, whose manual has
-/// them in the table "Default Coordinate Values for Scaling Points P1 and P2".
+/// Default P1 and P2 on A4, plotter units. From the HP 7475A's manual, table "Default Coordinate
+/// Values for Scaling Points P1 and P2".
 const A4: [f64; 4] = [603.0, 521.0, 10_603.0, 7721.0];
 
-/// How coordinates become millimetres.
+/// Transform from coordinates of the plot to millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
-    /// The frame that P1 and P2 are the corners of by default, plotter units: x and y of each corner.
+    /// Default P1 and P2, plotter units: x and y of each.
     frame: [f64; 4],
-    /// Whether the file says how large the sheet is (PS).
+    /// True if the file gives the size of the sheet (PS).
     sized: bool,
-    /// P1 and P2, plotter units: x and y of each.
+    /// Current P1 and P2, plotter units: x and y of each.
     corners: [f64; 4],
-    /// Whether the file says where they are.
+    /// True if the file defines P1 and P2.
     said: bool,
-    /// Quarter turns to the left.
+    /// Quarter turns counter-clockwise.
     turns: u8,
-    /// What SC says.
+    /// User units, as given by SC.
     user: Option<Units>,
-    /// Plotter units of a user unit, and where the user units begin, plotter units.
+    /// Plotter units per user unit, and origin of user units, plotter units.
     factor: [f64; 2],
     shift: [f64; 2],
 }
 
-/// What SC says.
+/// User units, as given by SC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Units {
-    /// These coordinates are at P1 and P2: from and to across, from and to along.
+    /// Coordinates at P1 and P2: from and to in x, from and to in y.
     Corners([f64; 4]),
-    /// The same with square units: the shares of what is left over that are to the left and below.
+    /// The same with square units, and the shares of the remaining space to the left and below.
     Square([f64; 4], [f64; 2]),
-    /// P1 has these coordinates, and a unit is so many plotter units.
+    /// Coordinates at P1, and plotter units per unit.
     Factors([f64; 2], [f64; 2]),
 }
 
@@ -57,7 +57,7 @@ impl Default for Scale {
 }
 
 impl Scale {
-    /// A point of the plot on the sheet, mm.
+    /// Converts a point of the plot to the sheet, mm.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [x, y] = [
             self.factor[0] * x + self.shift[0],
@@ -73,7 +73,7 @@ impl Scale {
         turned.map(|side| side / UNITS)
     }
 
-    /// The point of the plot that is there on the sheet, mm.
+    /// Converts a point of the sheet, mm, to the plot.
     pub(super) fn at(&self, place: [f64; 2]) -> [f64; 2] {
         let [x, y] = place.map(|side| side * UNITS);
         let [width, height] = self.sheet();
@@ -89,12 +89,12 @@ impl Scale {
         ]
     }
 
-    /// The greatest that a length of 1 becomes, mm.
+    /// Larger scale factor of both axes, mm per unit.
     pub(super) fn most(&self) -> f64 {
         self.factor[0].abs().max(self.factor[1].abs()) / UNITS
     }
 
-    /// A direction of the plot as one of the sheet.
+    /// Converts a direction of the plot to the sheet.
     pub(super) fn turned(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         match self.turns {
             0 => [x, y],
@@ -104,29 +104,29 @@ impl Scale {
         }
     }
 
-    /// From P1 to P2, mm.
+    /// Distance from P1 to P2 in x and y, mm.
     pub(super) fn span(&self) -> [f64; 2] {
         let [px, py, qx, qy] = self.corners;
         [(qx - px) / UNITS, (qy - py) / UNITS]
     }
 
-    /// What a length of 1 across becomes, mm.
+    /// Scale factor in x, mm per unit.
     pub(super) fn unit(&self) -> f64 {
         self.factor[0].abs() / UNITS
     }
 
-    /// Width and height of the sheet: as much is beside its frame on the right and above as on the left and below.
+    /// Width and height of the sheet. Its frame is assumed to be centred.
     fn sheet(&self) -> [f64; 2] {
         let [px, py, qx, qy] = self.frame;
         [px + qx, py + qy]
     }
 
-    /// What the file says of the size of its page (PS), mm.
+    /// Returns the page size given by the file (PS), mm.
     pub(super) fn page(&self) -> Option<[f64; 2]> {
         self.sized.then(|| self.sheet().map(|side| side / UNITS))
     }
 
-    /// The frame as the turned axes have it.
+    /// Frame along the rotated axes.
     fn turned_frame(&self) -> [f64; 4] {
         let [px, py, qx, qy] = self.frame;
         match self.turns % 2 {
@@ -135,18 +135,18 @@ impl Scale {
         }
     }
 
-    /// Whether user units are counted from corners that the file says nothing of.
+    /// True if user units depend on scaling points that the file does not define.
     pub(super) fn assumes_frame(&self) -> bool {
         self.user.is_some() && !self.said && !self.sized
     }
 
-    /// The frame that is assumed then, mm.
+    /// Size of the assumed frame, mm.
     pub(super) fn frame(&self) -> [f64; 2] {
         let [px, py, qx, qy] = self.frame;
         [(qx - px) / UNITS, (qy - py) / UNITS]
     }
 
-    /// PS: how long and how wide the sheet is.
+    /// Handles PS: length and width of the sheet.
     pub(super) fn sized(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [length, width] = match instruction.numbers[..] {
             [length] => [length, length],
@@ -163,7 +163,7 @@ impl Scale {
         self.rescale(instruction)
     }
 
-    /// RO: the axes are turned to the left, P1 and P2 with them.
+    /// Handles RO: rotates the axes counter-clockwise, together with P1 and P2.
     pub(super) fn rotate(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let angle = instruction.numbers.first().copied().unwrap_or(0.0);
         let turns = [0.0, 90.0, 180.0, 270.0]
@@ -173,12 +173,12 @@ impl Scale {
             let message = format!("RO {angle}: the rotation must be 0, 90, 180 or 270 degrees");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         };
-        // P1 and P2 keep their coordinates: IP and IR bring them back onto the sheet.
+        // P1 and P2 keep their coordinates. IP and IR bring them back onto the sheet.
         self.turns = u8::try_from(turns).unwrap_or_default();
         Ok(())
     }
 
-    /// IP: where P1 and P2 are. P2 follows a P1 that is told alone.
+    /// Handles IP: position of P1 and P2. P2 follows a P1 given alone.
     pub(super) fn corners(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.corners;
         self.said = !instruction.numbers.is_empty();
@@ -196,7 +196,7 @@ impl Scale {
         self.rescale(instruction)
     }
 
-    /// IR: where P1 and P2 are, in percent of the sheet.
+    /// Handles IR: position of P1 and P2 in percent of the sheet.
     pub(super) fn shares(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.turned_frame();
         let at = |x: f64, y: f64| [px + (qx - px) * x / 100.0, py + (qy - py) * y / 100.0];
@@ -214,7 +214,7 @@ impl Scale {
         self.corners(&placed)
     }
 
-    /// SC: which coordinates P1 and P2 have.
+    /// Handles SC: coordinates of P1 and P2.
     pub(super) fn units(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let refused = |message: &str| Err(SpanDiagnostic::new(instruction.range.clone(), message));
         let share = |nth: usize| {
@@ -236,12 +236,12 @@ impl Scale {
         self.rescale(instruction)
     }
 
-    /// DF: plotter units; P1, P2 and the turn stay.
+    /// Handles DF: back to plotter units; P1, P2 and rotation stay.
     pub(super) fn unscale(&mut self) {
         (self.user, self.factor, self.shift) = (None, [1.0; 2], [0.0; 2]);
     }
 
-    /// IN: P1, P2 and the turn as well.
+    /// Handles IN: also resets P1, P2 and rotation.
     pub(super) fn reset(&mut self) {
         *self = Self {
             frame: self.frame,
@@ -251,7 +251,7 @@ impl Scale {
         };
     }
 
-    /// User units follow P1 and P2.
+    /// Recomputes user units after a change of P1 or P2.
     fn rescale(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.corners;
         let across = [qx - px, qy - py];

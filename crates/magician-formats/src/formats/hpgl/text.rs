@@ -1,55 +1,57 @@
-//! Labels (LB): their letters at the size, slant, direction and place that the plot says.
+//! Labels (LB): letters at the size, slant, direction and position given by the plot.
 //!
-//! A plotter's letters all have the same width; so each of ours stands in the middle of such a cell, and what plots set beside
-//! and below each other stays there.
+//! A plotter's letters all have the same width. So each letter of our font is centred in a cell of
+//! that width, and whatever the plot aligns with characters stays aligned.
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Stroke};
 
-/// From a character to the next, in widths of a character, and from a line to the next, in heights.
+/// Distance of characters, in widths of a character.
 const ADVANCE: f64 = 1.5;
+/// Distance of lines, in heights of a character.
 const LINE: f64 = 2.0;
-/// Width and height of a character in percent of the way from P1 to P2, unless the plot says something else (HP 7475A).
+/// Default width and height of a character, percent of the distance between P1 and P2 (HP 7475A).
 const USUAL: [f64; 2] = [0.75, 1.5];
-/// What SI alone stands for on A4, cm.
+/// Size of a character after SI without numbers on A4, cm.
 const ABSOLUTE: [f64; 2] = [0.187, 0.269];
-/// How wide a capital of the font is, in its heights, and how much wider than that a letter may become.
+/// Width of a capital of the font, in its heights: an H is 14 by 21 units.
 const CAPITAL: f64 = 14.0 / 21.0;
+/// Largest stretch of a letter beyond the width of a capital. A choice: wider letters look odd.
 const WIDEST: f64 = 1.3;
-/// Of labels longer than this the rest is left out.
+/// Largest number of characters of a label. It bounds memory if the terminator is missing.
 const LONGEST: usize = 10_000;
 
-/// How labels are written.
+/// Style of labels.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LabelStyle {
     size: Size,
     direction: Direction,
-    /// Of the direction of uprights, the tangent of their angle to the right.
+    /// Slant: tangent of the angle of uprights, positive to the right.
     slant: f64,
-    /// LO.
+    /// Label origin (LO).
     origin: f64,
-    /// More room between characters and lines (ES), in cells.
+    /// Extra space between characters and lines (ES), in cells.
     extra: [f64; 2],
-    /// Whether characters stand below one another.
+    /// True if characters are stacked downwards.
     downwards: bool,
-    /// Where a carriage return leads to, mm.
+    /// Start of the line, to which a carriage return leads, mm.
     start: Option<[f64; 2]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Size {
-    /// Width and height in cm.
+    /// Width and height, cm.
     Absolute([f64; 2]),
-    /// In percent of the way from P1 to P2.
+    /// Percent of the distance between P1 and P2.
     Relative([f64; 2]),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Direction {
     Absolute([f64; 2]),
-    /// In shares of the way from P1 to P2.
+    /// Shares of the distance between P1 and P2.
     Relative([f64; 2]),
 }
 
@@ -68,13 +70,13 @@ impl Default for LabelStyle {
 }
 
 impl LabelStyle {
-    /// The pen was moved: a carriage return leads to where it is then.
+    /// Forgets the start of the line, because the pen was moved.
     pub(super) const fn moved(&mut self) {
         self.start = None;
     }
 }
 
-/// The frame of a label on the sheet, mm: a width to the right, a height upwards, and how they are turned.
+/// Cell of a character on the sheet, mm: its size and its axes.
 #[derive(Clone, Copy)]
 struct Cell {
     width: f64,
@@ -90,7 +92,7 @@ impl Cell {
 }
 
 impl Plotter<'_> {
-    /// SI, SR, DI, DR, DV, SL, LO, ES: how labels are written from now on.
+    /// Handles SI, SR, DI, DR, DV, SL, LO and ES: style of the following labels.
     pub(super) fn label_style(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let style = &mut self.labels;
         let numbers = &instruction.numbers[..];
@@ -140,7 +142,7 @@ impl Plotter<'_> {
         }
     }
 
-    /// From a character to the next, and from a line to the next.
+    /// Offsets to the next character and to the next line.
     fn steps(&self, cell: &Cell) -> [[f64; 2]; 2] {
         let [across, along] = self.labels.extra;
         let forth = [cell.width * ADVANCE * (1.0 + across), 0.0];
@@ -152,7 +154,7 @@ impl Plotter<'_> {
         }
     }
 
-    /// CP: moves by so many characters to the right and lines up; without numbers to the next line.
+    /// Handles CP: moves by characters to the right and lines up; without numbers to the next line.
     pub(super) fn character_plot(
         &mut self,
         instruction: &Instruction,
@@ -164,7 +166,7 @@ impl Plotter<'_> {
         let to = match instruction.numbers[..] {
             [] => {
                 let start = self.labels.start.unwrap_or(place);
-                // As far down as the pen is by now, and a line.
+                // One line below the current one, at the start of the line.
                 let along = |from: [f64; 2], way: [f64; 2]| from[0] * way[0] + from[1] * way[1];
                 let apart = [place[0] - start[0], place[1] - start[1]];
                 let row = if self.labels.downwards {
@@ -193,7 +195,7 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    /// The pen is somewhere else on the sheet without a line.
+    /// Moves the pen without drawing.
     fn jump(&mut self, place: [f64; 2], instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let at = self.scale.at(place);
         self.fits(at, instruction)?;
@@ -201,7 +203,7 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    /// LB: writes it; afterwards the pen is where the next character would be.
+    /// Handles LB: writes a label. Afterwards the pen is at the next character's position.
     pub(super) fn label(
         &mut self,
         text: &str,
@@ -236,7 +238,7 @@ impl Plotter<'_> {
                     at = [at[0] + down[0], at[1] + down[1]];
                 }
                 '\r' => {
-                    // Rows of labels that are not written from their left are placed each by itself.
+                    // Rows that are not left-aligned are placed one by one.
                     let next = rows.get(row as usize + 1).copied().unwrap_or_default();
                     let [x, y] = self.shifted(&cell, next, origin, forth);
                     let back = [0, 1].map(|side| start[side] - from[side]);
@@ -258,8 +260,8 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    /// Where a row of a label begins, from where the pen is: LO 1 to 9 go from below to above and from left to right; 11 to 19 are
-    /// the same with half a character between.
+    /// Returns the start of a row relative to the pen. LO 1 to 9 go from bottom to top and from
+    /// left to right; 11 to 19 are the same with half a character in between.
     fn shifted(&self, cell: &Cell, row: &str, origin: f64, forth: [f64; 2]) -> [f64; 2] {
         let nth = origin as i64;
         let (place, apart) = if nth > 10 {
@@ -273,14 +275,14 @@ impl Plotter<'_> {
         let (column, level) = ((place - 1) / 3, (place - 1) % 3);
         let row = row.trim_end_matches('\r');
         let count = row.chars().filter(|sign| !sign.is_control()).count() as f64;
-        // Behind the last character there is no gap.
+        // No gap follows the last character.
         let long = (forth[0] * count - (forth[0] - cell.width)).max(0.0);
         let x = -long * column as f64 / 2.0 + apart * cell.width * (1 - column) as f64;
         let y = -cell.height * level as f64 / 2.0 + apart * cell.height * (1 - level) as f64;
         [x, y]
     }
 
-    /// A character in its cell, from the left end of its baseline.
+    /// Draws a character in its cell, from the left end of its baseline.
     fn sign(
         &mut self,
         sign: char,
@@ -324,7 +326,7 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    /// The symbol (SM) at a point, its middle there.
+    /// Draws the symbol (SM) centred at the pen's position.
     pub(super) fn symbol(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let Some(symbol) = self.symbol else {
             return Ok(());

@@ -1,8 +1,8 @@
-//! What is kept of an image, in the pixels of its file.
+//! Cropping of images, in pixels of the file.
 
 use ::image::metadata::Orientation;
 
-/// A part of an image as its file has it.
+/// A window of an image in the orientation of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Window {
     pub(super) x: u32,
@@ -11,7 +11,7 @@ pub(super) struct Window {
     pub(super) height: u32,
 }
 
-/// Whether an image is as wide as its file says it is high.
+/// True if the orientation swaps width and height.
 pub(super) fn swaps_sides(orientation: Orientation) -> bool {
     matches!(
         orientation,
@@ -23,7 +23,8 @@ pub(super) fn swaps_sides(orientation: Orientation) -> bool {
 }
 
 impl Window {
-    /// Of a file of this size, all or what a person says who sees it upright.
+    /// Converts a crop of the upright image to the orientation of the file; the whole image without
+    /// a crop.
     pub(super) fn new(
         [width, height]: [u32; 2],
         orientation: Orientation,
@@ -50,7 +51,7 @@ impl Window {
                 seen[0], seen[1]
             ));
         }
-        // From the other edges.
+        // Distances from the right and the bottom edge.
         let [right, below] = [seen[0] - x - across, seen[1] - y - down];
         let [x, y] = match orientation {
             Orientation::NoTransforms => [x, y],

@@ -1,12 +1,13 @@
-//! How large a pixel is, where an image file says so.
+//! Resolution of images as stored in their files.
 
 use ::image::ImageFormat;
 
 const MM_PER_INCH: f64 = 25.4;
-/// What says nothing sensible: pixels smaller than 1 um or larger than 100 mm.
+/// Plausible sizes of a pixel, mm: 1 um to 100 mm. Other values are ignored.
 const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
 
-/// Width and height of a pixel, mm: PNG's `pHYs` in pixels per metre, JFIF's density, BMP's pixels per metre.
+/// Returns width and height of a pixel, mm, from PNG's `pHYs`, JFIF's density or BMP's resolution.
+/// `None` if the file has none.
 pub(super) fn pixel(format: ImageFormat, bytes: &[u8]) -> Option<[f64; 2]> {
     let pixel = match format {
         ImageFormat::Png => png(bytes),
@@ -18,7 +19,7 @@ pub(super) fn pixel(format: ImageFormat, bytes: &[u8]) -> Option<[f64; 2]> {
     sensible.then_some(pixel)
 }
 
-/// PNG specification 11.3.4.3: the chunk comes before the pixels.
+/// Reads the chunk `pHYs` (PNG specification 11.3.4.3), which comes before the pixels.
 fn png(bytes: &[u8]) -> Option<[f64; 2]> {
     let mut rest = bytes.get(8..)?;
     loop {
@@ -37,7 +38,7 @@ fn png(bytes: &[u8]) -> Option<[f64; 2]> {
     }
 }
 
-/// JFIF 1.02: the marker APP0 comes right after the start of the image.
+/// Reads the density of JFIF 1.02. Its marker APP0 directly follows the start of the image.
 fn jpeg(bytes: &[u8]) -> Option<[f64; 2]> {
     let header = bytes.strip_prefix(&[0xFF, 0xD8, 0xFF, 0xE0])?.get(2..)?;
     let [_, _, unit, a, b, c, d] = *header.strip_prefix(b"JFIF\0")?.first_chunk::<7>()?;
@@ -50,7 +51,7 @@ fn jpeg(bytes: &[u8]) -> Option<[f64; 2]> {
     Some(densities.map(|count| length / f64::from(count)))
 }
 
-/// The header of 40 bytes and its successors.
+/// Reads the resolution from the header of 40 bytes and its successors.
 fn bmp(bytes: &[u8]) -> Option<[f64; 2]> {
     let size = bytes.get(14..)?.first_chunk::<4>()?;
     if u32::from_le_bytes(*size) < 40 {

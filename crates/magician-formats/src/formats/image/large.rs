@@ -1,8 +1,11 @@
-//! Images that are larger than anything that is drawn or burnt: made smaller while they are read.
+//! Large images, scaled down while they are decoded.
 //!
-//! PNG is read row by row and TIFF strip by strip, so that memory is bounded whatever their size. Of JPEG only the brightness is decoded
-//! (by the weights of Rec. 601, as the file has it), a byte for each pixel. Others are decoded at once as far as there is memory. Each
-//! pixel of what is kept is the mean of a square of pixels.
+//! Phones and scanners produce images far larger than anything the arm can draw. Each pixel kept is
+//! the mean of a square of pixels, and only sums are held in memory:
+//!
+//! * PNG is decoded row by row and TIFF strip by strip, so memory is bounded at any size.
+//! * Of JPEG only the luma plane (Rec. 601, as stored) is decoded, one byte per pixel.
+//! * Other formats are decoded at once, as far as memory allows.
 
 use std::io::Cursor;
 
@@ -14,34 +17,34 @@ use zune_jpeg::JpegDecoder;
 use super::crop::Window;
 use super::{MOST_MEMORY, grey_of, opacity_of};
 
-/// As many pixels are kept, at most: a point of 0.1 mm on all that the arm reaches.
+/// Largest number of pixels to keep: a point of 0.1 mm over the whole reach of the arm.
 const KEPT: u64 = 16_000_000;
-/// As many pixels are read, at most: minutes of work.
+/// Largest number of pixels to decode, which takes minutes.
 const MOST_READ: u64 = 4_000_000_000;
-/// JPEG itself has no more pixels on a side.
+/// Largest side of a JPEG by its format.
 const JPEG_SIDE: usize = 65_535;
 
-/// A grey image that was made smaller.
+/// A grey image, scaled down.
 pub(super) struct Smaller {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) grey: Vec<u8>,
-    /// Empty if all of it is opaque.
+    /// Opacities; empty if the image is opaque.
     pub(super) opacity: Vec<u8>,
 }
 
-/// Why one is not read.
+/// Reason why an image is refused.
 pub(super) type Why = String;
 
-/// What becomes of rows.
+/// Scales rows down as they arrive.
 struct Shrink {
-    /// A pixel for each square of so many pixels on a side.
+    /// Side of the square of pixels that becomes one.
     each: usize,
     window: Window,
     sums: Vec<u32>,
-    /// Rows of the file so far.
+    /// Number of rows of the file so far.
     seen: u32,
-    /// Rows that are in the sums.
+    /// Number of rows in the sums.
     rows: u32,
     smaller: Smaller,
 }
@@ -117,7 +120,7 @@ impl Shrink {
     }
 }
 
-/// What becomes of rows of greys, and of the opacities of the same pixels.
+/// Scales rows of greys and of opacities down.
 struct ShrinkBoth {
     grey: Shrink,
     opacity: Option<Shrink>,
@@ -148,7 +151,7 @@ impl ShrinkBoth {
     }
 }
 
-/// A PNG, row by row.
+/// Decodes a PNG row by row.
 pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let told = |error: png::DecodingError| error.to_string();
     let limits = png::Limits {
@@ -177,19 +180,19 @@ pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     Ok(shrink.finish())
 }
 
-/// True if pixels of so many numbers have an opacity.
+/// True if pixels with this number of samples have an opacity.
 fn has_opacity(samples: usize) -> bool {
     matches!(samples, 2 | 4)
 }
 
-/// Whether a JPEG keeps its brightness apart from its colours: one of four inks does not.
+/// True if a JPEG stores luma separately, which it does not with four inks (CMYK).
 pub(super) fn has_brightness(bytes: &[u8]) -> bool {
     let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
-    // What cannot be read says why when it is decoded.
+    // An unreadable header fails with its reason when it is decoded.
     decoder.decode_headers().is_err() || decoder.info().is_none_or(|info| info.components < 4)
 }
 
-/// A JPEG, of which only the brightness is decoded.
+/// Decodes only the luma of a JPEG.
 pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let options = DecoderOptions::default()
         .set_max_width(JPEG_SIDE)
@@ -202,7 +205,8 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let info = decoder.info().ok_or("its header has no size")?;
     let size @ [width, height] = [u32::from(info.width), u32::from(info.height)];
     let pixels = u64::from(width) * u64::from(height);
-    // One that comes line by line is kept as a byte for each pixel; of any other all numbers of all colours are.
+    // The decoder holds one byte per pixel of a sequential JPEG, but all coefficients of a
+    // progressive one.
     let (memory, how) = if comes_line_by_line(bytes) {
         (pixels, "")
     } else {
@@ -223,7 +227,7 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     Ok(shrink.finish())
 }
 
-/// A TIFF, a strip or a row of tiles at a time.
+/// Decodes a TIFF by strips or rows of tiles.
 pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let told = |error: tiff::TiffError| error.to_string();
     let mut limits = tiff::decoder::Limits::default();
@@ -292,14 +296,14 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     Ok(shrink.finish())
 }
 
-/// The grey of cyan, magenta, yellow and black ink.
+/// Grey of cyan, magenta, yellow and black ink.
 fn of_inks(inks: [u8; 4]) -> u8 {
     let [cyan, magenta, yellow, black] = inks.map(|ink| u32::from(255 - ink));
     let shown = [cyan, magenta, yellow].map(|left| (left * black / 255) as u8);
     grey_of(&shown, 3).next().unwrap_or(u8::MAX)
 }
 
-/// The grey of an image that was decoded at once.
+/// Scales an image down that was decoded at once.
 pub(super) fn decoded(
     grey: &[u8],
     opacity: &[u8],
@@ -315,7 +319,8 @@ pub(super) fn decoded(
     Ok(shrink.finish())
 }
 
-/// Whether the frame of a JPEG is sequential (ITU-T T.81, table B.1: SOF0 and SOF1), and not progressive.
+/// True if the frame of a JPEG is sequential (ITU-T T.81, table B.1: SOF0 and SOF1), not
+/// progressive.
 fn comes_line_by_line(bytes: &[u8]) -> bool {
     let mut markers = markers(bytes).map(|(kind, _)| kind);
     let frame =
@@ -323,21 +328,22 @@ fn comes_line_by_line(bytes: &[u8]) -> bool {
     matches!(frame, Some(0xC0 | 0xC1))
 }
 
-/// Whether a JPEG ends before its end (EOI): a decoder makes grey of what is missing.
+/// True if a JPEG has no end (EOI). A decoder fills the missing part with grey.
 pub(super) fn is_cut_off(bytes: &[u8]) -> bool {
     let scan = markers(bytes).find(|(kind, _)| *kind == 0xDA);
     let Some((_, scan)) = scan else {
         return false;
     };
-    // Within a scan no other byte follows 0xFF. Phones put a film behind the end.
+    // Within a scan 0xFF is never followed by 0xD9. Phones append a video after the end, so the end
+    // is not the last pair of bytes.
     !scan.windows(2).any(|pair| pair == [0xFF, 0xD9])
 }
 
-/// The markers of a JPEG up to its first scan, and what follows each.
+/// Iterates over the markers of a JPEG up to its first scan, with the bytes after each.
 fn markers(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     let mut rest = bytes.get(2..).unwrap_or_default();
     std::iter::from_fn(move || {
-        // A marker may be filled up.
+        // Fill bytes may precede a marker.
         while let [0xFF, 0xFF, ..] = rest {
             rest = rest.get(1..).unwrap_or_default();
         }

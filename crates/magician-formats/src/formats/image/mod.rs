@@ -1,8 +1,9 @@
-//! PNG, JPEG, BMP, WebP, GIF (its first picture), TIFF and netpbm (PGM, PBM, PPM) images.
+//! Reader of images: PNG, JPEG, BMP, WebP, GIF (first frame), TIFF and netpbm (PGM, PBM, PPM).
 //!
-//! Colours become grey by the weights of Rec. 709 (0.2126, 0.7152, 0.0722) on the values as they are stored; what is transparent
-//! shows white below it, and its opacity is kept; 16 bits are rounded to 8. An image that a camera holds turned (EXIF) is turned upright.
-//! Images that are larger than anything that is drawn or burnt are made smaller while they are read, which a note tells.
+//! Colours become grey by the weights of Rec. 709 (0.2126, 0.7152, 0.0722) on the stored values.
+//! Transparent pixels are composed over white, and their opacity is kept. 16 bits are rounded to 8.
+//! EXIF orientation is applied. Images too large to draw are scaled down while they are decoded
+//! ([`large`]), with a note.
 
 mod crop;
 mod density;
@@ -25,11 +26,11 @@ use crate::{Diagnostic, DiagnosticCode, Raster};
 use crop::Window;
 use large::Smaller;
 
-/// Pixels on a side, at most.
+/// Largest side to decode at once, pixels. Larger images are scaled down while they are decoded.
 const MOST_SIDE: u32 = 30_000;
-/// Pixels in all, at most.
+/// Largest number of pixels to decode at once.
 const MOST_PIXELS: u64 = 64_000_000;
-/// Memory to decode them, at most, bytes.
+/// Largest memory for decoding, bytes. A damaged header must not make the decoder allocate more.
 const MOST_MEMORY: u64 = 512 << 20;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
@@ -49,7 +50,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         density::pixel(format, bytes).map(|[x, y]| if turned { [y, x] } else { [x, y] });
     let mut notes = Vec::new();
     if kept != [width, height] {
-        // It becomes as large as it would have been.
+        // Enlarge the pixels, so that the image keeps its size on paper.
         let [across, down] = pixel.unwrap_or([Raster::PIXEL; 2]);
         let more = |pixels: u32, kept: u32| f64::from(pixels) / f64::from(kept);
         pixel = Some([across * more(width, kept[0]), down * more(height, kept[1])]);
@@ -100,13 +101,13 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     })
 }
 
-/// How many pictures a GIF has, by its blocks (GIF89a, sections 18 to 25): nothing is decoded.
+/// Counts the frames of a GIF by its blocks (GIF89a, sections 18 to 25), without decoding.
 fn pictures(bytes: &[u8]) -> usize {
     let table = |flags: u8| match flags & 0x80 {
         0 => 0,
         _ => 3 << ((flags & 7) + 1),
     };
-    // Blocks of data, each with its length before it, up to one without any.
+    // Skips data sub-blocks, each preceded by its length, up to the empty one.
     let behind_data = |mut at: usize| {
         while let Some(length) = bytes.get(at).filter(|length| **length > 0) {
             at += 1 + usize::from(*length);
@@ -123,12 +124,13 @@ fn pictures(bytes: &[u8]) -> usize {
                 let flags = bytes.get(at + 9).copied().unwrap_or_default();
                 at = behind_data(at + 10 + table(flags) + 1);
             }
+            // The trailer, or damaged data: count the frames so far.
             _ => return count,
         }
     }
 }
 
-/// What is read.
+/// Supported formats.
 const KNOWN: [ImageFormat; 7] = [
     ImageFormat::Png,
     ImageFormat::Jpeg,
@@ -146,16 +148,16 @@ fn unknown() -> Diagnostic {
     .help(message!("save it as one of these"))
 }
 
-/// An image, upright.
+/// A decoded image, upright.
 struct Decoded {
     grey: GrayImage,
-    /// `None` if all of it is opaque.
+    /// Opacities; `None` if the image is opaque.
     opacity: Option<GrayImage>,
-    /// As many pixels it has, upright and cropped, before it was made smaller.
+    /// Size in pixels, upright and cropped, before scaling down.
     size: [u32; 2],
-    /// Whether its sides have changed places.
+    /// True if the orientation swapped width and height.
     turned: bool,
-    /// Whether nothing was cropped.
+    /// True if nothing was cropped.
     whole: bool,
 }
 
@@ -172,11 +174,11 @@ fn decode(
         limits
     };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    // None is decoded before its size is known.
+    // No size limit here: the header is read first, and the path is chosen by its size.
     reader.limits(limits(u32::MAX));
     let mut decoder = reader.into_decoder()?;
     let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
-    // A turn that cannot be read is none.
+    // An unreadable orientation counts as none.
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let window = Window::new(size, orientation, crop).map_err(DecodeFailure::Crop)?;
     let large = width.max(height) > MOST_SIDE || u64::from(width) * u64::from(height) > MOST_PIXELS;
@@ -185,6 +187,7 @@ fn decode(
             ImageFormat::Png => large::png(bytes, window),
             ImageFormat::Jpeg if large::has_brightness(bytes) => large::jpeg(bytes, window),
             ImageFormat::Tiff => large::tiff(bytes, window),
+            // Other formats cannot be decoded in parts.
             _ if decoder.total_bytes() > MOST_MEMORY => return Err(DecodeFailure::TooLarge(size)),
             _ => {
                 decoder.set_limits(limits(u32::MAX))?;
@@ -231,12 +234,12 @@ fn decode(
     })
 }
 
-/// Why an image was not decoded.
+/// Reason why an image was not decoded.
 enum DecodeFailure {
     TooLarge([u32; 2]),
-    /// Of what is to be kept of it.
+    /// The crop is outside the image.
     Crop(String),
-    /// Of one that would have been made smaller.
+    /// Error while scaling a large image down.
     Large(String),
     By(ImageError),
 }
@@ -281,12 +284,12 @@ fn refused(refused: DecodeFailure) -> Diagnostic {
     Diagnostic::of_file(message!("the image cannot be decoded: {why}", why))
 }
 
-/// True if no pixel lets anything through.
+/// True if every pixel is opaque.
 fn is_opaque(opacity: &[u8]) -> bool {
     opacity.iter().all(|opacity| *opacity == u8::MAX)
 }
 
-/// The opacity of each pixel; empty if the image has none.
+/// Opacity of each pixel; empty if the image has no alpha channel.
 fn opacity(image: &DynamicImage) -> Vec<u8> {
     if !image.color().has_alpha() {
         return Vec::new();
@@ -318,10 +321,10 @@ fn grey(image: DynamicImage) -> Vec<u8> {
     }
 }
 
-/// The grey of pixels of 8 bits: grey, grey and opacity, colours, colours and opacity.
+/// Iterates over the greys of 8-bit pixels with 1 to 4 samples: grey, grey and alpha, RGB, RGBA.
 fn grey_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
     let luma = |red: u8, green: u8, blue: u8| {
-        // As the library that decodes smaller images has it.
+        // The same integer weights as the `image` crate uses, so that large and small images match.
         let sum = 2126 * u32::from(red) + 7152 * u32::from(green) + 722 * u32::from(blue);
         u8::try_from(sum / 10_000).unwrap_or(u8::MAX)
     };
@@ -340,7 +343,7 @@ fn grey_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
         })
 }
 
-/// The opacity of pixels of 8 bits, as [`grey_of`] has them, if they have one.
+/// Iterates over the opacities of 8-bit pixels as in [`grey_of`]; opaque if they have none.
 fn opacity_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
     row.chunks_exact(samples.max(1)).map(|pixel| match *pixel {
         [_, opacity] | [_, _, _, opacity] => opacity,
@@ -348,7 +351,7 @@ fn opacity_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
     })
 }
 
-/// Pairs of grey and opacity over white, narrowed.
+/// Composes pairs of grey and opacity over white, and narrows them to 8 bits.
 fn over_white<T>(pairs: &[T], full: u64, narrow: impl Fn(T) -> u8) -> Vec<u8>
 where
     T: Copy + Into<u64> + TryFrom<u64>,
@@ -367,7 +370,7 @@ where
         .collect()
 }
 
-/// Rounds 0 to 65535 to 0 to 255.
+/// Scales 16 bits to 8 with rounding.
 fn to_8_bits(value: u16) -> u8 {
     let rounded = (u32::from(value) + 128) / 257;
     u8::try_from(rounded).unwrap_or(u8::MAX)

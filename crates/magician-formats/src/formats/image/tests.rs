@@ -1,3 +1,5 @@
+//! Tests of the image reader, including large, turned, cropped and damaged images.
+
 use ::image::{DynamicImage, GenericImage, Luma, Rgba};
 use proptest::prelude::*;
 
@@ -24,7 +26,7 @@ fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Four pixels of a palette of black, red, blue and what is not to be seen, each 0.1 by 0.2 mm.
+/// Four pixels of a palette (black, red, blue, transparent), 0.1 by 0.2 mm each.
 const PALETTE: &[u8] = &[
     0x89, 0x50, 0x4E, 0x47, 0x0D, 0x0A, 0x1A, 0x0A, 0x00, 0x00, 0x00, 0x0D, 0x49, 0x48, 0x44, 0x52,
     0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0x01, 0x02, 0x03, 0x00, 0x00, 0x00, 0x84, 0x52, 0xE7,
@@ -69,14 +71,15 @@ fn sixteen_bits_are_rounded() {
     );
 }
 
-/// A JPEG of black and white halves, with a density and a turn told of in it.
+/// A JPEG with a black and a white half, a JFIF density and an EXIF orientation.
 fn photo(turn: u8) -> Vec<u8> {
     let mut image = DynamicImage::new_luma8(16, 8);
     for at in 0..64 {
         image.put_pixel(8 + at % 8, at / 8, Rgba([255; 4]));
     }
     let plain = encoded(image, ImageFormat::Jpeg);
-    // Behind the start of the image: JFIF with 254 by 127 dots an inch, and EXIF with one entry.
+    // Inserted after the start of the image: JFIF with 254 by 127 dots per inch, and EXIF with one
+    // entry.
     let jfif = b"\xFF\xE0\x00\x10JFIF\0\x01\x02\x01\x00\xFE\x00\x7F\0\0";
     let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, turn, 0, 0, 0];
     let tiff = [&b"II*\0\x08\0\0\0\x01\0"[..], &entry, &[0; 4]].concat();
@@ -93,7 +96,7 @@ fn a_photo_is_upright_and_its_pixels_are_as_large_as_it_says() {
     let [x, y] = plain.pixel.unwrap();
     assert!((x - 0.1).abs() < 1e-12 && (y - 0.2).abs() < 1e-12);
 
-    // Its right side is the bottom when the camera was held upright: 6 turns it clockwise.
+    // Orientation 6 turns the image clockwise: its right side becomes the bottom.
     let upright = raster(&photo(6));
     assert_eq!((upright.width, upright.height), (8, 16));
     assert!(upright.grey[0] < 10 && upright.grey[127] > 245);
@@ -119,7 +122,7 @@ fn what_is_too_large_or_no_image_is_refused() {
     assert_eq!(refusal(b"\x8aMNG"), unknown);
     assert!(refusal(b"GIF89a").starts_with("the image cannot be decoded"));
     assert!(refusal(&PALETTE[..60]).starts_with("the image cannot be decoded"));
-    // The header of a bitmap is believed before there are pixels.
+    // A bitmap's header is trusted before any pixels are read.
     let sized = |width: u32, height: u32| {
         let mut bytes = encoded(DynamicImage::new_luma8(1, 1), ImageFormat::Bmp);
         bytes[18..22].copy_from_slice(&width.to_le_bytes());
@@ -142,7 +145,7 @@ fn webp_gif_and_tiff_are_read() {
     }
 }
 
-/// A PNG of so many pixels: black on the left, white in the right tenth.
+/// A PNG that is black on the left and white in the right tenth.
 fn wide_png(width: u32, height: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -186,7 +189,7 @@ fn images_of_any_size_are_made_smaller_while_they_are_read() {
     assert_eq!((image.width, image.height), (20_000, 250));
     assert_eq!(image.grey.len(), 20_000 * 250);
     assert_eq!((image.grey[0], image.grey[19_999]), (0, 255));
-    // As large as it would have been.
+    // The size on paper is unchanged.
     let [width, height] = image.size(crate::raster::Size::Natural).unwrap();
     assert!(
         (width - 8000.0).abs() < 1e-6 && (height - 100.0).abs() < 1e-6,
@@ -222,7 +225,7 @@ fn cropped(bytes: &[u8], crop: [u32; 4]) -> Result<Raster, Diagnostic> {
 
 #[test]
 fn a_crop_is_in_pixels_of_the_upright_image_however_it_is_stored() {
-    // Dark, but for one pixel that is light wherever the file has it.
+    // Dark except for one light pixel, in any orientation.
     for turn in 1..=8_u8 {
         let photo = raster(&photo(turn));
         let whole = [photo.width, photo.height];
@@ -298,7 +301,7 @@ fn others_are_read_at_once_and_made_smaller() {
     assert!(refusal(&bytes).starts_with("the image"));
 }
 
-/// White on the left and black on the right, in four inks.
+/// White on the left and black on the right, in CMYK.
 const CMYK: &[u8] = &[
     0xFF, 0xD8, 0xFF, 0xEE, 0x00, 0x0E, 0x41, 0x64, 0x6F, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00,
     0x00, 0x02, 0xFF, 0xDB, 0x00, 0x43, 0x00, 0x03, 0x02, 0x02, 0x03, 0x02, 0x02, 0x03, 0x03, 0x03,
@@ -321,7 +324,7 @@ const CMYK: &[u8] = &[
     0x65, 0x5D, 0xFF, 0xD9,
 ];
 
-/// What a JPEG for print has: cyan, magenta, yellow and black, the other way round as Adobe keeps them.
+/// A JPEG for print: cyan, magenta, yellow and black, inverted as Adobe stores them.
 #[test]
 fn a_jpeg_of_four_inks_is_read() {
     let image = raster(CMYK);
@@ -331,7 +334,7 @@ fn a_jpeg_of_four_inks_is_read() {
         "{:?}",
         &image.grey[..16]
     );
-    // It has no brightness of its own: a large one is decoded with its colours.
+    // CMYK has no luma plane, so a large image is decoded with its colours.
     assert!(!large::has_brightness(CMYK) && large::has_brightness(&photo(1)));
 }
 
@@ -345,7 +348,7 @@ fn a_jpeg_that_is_cut_off_says_so() {
     assert_eq!(notes(&whole).unwrap(), 0);
     let behind = [&whole[..], b"a film of the same moment"].concat();
     assert_eq!(notes(&behind).unwrap(), 0);
-    // Some of it may be too little for any image.
+    // The remainder may be too little for any image.
     if let Ok(notes) = notes(&whole[..whole.len() - 4]) {
         assert_eq!(notes, 1);
     }
@@ -353,7 +356,7 @@ fn a_jpeg_that_is_cut_off_says_so() {
     assert!(!large::is_cut_off(&whole[..20]));
 }
 
-/// The first picture of a GIF that moves, and how many there are does not matter.
+/// Only the first frame of an animated GIF counts.
 #[test]
 fn the_first_picture_of_a_gif_that_moves_is_read() {
     let mut bytes = Vec::new();

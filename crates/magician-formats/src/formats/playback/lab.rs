@@ -1,4 +1,5 @@
-//! Playback files of DobotLab, the studio's successor: JSON, a list of motions and of what the tool does.
+//! Reader of playback files of DobotLab, the studio's successor: a JSON list of motions and tool
+//! actions.
 //!
 //! ```json
 //! [{"key":1,"type":"move","device":"Magician","params":{"moveType":"moveJ","pointName":"P","point":[220,0,40,0],
@@ -6,17 +7,17 @@
 //!  {"key":2,"type":"endtool","device":"Magician","params":{"name":"suctionCup","status":"on"}}]
 //! ```
 //!
-//! What is not known is refused by its name: a list that is played without a step of it goes elsewhere.
+//! Unknown entries are refused: skipping one would lead the arm elsewhere.
 
 use crate::formats::rail::RailCourse;
 use crate::plan::json::{Json, Member};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
-/// More entries are surely not taught by hand.
+/// Largest number of entries. It bounds memory.
 const MOST_ENTRIES: usize = 1_000_000;
 const KNOWN_MOTIONS: &str = "known are jump, moveJ and moveL";
 
-/// An entry of the list.
+/// Entry of the list.
 struct Entry {
     action: Deed,
     origin: Origin,
@@ -84,7 +85,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     })
 }
 
-/// Reads an entry; `None` if it does nothing.
+/// Parses an entry; `None` if it has no effect.
 fn entry<'t>(
     json: &Json<'t>,
     value: &'t str,
@@ -181,7 +182,7 @@ fn member<'m, 't>(members: &'m [Member<'t>], name: &str) -> Option<&'m Member<'t
     members.iter().find(|member| member.key == name)
 }
 
-/// The text of a member; `None` if it is not there, or null.
+/// Returns the text of a member; `None` if it is absent or null.
 fn string<'t>(
     json: &Json<'t>,
     members: &[Member<'t>],
@@ -189,7 +190,7 @@ fn string<'t>(
 ) -> Result<Option<String>, Diagnostic> {
     let value = member(members, name).map(|member| member.value);
     match value.filter(|value| *value != "null") {
-        // A tool may be switched by true and false.
+        // Some files give the state of a tool as a boolean.
         Some(plain @ ("true" | "false")) => Ok(Some(plain.to_owned())),
         Some(value) => Ok(Some(json.string(value)?.into_owned())),
         None => Ok(None),

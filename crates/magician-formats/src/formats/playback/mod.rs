@@ -1,23 +1,24 @@
-//! DobotStudio's Teaching & Playback files (`.playback`, also renamed to `.xml`), read and written.
+//! DobotStudio's Teaching & Playback files (`.playback`, sometimes renamed to `.xml`), read and
+//! written.
 //!
-//! A [`Playback`] is the document: its rows in their order, each with all its items. [`Playback::to_plan`] is what the arm does
-//! for it, [`Playback::from_plan`] the other way. Loops and speed are no part of the file: the studio keeps them elsewhere, and
-//! the caller gives them.
+//! A [`Playback`] is the document: its rows in order, each with all items, known or not.
+//! [`Playback::to_plan`] converts it to a plan, [`Playback::from_plan`] back. Loops and speed are
+//! not part of the file, because the studio stores them elsewhere; the caller supplies them.
 //!
-//! What is known of the items comes from files of DobotStudio 1.4.12, 1.7.0 and 1.9.4:
+//! The meaning of the items is known from files of DobotStudio 1.4.12, 1.7.0 and 1.9.4:
 //!
-//! | item | what it says |
+//! | item | meaning |
 //! |---|---|
-//! | 0 | motion style: 0 JUMP, 1 MOVJ, 2 MOVL, ARC is 3 in 1.7 to 1.9 and 4 in 1.4 |
+//! | 0 | motion style: 0 JUMP, 1 MOVJ, 2 MOVL; ARC is 3 in 1.7 to 1.9 and 4 in 1.4 |
 //! | 1 | name of the point |
-//! | 2 to 5 | x, y, z, r; of an arc the point on the way |
-//! | 6 to 9 | where an arc ends; of other styles nothing, whatever it holds |
+//! | 2 to 5 | x, y, z, r; for an arc the intermediate point |
+//! | 6 to 9 | end of an arc; ignored for other styles |
 //! | 10 | pause at the point, s |
 //! | 11 | gripper: 0 off, 1 open, 2 closed |
 //! | 12 | suction cup: 0 off, 1 on |
-//! | 36 | position on the sliding rail, mm; 0 throughout where no rail is in use |
+//! | 36 | position on the sliding rail, mm; 0 in all rows if no rail is used |
 //!
-//! Those of DobotLab, which are JSON, are read as well (`lab`).
+//! The JSON files of DobotLab are read too (`lab`).
 
 #[cfg(feature = "programs")]
 mod lab;
@@ -36,16 +37,16 @@ use crate::{Diagnostic, Grip, Tool};
 
 /// A playback file.
 ///
-/// Two are equal if they say the same in the same words; where it stands in their files does not matter.
+/// Equality compares the content, not the places in the source.
 #[derive(Clone, Debug, Default)]
 pub struct Playback {
-    /// The studio that wrote it, such as `Ver-194`.
+    /// Version of the studio that wrote it, such as `Ver-194`.
     pub version: Option<String>,
-    /// The arm that it was taught on; only newer studios say it.
+    /// Arm that it was taught on. Only newer studios store it.
     pub dobot_type: Option<String>,
-    /// The taught points, in the order in which they are played.
+    /// Taught points in playing order.
     pub rows: Vec<Row>,
-    /// Unknown elements, unchanged.
+    /// Unknown elements, kept unchanged.
     others: Vec<String>,
     notes: Vec<Diagnostic>,
 }
@@ -60,9 +61,11 @@ impl PartialEq for Playback {
 }
 
 impl Playback {
-    /// The tool that it was taught with, by the column that it has: items 11 are the gripper's, items 12 the suction
-    /// cup's. `None` for a file without either, as those of DobotStudio 1.4, and for one that has both and uses neither:
-    /// the caller then has to name it.
+    /// Tool that the points were taught with: the gripper if items 11 exist, the suction cup if
+    /// items 12 do.
+    ///
+    /// `None` if the file has neither, as those of DobotStudio 1.4, or has both and uses neither.
+    /// The caller must then name the tool.
     #[must_use]
     pub fn tool(&self) -> Option<Tool> {
         let points = || self.rows.iter().map(Row::point);
@@ -78,7 +81,7 @@ impl Playback {
         }
     }
 
-    /// What was taken in a certain way or left out when it was made; nothing of it is an error.
+    /// Notes about assumptions and parts left out. They are not errors.
     #[must_use]
     pub fn notes(&self) -> &[Diagnostic] {
         &self.notes

@@ -1,4 +1,4 @@
-//! What the arm does for a playback file.
+//! Conversion of playback files to plans.
 
 use std::collections::HashMap;
 
@@ -10,21 +10,21 @@ use super::{Playback, Point, PointMotion, Row};
 use crate::formats::rail::RailCourse;
 use crate::{Action, Diagnostic, Grip, Origin, Parsed, Plan, Tool, Travel};
 
-/// Points nearer than this are the same to the arm, mm (model section 15a).
+/// Distance below which points coincide for the arm, mm (model section 15a).
 const SAME: f64 = 1e-4;
 
 impl Playback {
-    /// What the arm does for it: for each row the move, then what the tool does, then the pause.
+    /// Converts the file to a plan: for each row the move, then the tool's action, then the pause.
     ///
-    /// Where a row has a position on the rail other than 0, every move takes the rail along, to that of its row.
+    /// If any row has a rail position other than 0, every move also moves the rail.
     ///
-    /// The tool is told in the first row and where a row wants something else of it than the one before: players tell it in
-    /// every row, which changes nothing, as a tool that is told twice does what it did.
+    /// A tool command is added only in the first row and where a row changes the tool's state.
+    /// DobotStudio sends it in every row, which has the same effect.
     ///
-    /// An arc whose three points (the end of the row before is the first) make no circle, because two of them are the same or
-    /// all are on one line, would stop the arm with alarm 0x13 or 0x14 (model section 9). Files have such arcs, so they are
-    /// played as straight lines through the same points, and a note says so. The start of the first row is unknown; its
-    /// arc is left to the arm.
+    /// An arc whose three points (the first is the end of the previous row) do not define a circle
+    /// would stop the arm with alarm 0x13 or 0x14 (model section 9). Since files contain such arcs,
+    /// they become straight lines through the same points, with a note. The start of an arc in the
+    /// first row is unknown, so the arm decides about that one.
     #[must_use]
     pub fn to_plan(&self) -> Parsed<Plan> {
         let mut player = Player {
@@ -51,7 +51,7 @@ struct Player {
     plan: Plan,
     notes: Vec<Diagnostic>,
     names: HashMap<String, usize>,
-    /// Where the last row ended.
+    /// End of the last row.
     at: Option<[f32; 4]>,
     gripper: Option<Grip>,
     suction: Option<bool>,
@@ -69,7 +69,7 @@ impl Player {
         let name = self.name(row);
         let places = row.places;
         self.go(row, places.motion.named(name));
-        // Of a file that has both columns only the one counts that it uses.
+        // If the file has both columns, only the one in use counts.
         let gripper = gripper.filter(|_| self.plan.tool != Some(Tool::Suction));
         if let Some(grip) = gripper.filter(|grip| self.gripper != Some(*grip)) {
             self.plan
@@ -89,7 +89,7 @@ impl Player {
         self.at = Some(row.point.to);
     }
 
-    /// The name that complaints about a row use: its point's, else its own.
+    /// Returns the index of the name that messages use for a row: that of its point, else `rowN`.
     fn name(&mut self, row: &Row) -> usize {
         let name = match row.point.name.as_str() {
             "" => format!("row{}", row.number),
@@ -125,14 +125,14 @@ impl Player {
         self.push(row.point.motion(), row, origin);
     }
 
-    /// A motion, with the rail along. An arc on which the rail would move is refused by the reader.
+    /// Adds a motion with the rail. The reader has refused arcs during which the rail would move.
     fn push(&mut self, motion: Action, row: &Row, origin: Origin) {
         let along = self.rail.lead(motion.clone(), row.point.rail);
         self.plan.push(along.unwrap_or(motion), origin);
     }
 }
 
-/// Why three points make no circle, by the arm's own measure.
+/// Returns why three points do not define a circle by the arm's own criteria; `None` if they do.
 fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str> {
     let [from, via, to] = [from, via, to].map(|pose| Pose::from(pose.map(f64::from)));
     let planner = Planner {
@@ -142,7 +142,8 @@ fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str
         law: ArmModel::MAGICIAN.law,
         speeds: ArmModel::MAGICIAN.power_up.speeds(),
     };
-    // Only the three points are asked about: whether the arm gets there depends on its tool, and is for the check.
+    // Only the three points matter here. Whether the arm reaches them depends on its tool and is
+    // checked later.
     let from = ArmState {
         joints: JointAngles::HOME,
         pose: from,
@@ -154,7 +155,8 @@ fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str
     }
 }
 
-/// The corners of the way that goes straight through points which make no circle. r changes evenly, as on an arc.
+/// Returns the corners of the straight way through points that do not define a circle. r changes
+/// linearly, as on an arc.
 fn straight(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Vec<[f32; 4]> {
     let [ahead, on] = [(from, via), (via, to)].map(|(a, b)| {
         let between = |axis: usize| f64::from(b[axis]) - f64::from(a[axis]);

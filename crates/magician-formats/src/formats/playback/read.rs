@@ -1,4 +1,4 @@
-//! From the XML of a playback file to its rows.
+//! Reader of playback files: from XML to rows.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -13,7 +13,7 @@ use crate::formats::rail::RailCourse;
 use crate::formats::{Content, Parsed, ReadOptions, xml};
 use crate::{Diagnostic, DiagnosticCode, Grip, Lines, Origin, Travel};
 
-/// What the items are, for messages.
+/// Meaning of the items, for messages.
 const MEANINGS: [&str; 13] = [
     "motion style",
     "name",
@@ -62,8 +62,8 @@ impl Playback {
     /// Reads a file.
     ///
     /// # Errors
-    /// The first [`Diagnostic`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
-    /// coordinate, a number that is not one, an unknown motion style.
+    /// The first [`Diagnostic`] that makes it unreadable, with its place: not XML, another kind of
+    /// file, a missing coordinate, an invalid number, an unknown motion style.
     pub fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
         Self::of_text(&decode(bytes, Otherwise::Western)?.text)
     }
@@ -75,7 +75,7 @@ impl Playback {
         Ok(playback)
     }
 
-    /// One arm has one tool.
+    /// Checks that only one tool is used.
     fn check_tool(&self) -> Result<(), Diagnostic> {
         let grips = |row: &&Row| row.point.gripper.is_some_and(|grip| grip != Grip::Off);
         let sucks = |row: &&Row| row.point.suction == Some(true);
@@ -92,7 +92,7 @@ impl Playback {
 }
 
 impl Playback {
-    /// The rail moves along with moves only.
+    /// Checks that the rail moves only during moves.
     fn check_rail(&self) -> Result<(), Diagnostic> {
         let mut rail = RailCourse::of(self.rows.iter().map(|row| row.point.rail));
         for row in &self.rows {
@@ -141,7 +141,7 @@ impl File<'_> {
         self.lines.origin(range)
     }
 
-    /// The first tag of an element.
+    /// Returns the place of an element's start tag.
     fn start_of(&self, node: Node<'_, '_>) -> Origin {
         let whole = node.range();
         let text = self.text.get(whole.clone()).unwrap_or_default();
@@ -149,7 +149,7 @@ impl File<'_> {
         self.at(whole.start..whole.start + length)
     }
 
-    /// Some other XML.
+    /// Creates the error for other XML files.
     fn stranger(&self, root: Node<'_, '_>) -> Diagnostic {
         let name = root.tag_name().name();
         let help = match name {
@@ -188,7 +188,7 @@ impl File<'_> {
         Ok(())
     }
 
-    /// Coordinates of another arm lead elsewhere on this one.
+    /// Refuses points taught on another kind of arm, because its coordinates mean other positions.
     fn check_kind(&self, kind: &str, item: Node<'_, '_>) -> Result<(), Diagnostic> {
         if kind.is_empty() || kind.to_ascii_lowercase().starts_with("magician") {
             return Ok(());
@@ -201,7 +201,7 @@ impl File<'_> {
         Err(Diagnostic::new(place, message).help("teach the points again on a Magician"))
     }
 
-    /// An element as it stands, if it can stand elsewhere too.
+    /// Returns the source of an element; `None` if it is not valid on its own.
     fn source(&self, node: Node<'_, '_>) -> Option<String> {
         let source = self.text.get(node.range())?;
         roxmltree::Document::parse(source).ok()?;
@@ -223,6 +223,8 @@ impl File<'_> {
         let mut parts = Vec::new();
         for item in xml::elements(node) {
             let name = item.tag_name().name();
+            // An item with attributes or children could not be written again as text, so keep its
+            // source.
             let plain = item.attributes().len() == 0 && xml::elements(item).next().is_none();
             match numbered(name, "item_") {
                 Some(n) if plain || is_known(n) => {
@@ -241,7 +243,7 @@ impl File<'_> {
         })
     }
 
-    /// Rows whose numbers do not tell their order, and unknown items.
+    /// Notes rows out of order and unknown items.
     fn note_order(&self, playback: &mut Playback) {
         let rows = &playback.rows;
         let wrong = (0..).zip(rows).find(|(nth, row)| row.number != *nth);
@@ -282,12 +284,12 @@ impl File<'_> {
     }
 }
 
-/// True if it is known what an item says.
+/// True if the meaning of an item is known.
 fn is_known(number: u32) -> bool {
     (number as usize) < MEANINGS.len() || number == RAIL
 }
 
-/// Unknown items with numbers that are not the same in all rows.
+/// Returns unknown items whose numbers differ between rows.
 fn changing(rows: &[Row]) -> Vec<u32> {
     let mut first: BTreeMap<u32, f64> = BTreeMap::new();
     let mut changes = BTreeSet::new();
@@ -303,7 +305,7 @@ fn changing(rows: &[Row]) -> Vec<u32> {
     changes.into_iter().collect()
 }
 
-/// The items of one row.
+/// Items of a row.
 struct Items<'f, 'a, 'i> {
     file: &'f File<'f>,
     row: Node<'a, 'i>,
@@ -325,7 +327,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         found.find(|(own, _)| *own == number).map(|(_, node)| *node)
     }
 
-    /// The text of an item that is there and not empty.
+    /// Returns the text of an item; `None` if it is absent or empty.
     fn text(&self, number: u32) -> Option<(String, Node<'a, 'i>)> {
         let node = self.node(number)?;
         let text = xml::content(node).trim().to_owned();
@@ -371,7 +373,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         Ok(Some(value))
     }
 
-    /// One of a few whole numbers.
+    /// Parses one of a few whole numbers.
     fn code(&self, number: u32, most: u8, known: &str) -> Result<Option<u8>, Diagnostic> {
         let Some(value) = self.number(number)? else {
             return Ok(None);
@@ -385,12 +387,12 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         Ok(code)
     }
 
-    /// x, y, z, r from this item on; an r that is not there is 0.
+    /// Parses x, y, z, r from this item on. A missing r is 0, with a note.
     fn pose(&self, first: u32, notes: &mut Vec<Diagnostic>) -> Result<[f32; 4], Diagnostic> {
         let mut pose = [0.0; 4];
         for (number, value) in (first..).zip(&mut pose) {
             match self.number(number)? {
-                // What is written there is rounded once.
+                // Parse the text as f32 directly, to round only once.
                 Some(_) => *value = self.single(number),
                 None if number == first + 3 => {
                     let note = "it has no R: 0 is used";
@@ -424,6 +426,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         let name = self
             .node(1)
             .map(|item| xml::content(item).trim().to_owned());
+        // A value may have been lost, so an empty item is reported.
         for number in 10..=12 {
             if let Some(item) = self.node(number).filter(|_| self.text(number).is_none()) {
                 let message = format!(
@@ -450,8 +453,11 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         })
     }
 
-    /// Where an arc ends. Studios 1.7 to 1.9 write 3 for it and 1.4 writes 4, and what else 3 was in 1.4 is not known: so
-    /// only a row with a second point is one. All zero, which other styles have there too, is none.
+    /// Parses the end of an arc.
+    ///
+    /// Studios 1.7 to 1.9 write style 3 for an arc and 1.4 writes 4; the meaning of style 3 in 1.4
+    /// is unknown. So only a row with a second point is an arc. A second point of zeros, as other
+    /// styles have, does not count.
     fn second(&self, style: u8, notes: &mut Vec<Diagnostic>) -> Result<[f32; 4], Diagnostic> {
         let mut any = false;
         for number in 6..=9 {
@@ -473,7 +479,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             .help("teach this point again, or give it style 0 (JUMP), 1 (MOVJ) or 2 (MOVL)"))
     }
 
-    /// Milliseconds; the file has seconds.
+    /// Returns the pause in ms. The file has seconds.
     fn pause(&self) -> Result<u32, Diagnostic> {
         let seconds = self.number(10)?.unwrap_or(0.0);
         let milliseconds = (seconds * 1000.0).round();
@@ -492,6 +498,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             self.node(number)
                 .map_or(Origin::NONE, |item| self.file.at(item.range()))
         };
+        // An arc ends with items 6 to 9; for other styles these are unused zeros.
         let last = if arc { 9 } else { 5 };
         let motion = (self.found.iter())
             .filter(|(number, _)| (2..=last).contains(number))
@@ -514,7 +521,7 @@ fn meaning(number: u32) -> &'static str {
     meaning.copied().unwrap_or("not known")
 }
 
-/// Where the text of an element stands; the element itself if it has none.
+/// Returns the range of an element's text, or of the element if it has none.
 fn content_range(node: Node<'_, '_>) -> Range<usize> {
     let texts = || node.children().filter(Node::is_text);
     match (texts().next(), texts().next_back()) {

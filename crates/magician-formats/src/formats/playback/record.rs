@@ -1,4 +1,4 @@
-//! A plan as a playback file.
+//! Conversion of plans to playback files.
 
 use magician_host::{Given, Set, Setting};
 use magician_protocol::PtpMode;
@@ -8,19 +8,22 @@ use super::write::can_be_said;
 use super::{Playback, Point, PointMotion, Row};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Plan, Step, Tool, Travel};
 
-/// What plans say besides that no file has.
+/// Parts of plans that no playback file can store.
 const SILENT: &str = "parts and pauses for a person";
 
 impl Playback {
-    /// A plan as a file for DobotStudio 1.9, as far as such a file can say it: moves to poses with all joints, on lines and as
-    /// jumps, with the rail or without, arcs, the suction cup or the gripper, and pauses.
+    /// Converts a plan to a file of DobotStudio 1.9, as far as such a file can express it.
     ///
-    /// Speeds and heights of jumps are left out: the studio keeps them outside the file. [`notes`](Self::notes) says so. Every
-    /// row says what the tool does, so it is told to be off from the first row on if the plan says nothing else. What the tool
-    /// does after a pause, and before the next move, gets a row of its own at the same place.
+    /// Supported are moves to poses (joints, lines, jumps), with or without rail, arcs, the suction
+    /// cup or the gripper, and pauses. Speeds and jump heights are left out with a note
+    /// ([`notes`](Self::notes)), because the studio stores them elsewhere.
+    ///
+    /// Every row contains the state of the tool, so it is off from the first row on unless the plan
+    /// says otherwise. A tool action after a pause and before the next move gets a row of its own
+    /// at the same position.
     ///
     /// # Errors
-    /// A [`Diagnostic`] with the number of the first step that such a file cannot say.
+    /// A [`Diagnostic`] with the number of the first step that such a file cannot express.
     pub fn from_plan(plan: &Plan) -> Result<Self, Diagnostic> {
         let mut recorder = Recorder::new(plan)?;
         for (nth, step) in plan.steps.iter().enumerate() {
@@ -30,7 +33,7 @@ impl Playback {
     }
 }
 
-/// The move that a command makes with the rail along: which way, where to, and to which place on the rail.
+/// Returns path shape, target and rail position of a move with the rail.
 fn on_rail(command: &Set) -> Option<(Travel, [f32; 4], f32)> {
     let Set::PtpWithLCmd(ptp) = command else {
         return None;
@@ -47,11 +50,11 @@ fn on_rail(command: &Set) -> Option<(Travel, [f32; 4], f32)> {
 struct Recorder<'p> {
     plan: &'p Plan,
     points: Vec<Point>,
-    /// Whether the last point's tool is settled.
+    /// True if the tool's state of the last point is settled.
     told: bool,
     gripper: Option<Grip>,
     suction: Option<bool>,
-    /// Where the last move left the carriage on the rail, mm.
+    /// Rail position after the last move, mm.
     rail: Option<f32>,
     left_out: Vec<&'static str>,
     notes: Vec<Diagnostic>,
@@ -69,6 +72,7 @@ impl<'p> Recorder<'p> {
             left_out: Vec::new(),
             notes: Vec::new(),
         };
+        // Every row has the tool's column, so find out which tool is used before writing any row.
         for (nth, step) in plan.steps.iter().enumerate() {
             match step.action {
                 Action::Gripper(_) => recorder.gripper = Some(Grip::Off),
@@ -87,7 +91,7 @@ impl<'p> Recorder<'p> {
         Ok(recorder)
     }
 
-    /// The column that the file has, which is all that it says of the tool.
+    /// Chooses the tool column of the file, which is all that it says about the tool.
     fn settle_tool(&mut self) {
         let told = match (self.gripper, self.suction) {
             (None, None) => None,
@@ -189,11 +193,15 @@ impl<'p> Recorder<'p> {
         if !to.iter().chain(&via).all(|value| value.is_finite()) {
             return Err(self.cannot(nth, step, "leads to a coordinate that is not a number"));
         }
+        // The reader takes a second point of zeros for an absent one, so this arc would not come
+        // back.
         if matches!(way, PointMotion::Arc { .. }) && to == [0.0; 4] {
             return Err(self.cannot(nth, step, "is an arc to 0, 0, 0, 0"));
         }
         let name = self.plan.name_of(&step.origin).unwrap_or_default();
         let name = name.trim();
+        // The reader makes up names such as `row3` for unnamed points. They would be wrong in this
+        // file.
         let name = if numbered(name, "row").is_some() {
             ""
         } else {
@@ -210,8 +218,8 @@ impl<'p> Recorder<'p> {
         Ok(())
     }
 
-    /// The last point's tool does what it does now; a new one at the same place if it has done something there already, or
-    /// paused.
+    /// Sets the tool's state of the last point. Adds a point at the same position if that already
+    /// had an action or a pause.
     fn tell(&mut self, nth: usize, step: &Step) -> Result<(), Diagnostic> {
         let (gripper, suction, told) = (self.gripper, self.suction, self.told);
         let Some(last) = self.points.last_mut() else {
@@ -261,6 +269,7 @@ impl<'p> Recorder<'p> {
         let arcs = self.points.iter().any(arcs);
         let rows = (0..).zip(self.points);
         Ok(Playback {
+            // Values of DobotStudio 1.9, whose rows `Row::of` writes.
             version: Some("Ver-194".to_owned()),
             dobot_type: Some("Magician".to_owned()),
             rows: rows.map(|(n, point)| Row::of(n, point, arcs)).collect(),

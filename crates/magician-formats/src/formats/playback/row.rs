@@ -1,47 +1,47 @@
-//! One taught point, and the row that says it.
+//! Taught points and the rows that store them.
 
 use magician_host::Set;
 
 use crate::{Action, Grip, Origin, Travel};
 
-/// The item with the position on the rail.
+/// Number of the item with the rail position.
 pub(super) const RAIL: u32 = 36;
 
-/// How a taught point is reached.
+/// Motion to a taught point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PointMotion {
-    /// As a point-to-point move.
+    /// Point-to-point move.
     Move(Travel),
-    /// On an arc through a point, whose r does not count.
+    /// Arc through an intermediate point, whose r is ignored.
     Arc {
-        /// The point on the way: x, y, z, r.
+        /// Intermediate point: x, y, z, r.
         via: [f32; 4],
     },
 }
 
-/// What a row of a playback file says, in this order: where the arm goes, what its tool does there, how long it stays.
+/// Content of a row, in order of execution: motion, tool action, pause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// What it is called; empty if it has no name.
+    /// Name; empty if it has none.
     pub name: String,
-    /// How it is reached.
+    /// Motion.
     pub way: PointMotion,
-    /// Where it is: x, y, z, r.
+    /// Target: x, y, z, r.
     pub to: [f32; 4],
-    /// What the gripper does there, where the file has a column for it.
+    /// State of the gripper; `None` if the file has no column for it.
     pub gripper: Option<Grip>,
-    /// What the suction cup does there, where the file has a column for it.
+    /// State of the suction cup; `None` if the file has no column for it.
     pub suction: Option<bool>,
-    /// How long the arm stays, ms.
+    /// Pause, ms.
     pub pause: u32,
-    /// Where the carriage of the sliding rail is, mm, where the file has a column for it. In files without a rail it is 0
-    /// at every point.
+    /// Position of the rail's carriage, mm; `None` if the file has no column for it. In files
+    /// without a rail it is 0 at every point.
     pub rail: Option<f32>,
 }
 
 impl Point {
-    /// One without a name, a tool or a pause.
+    /// Creates a point without name, tool action and pause.
     #[must_use]
     pub fn new(way: PointMotion, to: [f32; 4]) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl Point {
         }
     }
 
-    /// The move that leads to it, without the rail.
+    /// Returns the motion to the point, without the rail.
     #[must_use]
     pub fn motion(&self) -> Action {
         match self.way {
@@ -65,9 +65,9 @@ impl Point {
     }
 }
 
-/// A row of a playback file: its items as they stand there, and what they say.
+/// Row of a playback file: its items as stored, and the point they describe.
 ///
-/// Two rows are equal if their items are, wherever they stand in their files.
+/// Equality compares the items, not the places in the source.
 #[derive(Clone, Debug)]
 pub struct Row {
     pub(super) number: u32,
@@ -76,20 +76,20 @@ pub struct Row {
     pub(super) places: Places,
 }
 
-/// What stands in a row.
+/// Child element of a row.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Part {
-    /// `item_N`, with its text.
+    /// `item_N` with its text.
     Item(u32, String),
-    /// Anything else, as it stands; only a reader meets it.
+    /// Any other element, as it stands. Only the reader creates it.
     #[cfg_attr(not(feature = "programs"), expect(dead_code))]
     Other(String),
 }
 
-/// Where in its file a row says what.
+/// Places in the file of the parts of a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Places {
-    /// The coordinates.
+    /// Coordinates.
     pub(super) motion: Origin,
     pub(super) gripper: Origin,
     pub(super) suction: Origin,
@@ -103,19 +103,19 @@ impl PartialEq for Row {
 }
 
 impl Row {
-    /// The number in its name, `row<N>`.
+    /// Number in its name `row<N>`.
     #[must_use]
     pub fn number(&self) -> u32 {
         self.number
     }
 
-    /// What it says.
+    /// Returns the point.
     #[must_use]
     pub fn point(&self) -> &Point {
         &self.point
     }
 
-    /// The text of `item_<N>`, as the file has it.
+    /// Returns the text of `item_<N>`, as stored.
     #[must_use]
     pub fn item(&self, number: u32) -> Option<&str> {
         self.parts.iter().find_map(|part| match part {
@@ -124,7 +124,8 @@ impl Row {
         })
     }
 
-    /// A row for a point, with the items that DobotStudio 1.9 writes, and those of a second point if `arcs`.
+    /// Creates a row for a point, with the items that DobotStudio 1.9 writes. With `arcs` it
+    /// includes those of the second point.
     pub(super) fn of(number: u32, point: Point, arcs: bool) -> Self {
         let (style, first, second) = match point.way {
             PointMotion::Move(Travel::Jump) => (0, point.to, None),
@@ -159,7 +160,7 @@ impl Row {
     }
 }
 
-/// The number in a name such as `row12`, after its `row`.
+/// Parses the number after the prefix of a name such as `row12`.
 pub(super) fn numbered(name: &str, prefix: &str) -> Option<u32> {
     let digits = name.strip_prefix(prefix)?;
     let plain = digits == "0" || !digits.starts_with('0');
@@ -168,7 +169,8 @@ pub(super) fn numbered(name: &str, prefix: &str) -> Option<u32> {
         .flatten()
 }
 
-/// What speeds, heights and the like are called that a playback file has no place for.
+/// Returns what kind of setting a command is, in words, if a playback file cannot store it. `None`
+/// for other commands.
 pub(super) fn setting(command: &Set) -> Option<&'static str> {
     Some(match command {
         Set::PtpJointParams(_)

@@ -1,10 +1,10 @@
-//! Playback files as DobotStudio writes them: one line, no declaration.
+//! Writer of playback files in the style of DobotStudio: one line, no XML declaration.
 
 use super::Playback;
 use super::row::Part;
 
 impl Playback {
-    /// The file, as DobotStudio writes it. What was read and not changed has the text that it had, unknown items too.
+    /// Serialises the file. Unchanged items keep their text, including unknown ones.
     #[must_use]
     pub fn to_xml(&self) -> String {
         let mut xml = String::from("<root>");
@@ -46,7 +46,7 @@ fn item(xml: &mut String, number: u32, text: &str) {
             '<' => xml.push_str("&lt;"),
             '>' => xml.push_str("&gt;"),
             '&' => xml.push_str("&amp;"),
-            // A reader would make a line's end of it.
+            // XML readers normalise a literal carriage return to a line feed.
             '\r' => xml.push_str("&#13;"),
             plain => xml.push(plain),
         }
@@ -54,7 +54,7 @@ fn item(xml: &mut String, number: u32, text: &str) {
     xml.push_str(&format!("</item_{number}>"));
 }
 
-/// Whether XML can say it at all.
+/// True if XML can contain the character.
 pub(super) fn can_be_said(character: char) -> bool {
     matches!(character, '\t' | '\n' | '\r' | ' '..='\u{fffd}' | '\u{10000}'..)
 }

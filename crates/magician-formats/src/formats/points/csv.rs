@@ -1,4 +1,4 @@
-//! Points as CSV with a header.
+//! Reader of points and recordings as CSV with a header.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -68,7 +68,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
                 return Err(Diagnostic::new(origin, message));
             };
             let Some(field) = column else { continue };
-            // Where commas are in numbers they are not between them.
+            // With another separator a comma can only be a decimal comma.
             let number = between != ',' && !matches!(field, Field::Name | Field::Style);
             let cell = if number {
                 Cow::Owned(cell.replace(',', "."))
@@ -91,7 +91,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
             "the rail moves in this recording, and a recording is followed by the arm alone";
         return Err(Diagnostic::of_file(message).help("teach its points on the rail instead"));
     }
-    // The last row of a recording that was cut off is not whole.
+    // The last row of an interrupted recording may be incomplete.
     let samples: Vec<_> = rows.iter().filter_map(Row::sample).collect();
     if samples.len() < rows.len() {
         let what = format!(

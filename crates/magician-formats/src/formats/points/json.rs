@@ -1,4 +1,4 @@
-//! Points as JSON, made of the rows of a playback file.
+//! Reader of points as JSON, made of the rows of a playback file.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use crate::formats::content::points::Field;
 use crate::plan::json::Json;
 use crate::{Diagnostic, DiagnosticCode, Parsed, Plan};
 
-/// More rows are surely not taught by hand.
+/// Largest number of rows. It bounds memory.
 const MOST_ROWS: usize = 1_000_000;
 
 pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
@@ -47,7 +47,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
             "too many rows: more than {MOST_ROWS}"
         )));
     }
-    // They may stand in any order.
+    // Members of an object may be in any order.
     rows.sort_by_key(|(number, _)| *number);
     if let Some([_, (number, value)]) = (rows.windows(2)).find_map(|pair| {
         let pair: [(u64, &str); 2] = pair.try_into().ok()?;
@@ -80,7 +80,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     plan(points, &fields, notes)
 }
 
-/// A number, a text, or nothing.
+/// Returns a number or a string as text; null is empty.
 fn plain<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
     match value.chars().next() {
         Some('"') => json.string(value),
@@ -90,7 +90,7 @@ fn plain<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic
     }
 }
 
-/// The number in a name such as `row12`.
+/// Returns the number in a name such as `row12`.
 fn number_of(key: &str) -> Option<u64> {
     let digits = key.strip_prefix("row")?;
     let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());

@@ -1,6 +1,8 @@
-//! Recordings as MCAP: the messages of `/pose` (<https://mcap.dev/spec>, foxglove.PoseInFrame as JSON).
+//! Reader of recordings as MCAP: messages of `/pose` (<https://mcap.dev/spec>,
+//! `foxglove.PoseInFrame` as JSON).
 //!
-//! The records are taken apart here, and not by the library that writes them: it panics over chunks whose lengths do not fit.
+//! The records are parsed here and not by the library that writes them, because it panics on chunks
+//! with inconsistent lengths.
 
 use serde::Deserialize;
 
@@ -8,15 +10,17 @@ use super::recording::{self, Sample};
 use crate::formats::content::points::MAGIC;
 use crate::{Diagnostic, DiagnosticCode, Origin, Parsed, Plan};
 
-/// Records by their number.
+/// Opcode of a record that defines a channel.
 const CHANNEL: u8 = 0x04;
+/// Opcode of a message.
 const MESSAGE: u8 = 0x05;
+/// Opcode of a chunk, which contains records.
 const CHUNK: u8 = 0x06;
 
 const NANOS: f64 = 1e9;
 const MILLIMETRES: f64 = 1000.0;
 
-/// What is taken of a foxglove.PoseInFrame, m.
+/// The part used of a `foxglove.PoseInFrame`, m.
 #[derive(Deserialize)]
 struct PoseInFrame {
     pose: Pose,
@@ -35,14 +39,14 @@ struct Position {
     z: f64,
 }
 
-/// About the vertical.
+/// Quaternion of a rotation about the vertical.
 #[derive(Deserialize)]
 struct Orientation {
     z: f64,
     w: f64,
 }
 
-/// What is left of some bytes.
+/// Cursor over bytes.
 #[derive(Clone, Copy)]
 struct Bytes<'a>(&'a [u8]);
 
@@ -53,7 +57,7 @@ impl<'a> Bytes<'a> {
         Some(taken)
     }
 
-    /// A number of so many bytes, the lowest first.
+    /// Reads a little-endian number.
     fn number(&mut self, bytes: u64) -> Option<u64> {
         let taken = self.take(bytes)?.iter().rev();
         Some(taken.fold(0, |number, byte| number << 8 | u64::from(*byte)))
@@ -64,7 +68,7 @@ impl<'a> Bytes<'a> {
         self.take(length)
     }
 
-    /// The next record; nothing where the file is cut off or has ended.
+    /// Reads the next record. `None` at the end, or if the rest is incomplete.
     fn record(&mut self) -> Option<(u8, Bytes<'a>)> {
         let mut ahead = *self;
         let kind = ahead.number(1)?;
@@ -75,10 +79,10 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// What was found so far.
+/// Poses found so far.
 #[derive(Default)]
 struct PoseChannel {
-    /// The channel of `/pose`.
+    /// Id of the channel `/pose`.
     channel: Option<u64>,
     first: Option<u64>,
     samples: Vec<Sample>,
@@ -99,7 +103,7 @@ pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Parsed<Plan>, 
         ));
     }
     let mut reading = recording::plan(&found.samples, resample)?;
-    // Behind its last record a whole file has its magic bytes once more.
+    // A complete file ends with the magic bytes.
     if records.0 != MAGIC {
         let note = Diagnostic::of_file("the recording is cut off: it is followed to its end");
         reading.notes.push(note.coded(DiagnosticCode::LeftOut));
@@ -112,7 +116,8 @@ fn damaged(what: &str) -> Diagnostic {
 }
 
 impl PoseChannel {
-    /// Records in a piece, with a checksum: what was damaged is not followed to another place.
+    /// Parses a chunk. Its checksum is verified, so that a damaged file does not lead the arm
+    /// elsewhere.
     fn chunk(&mut self, mut content: Bytes<'_>) -> Result<(), Diagnostic> {
         let mut parts = || {
             content.take(8 + 8 + 8)?;
@@ -173,6 +178,7 @@ impl PoseChannel {
                     self.message(time, content.0)?;
                 }
             }
+            // Schemas, indices, attachments and metadata are not needed.
             _ => {}
         }
         Ok(())

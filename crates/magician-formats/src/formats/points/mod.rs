@@ -1,14 +1,15 @@
-//! Lists of points that programs write for themselves: CSV with a header, JSON made of playback rows, and text files of strokes.
-//! Coordinates are the arm's, mm and degrees.
+//! Reader of lists of points and recordings, as programs write them. Coordinates are the arm's, mm
+//! and degrees.
 //!
-//! * CSV, as made of playback files (`X,Y,Z,R,Velocity,Acceleration,Suction`): one point a line, by the names of its columns.
-//!   Where such a file was seen, its columns *Velocity* and *Acceleration* hold the pauses of the playback file that it was made
-//!   of, so that they are not taken for speeds; a pause is taken from a column *Pause* or *PauseTime*.
-//! * JSON (`{"rows": {"row0": {"MotionStyle": "MOVL", "X": 200, ..}}}`, or the rows at the top): the same by the names of its
-//!   members, and arcs, whose end is `_X` to `_R`.
-//! * Recordings (`magician record`, `run --record`): CSV with a column `t`, and MCAP with `/pose`. They are followed in their own
-//!   time.
-//! * Text: `x,y,z` lines without a header, each run of them a stroke of the pen.
+//! * CSV, as converted from playback files (`X,Y,Z,R,Velocity,Acceleration,Suction`): one point per
+//!   line, by column name. In known files of this kind *Velocity* and *Acceleration* contain the
+//!   pauses of the original, so they are ignored; a pause is read from a column *Pause* or
+//!   `PauseTime`.
+//! * JSON (`{"rows": {"row0": {"MotionStyle": "MOVL", "X": 200, ..}}}`, or the rows at the top
+//!   level): the same by member name, and arcs, which end at `_X` to `_R`.
+//! * Recordings (`magician record`, `run --record`): CSV with a column `t`, and MCAP with `/pose`.
+//!   They are replayed in their own time.
+//! * Text: lines `x,y,z` without a header; each run of lines is a stroke of the pen.
 
 mod csv;
 mod json;
@@ -22,7 +23,7 @@ use super::{Content, Parsed, ReadOptions, only_recordings};
 use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, Origin};
 
-/// Reads a list of points of any of the three kinds.
+/// Reads a list of points of any kind.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if bytes.starts_with(MAGIC) {
         let mut reading = mcap::read(bytes, options.resample)?;
@@ -54,7 +55,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     })
 }
 
-/// That something is not a number.
+/// Creates the diagnostic that a value is not a number.
 fn no_number(origin: Origin, what: &str, found: &str) -> Diagnostic {
     let found: String = found.chars().take(30).collect();
     Diagnostic::new(

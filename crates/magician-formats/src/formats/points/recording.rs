@@ -1,10 +1,12 @@
-//! Recordings of an arm as programs: the tool follows them at the speed at which they were made.
+//! Replay of recordings: the tool follows them at the recorded speed.
 //!
-//! A recording is rows of a time and a place. While the tool moves it follows a continuous path in real-time mode (document
-//! 1.11.1, errata E31): a segment takes a period, so that rows come after even times. Where it stands it waits as long.
+//! A recording is rows of time and position. While the tool moves, the plan uses a continuous path
+//! in real-time mode (document 1.11.1, errata E31): each segment takes one period, so rows are
+//! resampled at even times. Where the tool stands, the plan waits.
 //!
-//! The arm takes more than a period where its speed changes from one segment to the next. After a corner it is late, and
-//! catches up by longer segments.
+//! The arm needs more than a period for a segment in which its speed must change, so it falls
+//! behind after a corner. [`Replay`] tracks the arm's time with the arm's own motion law and
+//! catches up with longer segments.
 
 use magician_host::commands::CpParams;
 use magician_motion::{ArmModel, KinematicLimits, Pose};
@@ -14,46 +16,54 @@ use crate::recording::{HELD, LONGEST};
 use crate::simplify::kept_where;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Parsed, Plan, Travel};
 
-/// What stays within this stands, mm,
+/// Distance within which the tool stands still, mm. A choice: large enough for noise, too small to
+/// swallow slow motion.
 const STILL: f64 = 0.05;
-/// if it does for so many periods.
+/// Number of periods after which a standstill counts as a rest. A choice: ending the path for a
+/// rest costs a ramp down and up.
 const STANDS: usize = 3;
-/// A shorter way takes an arm no time, mm.
+/// Length below which a segment takes the arm no time, mm.
 const NO_WAY: f64 = 1e-3;
-/// A segment of a path takes so long, s: a period of the arm, which takes the nearest whole number of them.
+/// Duration of a segment, s: one period of the arm, which rounds to whole periods.
 const PERIOD: f64 = ArmModel::MAGICIAN.law.period_us() as f64 / 1e6;
-/// Steps in which the beginning of the arm's periods is looked for, s.
+/// Step of the search for the phase of the arm's periods, s. A choice between precision and time.
 const PHASE_STEP: f64 = 0.001;
-/// A share of a period that is rounding of times written to a microsecond.
+/// Share of a period that covers the rounding of times to microseconds.
 const ROUNDING: f64 = 1e-4;
-/// Times of periods are those of an arm if speeds change by less than this share of what they do at the times that were read.
+/// Ratio of unevenness below which times of periods are accepted instead of the times as read. A
+/// choice: only a clear gain justifies changing the times.
 const EVENER: f64 = 0.5;
-/// Largest share by which a segment covers more than a period of the recording, to catch up: the arm is by as much faster than
-/// it was when it was recorded.
+/// Largest share by which a segment is longer than a period of the recording in order to catch up.
+///
+/// The arm is then faster than recorded by this share. A choice between catching up soon and
+/// keeping the recorded speed.
 const MOST_CATCH_UP: f64 = 0.5;
-/// Share by which the arm is faster than it was before a turn of J4, so that it is in time when that is done.
+/// Share by which the arm hurries before a turn of J4, so that it is in time afterwards. A choice
+/// that keeps the motion close to the recorded one.
 const AHEAD: f64 = 0.25;
-/// The arm is in time if it is late by no more than this, s: segments stay even then.
+/// Delay within which the arm is in time, s. Segments then stay even.
 const IN_TIME: f64 = 1e-4;
-/// Periods up to which a recording is cut, however few its rows are, and so many more for each row: a small file with a gap of
-/// years takes no memory for it.
+/// Largest number of periods of a recording, besides [`PERIODS_OF_A_ROW`]: a small file with a gap
+/// of years must not use up memory.
 const MOST_PERIODS: f64 = 1e6;
+/// Additional number of periods per row, so that long recordings are not refused.
 const PERIODS_OF_A_ROW: f64 = 10.0;
 
-/// Where the arm was at a time.
+/// Position of the arm at a time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
-    /// s.
+    /// Time, s.
     pub(super) t: f64,
-    /// x, y, z, r; mm and deg.
+    /// Pose x, y, z, r, mm and deg.
     pub(super) pose: [f64; 4],
-    /// The angle of J4 where it is known, deg.
+    /// Angle of J4 if known, deg.
     pub(super) j4: Option<f64>,
     pub(super) origin: Origin,
 }
 
-/// The program that repeats it: to where it begins, and along it. Rows that are nearer than `resample` to where the tool is at
-/// their time without them are left out: between those that stay it goes straight, at an even speed.
+/// Creates the plan that repeats a recording: a move to its start, then along it. With `resample`,
+/// rows are dropped that stay within this distance of straight motion at constant speed between the
+/// others.
 pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {
     let mut last = f64::NEG_INFINITY;
     for row in rows {
@@ -116,19 +126,20 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     })
 }
 
-/// How the tool goes from one row to the next.
+/// Interpolation between rows.
 #[derive(Clone, Copy)]
 enum Interpolation {
-    /// Every coordinate goes on smoothly, and not beyond the rows: by the cubic of Fritsch and Carlson.
+    /// Smooth without overshoot: monotone cubic of Fritsch and Carlson.
     Smooth,
-    /// Straight, at an even speed.
+    /// Straight, at constant speed.
     Straight,
 }
 
-/// The rows, each at the time at which the arm was there.
+/// Corrects the times of the rows.
 ///
-/// A pose is read up to a period after the arm came to it, so that an even speed looks uneven. When the arm's periods begin is not
-/// written down: it is the time at which speeds change least. Rows that are of no such arm keep their times.
+/// A pose is read up to a period after the arm reached it, so constant speed looks uneven. The
+/// phase of the arm's periods is not recorded; it is found as the one with the most even speeds. A
+/// recording that does not fit any phase keeps its times.
 fn timed(rows: &[Sample]) -> Vec<Sample> {
     let as_read = rows.to_vec();
     let steps = (PERIOD / PHASE_STEP).round() as u32;
@@ -142,7 +153,8 @@ fn timed(rows: &[Sample]) -> Vec<Sample> {
     candidates.fold(best, least).1
 }
 
-/// The rows at the ends of periods that begin at this phase, one of each period; `None` if two poses of one period differ.
+/// Moves rows to the ends of periods with this phase, one per period. `None` if two poses of one
+/// period differ.
 fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
     let mut timed: Vec<Sample> = Vec::with_capacity(rows.len());
     for row in rows {
@@ -159,7 +171,7 @@ fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
     Some(timed)
 }
 
-/// How much the speed changes from row to row, (mm/s)2.
+/// Sum of squared changes of speed from row to row, (mm/s)2.
 fn unevenness(rows: &[Sample]) -> f64 {
     let speeds = rows.windows(2).filter_map(|pair| match pair {
         [from, to] if to.t > from.t => Some(from.apart(to) / (to.t - from.t)),
@@ -173,8 +185,8 @@ fn unevenness(rows: &[Sample]) -> f64 {
     sum
 }
 
-/// The rows without which the tool is nowhere farther than this from where it was seen at the time. By the line alone a rest on it
-/// would be lost.
+/// Drops rows without which the position at every time stays within the tolerance. Comparing
+/// positions alone would lose rests on the line.
 fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
     let off = |row: Sample, from: Sample, to: Sample| {
         let straight = from.straight(&to);
@@ -187,7 +199,7 @@ fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
     kept.map(|(row, _)| *row).collect()
 }
 
-/// The way through rows of rising times.
+/// Position as a function of time, through rows with increasing times.
 struct TimedPath {
     rows: Vec<Sample>,
     slopes: Vec<[f64; 4]>,
@@ -195,7 +207,7 @@ struct TimedPath {
 }
 
 impl TimedPath {
-    /// Through these. Of two rows at the same time the first counts.
+    /// Creates the path. Of rows with equal times the first counts.
     fn through(rows: &[Sample], between: Interpolation) -> Self {
         let mut rows = rows.to_vec();
         rows.dedup_by(|later, earlier| later.t <= earlier.t);
@@ -207,7 +219,7 @@ impl TimedPath {
         }
     }
 
-    /// The rows after each period.
+    /// Returns the position after each period.
     fn evenly(&self, period: f64) -> Result<Vec<Sample>, Diagnostic> {
         let [Some(first), Some(last)] = [self.rows.first(), self.rows.last()] else {
             return Ok(Vec::new());
@@ -222,7 +234,7 @@ impl TimedPath {
         Ok(times.filter_map(|t| self.at(t)).collect())
     }
 
-    /// Where the tool is at a time: at the last row after it.
+    /// Returns the position at a time. After the last row it stays there.
     fn at(&self, t: f64) -> Option<Sample> {
         let last = self.rows.last()?;
         let t = t.min(last.t);
@@ -241,7 +253,7 @@ impl TimedPath {
     }
 }
 
-/// How fast each coordinate changes at each row: not at all where it turns round.
+/// Returns the slope of each coordinate at each row; 0 at an extremum.
 fn slopes(rows: &[Sample]) -> Vec<[f64; 4]> {
     let speeds = rows.windows(2).map(|pair| match pair {
         [a, b] => [0, 1, 2, 3].map(|axis| (b.pose[axis] - a.pose[axis]) / (b.t - a.t)),
@@ -263,7 +275,8 @@ fn slopes(rows: &[Sample]) -> Vec<[f64; 4]> {
     (0..rows.len()).map(slope).collect()
 }
 
-/// For how many periods the tool stands at the first of these rows; none if that is too short to be a rest.
+/// Number of periods for which the tool stands from the first row on; 0 if that is too short for a
+/// rest.
 fn standing(rows: &[Sample]) -> usize {
     let Some(first) = rows.first() else { return 0 };
     let same = rows
@@ -280,12 +293,12 @@ fn standing(rows: &[Sample]) -> usize {
 }
 
 impl Sample {
-    /// How far it is to another place, mm.
+    /// Distance to another row, mm.
     fn apart(&self, other: &Self) -> f64 {
         Pose::from(self.pose).distance_to(&Pose::from(other.pose))
     }
 
-    /// How fast each coordinate changes on the straight way to a later row.
+    /// Speed of each coordinate on the straight way to a later row.
     fn straight(&self, later: &Self) -> [f64; 4] {
         let step = later.t - self.t;
         [0, 1, 2, 3].map(|axis| {
@@ -297,10 +310,10 @@ impl Sample {
         })
     }
 
-    /// Between this row and a later one, with the speeds at both.
+    /// Interpolates (cubic Hermite) between this row and a later one, with the speeds at both.
     fn towards(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
         let step = later.t - self.t;
-        // Rows at the same time have no way between them.
+        // Rows with equal times have no distance to interpolate.
         let share = if step > 0.0 {
             ((t - self.t) / step).clamp(0.0, 1.0)
         } else {
@@ -323,7 +336,7 @@ impl Sample {
     }
 }
 
-/// Time in which J4 turns by an angle at the speeds of power-up, s.
+/// Duration of a turn of J4 at the speeds after power-up, s.
 fn turn_duration(degrees: f64) -> f64 {
     let speeds = &ArmModel::MAGICIAN.power_up.speeds();
     let rates = KinematicLimits {
@@ -340,28 +353,28 @@ fn turn_duration(degrees: f64) -> f64 {
     }
 }
 
-/// A segment of a path whose duration is known when the next one is.
+/// A segment whose duration depends on the next one.
 #[derive(Clone, Copy)]
 struct Pending {
     length: f64,
-    /// Speed at its beginning, mm/s.
+    /// Speed at its start, mm/s.
     entry: f64,
 }
 
-/// A program that is being made.
+/// Plan being built, and the arm's progress.
 struct Replay {
     plan: Plan,
-    /// Time of the recording up to which it is made, s.
+    /// Recorded time up to which the plan is built, s.
     t: f64,
-    /// Time by which the arm is there, s: later than `t` where it has lost time.
+    /// Time at which the arm is there, s; later than `t` if it is behind.
     arm: f64,
     period: f64,
-    /// The last segment of the path under way.
+    /// Last segment of the current path.
     pending: Option<Pending>,
-    /// Whether a step sets it.
+    /// True if the plan has set the period.
     has_period: bool,
     j4: Option<f64>,
-    /// How far J4 turned on a way, at most, deg.
+    /// Largest turn of J4 during a motion, deg.
     turned: f64,
 }
 
@@ -383,7 +396,7 @@ impl Replay {
         }
     }
 
-    /// Waits for a time, if the arm is there before it.
+    /// Waits until a time, if the arm is early.
     fn wait_until(&mut self, t: f64, origin: Origin) {
         self.rest();
         let milliseconds = ((t - self.arm) * 1000.0).round().min(LONGEST);
@@ -394,7 +407,7 @@ impl Replay {
         self.t = self.t.max(t);
     }
 
-    /// Along a way, a period from each place to the next.
+    /// Follows the path with one segment per period.
     fn follow(&mut self, path: &TimedPath, from: &Sample, last: &Sample) {
         self.set_period(last.origin);
         let turned = self
@@ -410,7 +423,7 @@ impl Replay {
             let late = self.arm + pending + early - here.t;
             let late = if late > IN_TIME { late } else { 0.0 };
             let mut t = here.t + self.period + late.min(MOST_CATCH_UP * self.period);
-            // No rest of a period, which would be a segment of its own.
+            // A remainder shorter than a period would become a segment of its own.
             if last.t - t < IN_TIME {
                 t = last.t;
             }
@@ -438,7 +451,7 @@ impl Replay {
         }
     }
 
-    /// A segment follows: the one before it ends with the speed that both allow.
+    /// Adds a segment. The previous one ends with the speed that both allow.
     fn go_on(&mut self, length: f64) {
         let entry = match self.pending {
             Some(pending) => self.end(pending, pending.length.min(length) / self.period),
@@ -447,14 +460,15 @@ impl Replay {
         self.pending = Some(Pending { length, entry });
     }
 
-    /// The path ends at rest.
+    /// Ends the path at rest.
     fn rest(&mut self) {
         if let Some(pending) = self.pending.take() {
             self.end(pending, 0.0);
         }
     }
 
-    /// Counts the time of a segment that is to end with a speed; returns the speed that it ends with (model section 8).
+    /// Adds the duration of a segment with a wanted exit speed, and returns its actual exit speed
+    /// (model section 8).
     fn end(&mut self, segment: Pending, exit: f64) -> f64 {
         let ceilings = ArmModel::MAGICIAN.ceilings;
         let rates = KinematicLimits {
@@ -467,7 +481,7 @@ impl Replay {
         profile.exit()
     }
 
-    /// Sets, once, how long a segment takes.
+    /// Sets the period of segments, once per plan.
     fn set_period(&mut self, origin: Origin) {
         if std::mem::replace(&mut self.has_period, true) {
             return;

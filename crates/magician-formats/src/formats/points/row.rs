@@ -1,4 +1,4 @@
-//! One taught point of a list, and the plan that points make.
+//! Rows of taught points, and the plan made from them.
 
 use std::collections::BTreeSet;
 
@@ -9,10 +9,10 @@ use crate::formats::content::points::{Field, number};
 use crate::formats::rail::RailCourse;
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
-/// Longest pause, s: more than four weeks is none that anybody means.
+/// Longest pause, s: about four weeks. A longer one is a mistake.
 const LONGEST_PAUSE: f32 = 2_500_000.0;
 
-/// How a point is reached.
+/// Motion style.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Style {
     #[default]
@@ -20,16 +20,16 @@ enum Style {
     Line,
     Jump,
     Arc,
-    /// On a continuous path.
+    /// Part of a continuous path.
     Path,
 }
 
-/// A row as it is read.
+/// A parsed row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Row {
     place: [Option<f32>; 4],
     end: [Option<f32>; 4],
-    /// In words: of a row without a place it means nothing.
+    /// Motion style as text, with its place. It is ignored in a row without a position.
     style: Option<(String, Origin)>,
     name: String,
     pause: u32,
@@ -37,14 +37,14 @@ pub(super) struct Row {
     suction: Option<bool>,
     t: Option<f64>,
     j4: Option<f64>,
-    /// Where the carriage on the rail is, mm.
+    /// Position of the rail's carriage, mm.
     rail: Option<f32>,
-    /// The row as a whole.
+    /// Place of the whole row.
     origin: Origin,
 }
 
 impl Row {
-    /// One that says nothing yet.
+    /// Creates an empty row.
     pub(super) fn at(origin: Origin) -> Self {
         Self {
             origin,
@@ -52,7 +52,7 @@ impl Row {
         }
     }
 
-    /// Takes what a column says; empty ones say nothing.
+    /// Adds the value of a column. Empty values are ignored.
     pub(super) fn take(
         &mut self,
         field: Field,
@@ -130,12 +130,12 @@ impl Row {
         Ok(())
     }
 
-    /// Where the carriage on the rail is, mm.
+    /// Position of the rail's carriage, mm.
     pub(super) fn rail(&self) -> Option<f32> {
         self.rail
     }
 
-    /// As a row of a recording; nothing if it is not whole.
+    /// Returns the row as a sample of a recording; `None` if it is incomplete.
     pub(super) fn sample(&self) -> Option<Sample> {
         let [x, y, z, r] = self.place;
         Some(Sample {
@@ -146,7 +146,7 @@ impl Row {
         })
     }
 
-    /// Where it leads; nothing if it has no place at all.
+    /// Returns the pose, or `None` if it has no coordinates.
     fn pose(&self, place: [Option<f32>; 4], what: &str) -> Result<Option<[f32; 4]>, Diagnostic> {
         match place {
             [None, None, None, _] => Ok(None),
@@ -197,7 +197,7 @@ fn short(text: &str) -> String {
     text.chars().take(30).collect()
 }
 
-/// A motion style by its name, its number, or as `magician convert` writes it.
+/// Parses a motion style by its name, its number, or as written by `magician convert`.
 fn style(text: &str, origin: Origin) -> Result<Style, Diagnostic> {
     let plain = text.to_ascii_lowercase();
     Ok(match plain.as_str() {
@@ -213,7 +213,7 @@ fn style(text: &str, origin: Origin) -> Result<Style, Diagnostic> {
     })
 }
 
-/// The plan of points: for each the move, then what the tool does, then the pause.
+/// Creates the plan: for each point the move, then the tool's action, then the pause.
 pub(super) fn plan(
     rows: impl IntoIterator<Item = Row>,
     fields: &BTreeSet<Field>,
@@ -236,6 +236,8 @@ pub(super) fn plan(
         };
         let motion = rail.lead(motion, row.rail);
         plan.push(motion.map_err(|why| Diagnostic::new(named, why))?, named);
+        // Like playback files, the columns repeat the tool's state in each row; only changes are
+        // actions.
         if let Some(grip) = row.gripper.filter(|grip| gripper != Some(*grip)) {
             uses[0] = uses[0].or(Some(named).filter(|_| grip != Grip::Off));
             plan.push(Action::Gripper(grip), named);
@@ -257,6 +259,8 @@ pub(super) fn plan(
         let message = "this uses the suction cup, another point the gripper; the arm has one tool";
         return Err(Diagnostic::new(origin, message));
     }
+    // With both columns the tool is the one that is ever used. The other column is `off`
+    // throughout.
     plan.tool = match (
         fields.contains(&Field::Gripper),
         fields.contains(&Field::Suction),

@@ -1,17 +1,18 @@
-//! Strokes as text: x,y,z in every line.
+//! Reader of strokes as text: x,y,z on each line.
 
 use std::ops::Range;
 
 use crate::formats::content::points::numbers;
 use crate::{Action, Diagnostic, Lines, Parsed, Plan, Travel};
 
-/// So far above its ends a stroke is come to and left, mm.
+/// Height above its ends from which a stroke is approached and left, mm. A choice that clears usual
+/// work.
 const LIFT: f32 = 10.0;
 
-/// A corner of a stroke, and where in the text it stands.
+/// A vertex of a stroke, with its range in the text.
 type Corner = ([f32; 3], Range<usize>);
 
-/// Each run of lines is a stroke: there from above with all joints, along it, and up.
+/// Reads strokes, each a run of lines: a joint move above its start, down, along it, up.
 pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     let places = Lines::new(text);
     let mut plan = Plan::default();

@@ -1,16 +1,19 @@
-//! Whether there is anything inside a line.
+//! Test for an enclosed area.
 
 use super::lines::Line;
 use crate::artwork::distance;
 
-/// Whether a closed line has something inside that is not thinner than this: one that only leads there and back, over whatever corners, has nothing.
+/// True if a closed line encloses anything wider than `thin`. A line that only leads there and
+/// back, over any vertices, encloses nothing.
+///
+/// Spikes and collinear vertices are removed until nothing changes; a polygon must remain.
 pub(super) fn encloses(line: &Line, thin: f64) -> bool {
     let mut left: Line = Vec::new();
     for point in line.iter().chain(line.first()) {
         left.push(*point);
         while let [.., a, b, c] = left.as_slice() {
             if distance(*a, *c) < thin {
-                // There and back.
+                // A spike: there and back.
                 left.truncate(left.len() - 2);
             } else if off(*b, [*a, *c]) < thin {
                 left.remove(left.len() - 2);
@@ -22,7 +25,7 @@ pub(super) fn encloses(line: &Line, thin: f64) -> bool {
     left.len() > 3
 }
 
-/// How far a point is from the line through two others, mm.
+/// Distance of a point from the line through two others, mm.
 fn off([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     ((x - a[0]) * dy - (y - a[1]) * dx).abs() / libm::hypot(dx, dy)
@@ -52,9 +55,9 @@ mod tests {
             &[][..],
             &[[3.0, 4.0]],
             &[[3.0, 4.0], [9.0, 1.0]],
-            // Points of one line, in any order; as rounded as 32 bits are.
+            // Collinear points in any order, rounded as in 32 bits.
             &[[5.0, 5.0], [9.0, 9.0], [0.0, 0.000_01], [2.0, 2.0]],
-            // There and back round a corner, and from a fork.
+            // There and back around a corner, and from a fork.
             &[[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [9.0, 0.0]],
             &[
                 [9.0, 9.0],

@@ -1,4 +1,8 @@
-//! Clip paths and masks that refer to one another in a circle: the library follows those of three and more without end.
+//! Detection of clip paths and masks that refer to each other in a cycle.
+//!
+//! usvg breaks cycles of up to two elements of one kind, but follows longer ones without end. So
+//! the graph of references is built here, including those made by style sheets, and its strongly
+//! connected components are searched for such cycles.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,12 +11,12 @@ use roxmltree::{Document, Node};
 use super::cost::{references, style_sheets};
 use super::source::is;
 
-/// What is followed wherever it is referred to.
+/// Elements that usvg follows wherever they are referenced.
 const FOLLOWED: [&str; 2] = ["clipPath", "mask"];
-/// The library itself breaks up circles of so many of a kind.
+/// Longest cycle of one kind that usvg breaks itself.
 const BROKEN_UP: usize = 2;
 
-/// A clip path or mask that is in a circle which is not broken up.
+/// Returns a clip path or mask in a cycle that usvg does not break.
 pub(super) fn in_a_circle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a, 'i>> {
     let followed = |node: &Node<'_, '_>| FOLLOWED.iter().any(|tag| is(node, tag));
     if document.descendants().filter(followed).count() < BROKEN_UP {
@@ -34,7 +38,7 @@ pub(super) fn in_a_circle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a,
     None
 }
 
-/// Which elements lead to which: to those within them, and to those that they refer to.
+/// Graph of elements: edges to child elements and to referenced ones.
 struct Graph {
     ways: Vec<Vec<usize>>,
 }
@@ -50,7 +54,7 @@ impl Graph {
             }
         }
         let mut ways = vec![Vec::new(); count];
-        // A rule of a style sheet is a place of its own, and so is each class and id that it speaks of.
+        // Each rule of a style sheet is a node, and so is each class and id in its selector.
         let sheets = style_sheets(document);
         let mut meant: HashMap<SelectorSubject<'_>, usize> = HashMap::new();
         for rule in sheets.split('}') {
@@ -100,7 +104,7 @@ impl Graph {
         Self { ways }
     }
 
-    /// Those that lead to one another (Kosaraju), without those of a single element.
+    /// Strongly connected components of more than one node (Kosaraju).
     fn components(&self) -> Vec<Vec<usize>> {
         let mut back = vec![Vec::new(); self.ways.len()];
         for (from, ways) in self.ways.iter().enumerate() {
@@ -128,7 +132,7 @@ impl Graph {
     }
 }
 
-/// All that can be reached and was not seen, each after what it leads to.
+/// Depth-first search: appends all reachable unseen nodes in post-order.
 fn collector(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order: &mut Vec<usize>) {
     if !seen.insert(start) {
         return;
@@ -150,7 +154,7 @@ fn collector(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order
     }
 }
 
-/// The elements that a selector of a style sheet may match.
+/// Elements that a selector may match.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum SelectorSubject<'s> {
     All,
@@ -159,7 +163,8 @@ enum SelectorSubject<'s> {
 }
 
 impl<'s> SelectorSubject<'s> {
-    /// All that have one of its classes or ids; all elements if it asks for neither.
+    /// Returns the classes and ids in a selector, or all elements if it has none. This
+    /// over-approximates: it may find a cycle that no element takes part in, but misses none.
     fn by(selector: &'s str) -> Vec<Self> {
         let name = |from: usize| {
             let rest = selector.get(from..).unwrap_or_default();

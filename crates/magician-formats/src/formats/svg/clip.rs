@@ -1,4 +1,7 @@
-//! What a clip path leaves of a line.
+//! Clipping of polylines to clip paths.
+//!
+//! A [`Region`] is the union of shapes, each clipped by further regions. A polyline is cut where it
+//! crosses any edge of the region, and each piece is kept if its middle is inside.
 
 use kurbo::Affine;
 use usvg::{ClipPath, FillRule, Group, Node};
@@ -7,15 +10,17 @@ use super::collector::matrix;
 use super::lines::{Closeness, Line, curves, flatten};
 use crate::fill::{Area, Region as Shapes};
 
-/// As many crossings of corners and edges are looked at for one path.
+/// Largest number of tests of a segment against an edge per path. A choice; it takes about a
+/// second.
 const MOST_WORK: usize = 200_000_000;
 
-/// A region that lines are clipped to: inside any of its shapes, and inside each further region.
+/// A region: inside any of its shapes, and inside each further region.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Region {
-    /// In the order in which they are painted, and whether each shows what is within; a clip path's all do.
+    /// Shapes in painting order, each with true if it shows what is within. All shapes of a clip
+    /// path do.
     shapes: Vec<(Shape, bool)>,
-    /// The regions that its clip path itself, and those around it, are clipped to.
+    /// Further regions: those that clip the clip path itself.
     also: Vec<Region>,
 }
 
@@ -23,14 +28,15 @@ pub(super) struct Region {
 pub(super) struct Shape {
     edges: Vec<[[f64; 2]; 2]>,
     rule: FillRule,
-    /// What clips this shape alone.
+    /// Regions that clip this shape only.
     within: Vec<Region>,
-    /// What is so near to its edge lies on it, and is inside, mm: half of a line there is painted.
+    /// Distance from its edge within which a point counts as inside, mm: half of a stroke along the
+    /// edge is visible.
     near: f64,
 }
 
 impl Region {
-    /// Of a clip path of something drawn in these coordinates.
+    /// Creates the region of a clip path, for content with this transform.
     pub(super) fn of(clip: &ClipPath, to: Affine, close: Closeness) -> Self {
         let to_own = to * matrix(clip.transform());
         let mut shapes = Vec::new();
@@ -43,12 +49,12 @@ impl Region {
         }
     }
 
-    /// Where the uppermost shape shows something.
+    /// Creates a region that is visible where the topmost shape shows.
     pub(super) fn painted(shapes: Vec<(Shape, bool)>, also: Vec<Self>) -> Self {
         Self { shapes, also }
     }
 
-    /// Within one closed line.
+    /// Creates the region inside a closed polyline.
     pub(super) fn inside(corners: &[[f64; 2]], near: f64) -> Self {
         let closed: Line = corners.iter().chain(corners.first()).copied().collect();
         let shape = Shape::new(&[closed], FillRule::NonZero, &[], near);
@@ -58,7 +64,7 @@ impl Region {
         }
     }
 
-    /// What is inside, as shapes.
+    /// Returns its inside as normalised shapes.
     pub(super) fn shapes(&self) -> Shapes {
         let painted = self
             .shapes
@@ -90,7 +96,7 @@ impl Region {
             && self.also.iter().all(|region| region.contains(at))
     }
 
-    /// Where a way crosses any edge, as shares of it.
+    /// Collects where a segment crosses any edge, as shares of its length.
     fn crossings(&self, from: [f64; 2], to: [f64; 2], found: &mut Vec<f64>) {
         for (shape, _) in &self.shapes {
             let own = shape
@@ -107,7 +113,7 @@ impl Region {
         }
     }
 
-    /// What of a line is inside. `None` if that is too much work.
+    /// Returns the parts of a polyline inside the region. `None` if that is too much work.
     pub(super) fn clip(&self, line: &Line) -> Option<Vec<Line>> {
         if line.len().saturating_mul(self.edges()) > MOST_WORK {
             return None;
@@ -148,7 +154,7 @@ impl Region {
     }
 }
 
-/// The last piece of a closed line goes on as the first.
+/// Joins the last piece of a closed polyline to the first.
 fn rejoin(line: &Line, pieces: &mut Vec<Line>) {
     let ends = pieces.first().and_then(|piece| piece.first());
     let begins = pieces.last().and_then(|piece| piece.last());
@@ -164,7 +170,7 @@ fn rejoin(line: &Line, pieces: &mut Vec<Line>) {
 }
 
 impl Shape {
-    /// Of closed lines, as far as it lies within each of these regions.
+    /// Creates a shape from closed polylines, limited to these regions.
     pub(super) fn new(outline: &[Line], rule: FillRule, within: &[Region], near: f64) -> Self {
         let edges = outline
             .iter()
@@ -226,13 +232,13 @@ impl Shape {
     }
 }
 
-/// How far a place is from an edge, mm.
+/// Distance of a point from an edge, mm.
 fn off_edge(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> f64 {
     let edge = [to[0] - from[0], to[1] - from[1]];
     let way = [at[0] - from[0], at[1] - from[1]];
     let length = edge[0] * edge[0] + edge[1] * edge[1];
     let share = (way[0] * edge[0] + way[1] * edge[1]) / length;
-    // An edge without a length has no share.
+    // A zero-length edge yields NaN.
     let share = if share.is_finite() {
         share.clamp(0.0, 1.0)
     } else {
@@ -241,7 +247,8 @@ fn off_edge(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> f64 {
     libm::hypot(way[0] - share * edge[0], way[1] - share * edge[1])
 }
 
-/// Where one way crosses another, as a share of the first.
+/// Returns where a segment crosses another, as a share of the first; `None` if they are parallel or
+/// do not cross.
 fn crossing([from, to]: [[f64; 2]; 2], [start, end]: [[f64; 2]; 2]) -> Option<f64> {
     let way = [to[0] - from[0], to[1] - from[1]];
     let edge = [end[0] - start[0], end[1] - start[1]];

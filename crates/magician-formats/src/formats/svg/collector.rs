@@ -1,4 +1,9 @@
-//! Every visible line of a drawing, in the order in which it is painted.
+//! Collection of the visible lines of a drawing, in painting order.
+//!
+//! [`StrokeCollector`] walks usvg's tree. A path yields the centre line of its stroke, or the
+//! outline of its fill if it has no stroke; then dashes, clip paths and masks are applied. White
+//! lines are special: they are drawn only if they are visible on something darker, which is known
+//! once everything below them has been walked.
 
 use std::collections::HashMap;
 
@@ -20,45 +25,46 @@ use crate::fill::{Area, FillRule, Region as Shapes};
 use crate::formats::Fills;
 use crate::{Color, Diagnostic, DiagnosticCode, ReadOptions, Stroke};
 
-/// As many corners a drawing may have.
+/// Largest number of vertices of a drawing. It bounds memory.
 const MOST_CORNERS: usize = 5_000_000;
-/// Dashes are measured along chords so many times as close: all that these are shorter than the curve adds up to the last dash.
+/// Factor by which curves are flattened more finely for measuring dashes. Chords are shorter than
+/// their curve, and the difference accumulates up to the last dash.
 const DASHED: f64 = 8.0;
-/// Nothing lies farther out, mm.
+/// Largest coordinate, mm. A choice above any sheet, which detects damaged files.
 const FARTHEST: f64 = 100_000.0;
 
-/// What goes through the elements and collects strokes.
+/// Walks the elements and collects strokes.
 pub(super) struct StrokeCollector<'a> {
     pub(super) elements: &'a HashMap<String, Element>,
     pub(super) close: Closeness,
     pub(super) fills: Fills,
     pub(super) writing: &'a ReadOptions,
-    /// What texts are laid out with.
+    /// Fonts of the texts.
     pub(super) fonts: LaidFonts,
     pub(super) notes: &'a mut Notes,
     pub(super) strokes: Vec<Stroke>,
     pub(super) areas: Areas,
     pub(super) names: Vec<String>,
     pub(super) whites: Whites,
-    /// The layers of the file, and those that have lines so far.
+    /// Layers of the file, and below those that contain lines so far.
     source: &'a [Layer],
     pub(super) layers: Vec<Layer>,
     pub(super) colors: Vec<Color>,
-    /// Where a name is in the list.
+    /// Index of each name in the list.
     known: HashMap<String, usize>,
     corners: usize,
 }
 
-/// Where in the drawing the walk is.
+/// State of the walk at an element.
 #[derive(Clone)]
 pub(super) struct NodeContext {
-    /// From the coordinates here to mm on the sheet.
+    /// Transform from local coordinates to mm on the sheet.
     pub(super) to: Affine,
-    /// What clips it.
+    /// Regions that clip it.
     pub(super) clips: Vec<Region>,
-    /// The innermost element with an id that is known.
+    /// Innermost element with a known id.
     pub(super) element: Element,
-    /// Number of its outermost layer, from 1; 0 outside of all layers.
+    /// Index of its outermost layer from 1; 0 outside all layers.
     pub(super) layer: usize,
 }
 
@@ -91,7 +97,7 @@ impl<'a> StrokeCollector<'a> {
         }
     }
 
-    /// Goes through everything; `to` leads from pixels to mm on the sheet.
+    /// Walks the whole tree; `to` maps pixels to mm on the sheet.
     pub(super) fn all(&mut self, root: &Group, to: Affine) -> Result<(), Diagnostic> {
         let place = NodeContext {
             to,
@@ -136,7 +142,7 @@ impl<'a> StrokeCollector<'a> {
         Ok(())
     }
 
-    /// The first element in a group: one that there is for a mask alone has no id.
+    /// Returns the first known element in a group. A group that exists only for a mask has no id.
     fn first(&self, group: &Group) -> Option<&'a Element> {
         let within = group.children().iter().find_map(|node| match node {
             Node::Group(group) => self.first(group),
@@ -166,7 +172,8 @@ impl<'a> StrokeCollector<'a> {
         let fill = path.fill().filter(|fill| fill.opacity().get() > 0.0);
         let white_line = stroke.is_some_and(|stroke| self.whites.is_white(stroke.paint()));
         let darker = |fill: &usvg::Fill| !self.whites.is_white(fill.paint());
-        // A white line round a darker shape is the edge of the shape, if there is anything in it.
+        // A white stroke around a darker fill is the visible edge of the shape, if it encloses an
+        // area.
         let edge_alone = white_line
             && fill.is_some_and(darker)
             && flatten(&self.curves(path, &place)?, self.close.tolerance, true)
@@ -188,7 +195,7 @@ impl<'a> StrokeCollector<'a> {
         Ok(())
     }
 
-    /// The lines of a path that are drawn: those of its stroke, else the edge of its fill.
+    /// Returns the lines of a path: those of its stroke, else the outline of its fill.
     fn lines_of(
         &mut self,
         path: &Path,
@@ -221,12 +228,12 @@ impl<'a> StrokeCollector<'a> {
         }
     }
 
-    /// Whether it is filled, so that its edge is not drawn for it.
+    /// True if the fill becomes an area, so that its outline is not drawn.
     fn is_area(&self, fill: &usvg::Fill) -> bool {
         self.fills == Fills::Areas && !self.whites.is_white(fill.paint())
     }
 
-    /// Takes a filled shape, as far as it is not clipped away. A white one hides what is below it.
+    /// Adds a filled shape, clipped. A white one hides what is below it.
     pub(super) fn area(
         &mut self,
         rings: Vec<Line>,
@@ -253,11 +260,12 @@ impl<'a> StrokeCollector<'a> {
         Ok(())
     }
 
-    /// Whether the edge of a filled shape is drawn.
+    /// True if the outline of a filled shape is drawn. Adds a note either way.
     fn takes_fill(&mut self, paint: &Paint, element: &Element) -> bool {
         let (take, remark) = match self.fills {
             Fills::Ignore => (false, "filled shapes without a line are left out"),
-            // Whether white is drawn is decided, and reported, after the walk.
+            // The walk cannot know yet whether white is drawn. That is decided and reported at its
+            // end.
             Fills::Outline | Fills::Areas if self.whites.is_white(paint) => return true,
             Fills::Outline | Fills::Areas => {
                 (true, "filled shapes without a line are drawn as outlines")
@@ -292,7 +300,7 @@ impl<'a> StrokeCollector<'a> {
         }
     }
 
-    /// The lines of a stroke, in dashes if it has some.
+    /// Returns the lines of a stroke, cut into dashes if it has a dash array.
     fn stroked(
         &mut self,
         path: &Path,
@@ -331,7 +339,7 @@ impl<'a> StrokeCollector<'a> {
         Ok(dashes)
     }
 
-    /// Takes lines, as far as they are not clipped away, and white ones only where they are seen.
+    /// Adds lines, clipped; of white ones only the visible parts.
     pub(super) fn add(
         &mut self,
         mut lines: Vec<Line>,
@@ -389,7 +397,7 @@ impl<'a> StrokeCollector<'a> {
         Ok(())
     }
 
-    /// The layer and the colour of something.
+    /// Returns layer and colour of an element.
     fn style(&mut self, place: &NodeContext, paint: Option<&Paint>) -> Style {
         let color = match paint {
             Some(Paint::Color(color)) => {
@@ -414,7 +422,7 @@ impl<'a> StrokeCollector<'a> {
         }
     }
 
-    /// Refuses more corners than can be drawn.
+    /// Counts vertices, and refuses more than can be drawn.
     fn count(&mut self, lines: &[Line]) -> Result<(), Diagnostic> {
         for points in lines {
             self.corners += points.len();
@@ -443,7 +451,7 @@ impl<'a> StrokeCollector<'a> {
     }
 }
 
-/// As the curves' library has it.
+/// Converts a transform from usvg to kurbo.
 pub(super) fn matrix(transform: Transform) -> Affine {
     let Transform {
         sx,

@@ -1,5 +1,8 @@
-//! How much work a drawing is, found out before it is done: a few lines of `use` can stand for more elements than there is
-//! memory.
+//! Estimate of the work that a drawing causes, before it is parsed further.
+//!
+//! A few nested `use` elements can expand to more elements than there is memory (a billion laughs).
+//! usvg expands them without limits, so the expanded size and depth are computed here on the
+//! unexpanded document, with memoisation.
 
 use magician_host::message;
 use std::collections::HashMap;
@@ -10,16 +13,17 @@ use super::circles::in_a_circle;
 use super::source::is;
 use crate::{Diagnostic, Origin};
 
-/// Elements that a drawing may come to when everything it refers to is written out.
+/// Largest number of elements after expanding all references. It bounds memory and time.
 const MOST: f64 = 2_000_000.0;
-/// Elements within elements, those reached through references included.
+/// Largest nesting depth, including references. It protects the stack of recursive functions in
+/// usvg.
 const DEEPEST: u32 = 250;
-/// A character of a text costs as much as so many elements.
+/// Cost of a character of text, in elements.
 const PER_CHARACTER: f64 = 4.0;
-/// Rules of style sheets times elements.
+/// Largest product of style rules and elements, because usvg tests each rule on each element.
 const MOST_STYLING: f64 = 2e8;
 
-/// Refuses what is too much work.
+/// Refuses a drawing that is too much work.
 pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
     let mut ids = HashMap::new();
     let mut depths: HashMap<NodeId, u32> = HashMap::new();
@@ -75,20 +79,20 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// All style sheets of a drawing.
+/// Returns the text of all style sheets.
 pub(super) fn style_sheets(document: &Document<'_>) -> String {
     let sheets = document.descendants().filter(|node| is(node, "style"));
     sheets.filter_map(|node| node.text()).collect()
 }
 
-/// Whether an element is written out wherever another one refers to it.
+/// True if an element is expanded wherever it is referenced.
 fn is_followed(node: &Node<'_, '_>) -> bool {
     is(node, "clipPath") || is(node, "mask")
 }
 
 fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Diagnostic {
     let at = document.text_pos_at(node.range().start);
-    // Ids that were added have moved what follows on the line.
+    // Ids inserted before parsing have shifted the columns of the line.
     let origin = Origin {
         line: at.row,
         ..Origin::NONE
@@ -100,7 +104,7 @@ fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Diagnostic {
     Diagnostic::new(origin, message)
 }
 
-/// The elements of the largest marker.
+/// Number of elements of the largest marker.
 fn markers(document: &Document<'_>) -> f64 {
     let markers = document.descendants().filter(|node| is(node, "marker"));
     markers
@@ -108,7 +112,7 @@ fn markers(document: &Document<'_>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// `url(#id)` in a style.
+/// Iterates over the ids in `url(#id)` of a style.
 pub(super) fn references(style: &str) -> impl Iterator<Item = &str> {
     style.split("url(").skip(1).filter_map(|rest| {
         let inner = rest.split(')').next()?;
@@ -120,22 +124,23 @@ pub(super) fn references(style: &str) -> impl Iterator<Item = &str> {
 
 struct Costs<'a, 'i> {
     ids: HashMap<&'a str, Node<'a, 'i>>,
-    /// What any element may be clipped by.
+    /// Ids of clip paths and masks in style sheets, which may apply to any element.
     everywhere: Vec<&'a str>,
-    /// What each corner may cost.
+    /// Cost of each vertex, because any vertex may get the largest marker.
     marker: f64,
-    /// Work and depth of each; nothing while it is being found out.
+    /// Work and depth per element; `None` while they are being computed.
     known: HashMap<NodeId, Option<(f64, u32)>>,
 }
 
 impl<'a, 'i> Costs<'a, 'i> {
-    /// How many elements one comes to, and how deep it goes; the element at which it is too deep.
+    /// Returns number of elements and depth after expansion. The error is the element that is
+    /// nested too deep.
     fn of(&mut self, node: Node<'a, 'i>, depth: u32) -> Result<(f64, u32), Node<'a, 'i>> {
         if depth > 2 * DEEPEST {
             return Err(node);
         }
         match self.known.get(&node.id()) {
-            // A circle: it is broken up.
+            // A cycle, which usvg breaks.
             Some(None) => return Ok((0.0, 0)),
             Some(Some(known)) => return Ok(*known),
             None => {}
@@ -161,7 +166,7 @@ impl<'a, 'i> Costs<'a, 'i> {
         Ok(found)
     }
 
-    /// What an element refers to and is written out for it.
+    /// Returns the elements that are expanded for an element.
     fn referred(&self, node: &Node<'a, 'i>) -> Vec<Node<'a, 'i>> {
         let mut names: Vec<&str> = Vec::new();
         if is(node, "use") || is(node, "textPath") {
@@ -181,11 +186,11 @@ impl<'a, 'i> Costs<'a, 'i> {
     }
 }
 
-/// As many corners a path has at most.
+/// Upper bound for the number of vertices of a path, by the length of its data.
 fn corners(node: &Node<'_, '_>) -> f64 {
     let length = |name| node.attribute(name).map_or(0, str::len);
     match (length("d"), length("points")) {
-        // One that is used many times is laid out as often.
+        // Text referenced many times is laid out as often.
         (0, 0) if is(node, "text") => {
             let texts = node.descendants().filter(Node::is_text);
             let lengths = texts.filter_map(|text| text.text()).map(str::len);

@@ -1,8 +1,9 @@
-//! CSS of today in the words of the library, which knows CSS 2: custom properties, colours, keywords in any case; and lines of
-//! width 0, which CAD programs write for hairlines.
+//! Translation of modern CSS to what usvg understands, which is CSS 2: custom properties, colour
+//! functions, keywords in any case. Strokes of width 0, which CAD programs write as hairlines, get
+//! a width.
 //!
-//! The library drops a line whose paint it cannot read, without a word. So every paint that is neither `none` nor readable
-//! becomes black here, with a note.
+//! usvg silently drops a line whose paint it cannot parse. So every paint that is neither `none`
+//! nor readable is replaced by black here, with a note.
 
 use magician_host::{Message, message};
 use std::collections::{HashMap, HashSet};
@@ -15,33 +16,34 @@ use super::source::is;
 
 /// Properties whose value is a paint or a colour.
 const PAINTS: [&str; 4] = ["fill", "stroke", "color", "stop-color"];
-/// Elements that paint what refers to them.
+/// Elements that serve as paints.
 const SERVERS: [&str; 3] = ["linearGradient", "radialGradient", "pattern"];
 const WIDTH: &str = "stroke-width";
-/// Variables within variables: more are a circle.
+/// Largest nesting of variables. More is taken for a cycle.
 const DEEPEST: usize = 16;
-/// A value does not become longer by its variables, bytes.
+/// Largest length of a value after expanding variables, bytes. It bounds exponential growth.
 const LONGEST: usize = 4096;
 
-/// A new value in the place of another one, and what is to be said of that.
+/// A replacement for a value, with a note about it.
 pub(super) struct Edit {
     pub(super) range: Range<usize>,
     pub(super) value: String,
     pub(super) remark: Option<Message>,
 }
 
-/// The custom properties of a drawing.
+/// Custom properties of a drawing.
 pub(super) struct Variables {
-    /// Values that its style sheets set, by name.
+    /// Values set by style sheets, by name.
     sheets: HashMap<String, String>,
-    /// True if something is drawn by `use`, which gives a context.
+    /// True if the drawing contains `use`, which provides context paints.
     has_use: bool,
-    /// The ids of gradients and patterns.
+    /// Ids of gradients and patterns.
     servers: HashSet<String>,
 }
 
 impl Variables {
-    /// Collects those of the style sheets: a value of the whole drawing (`:root`) goes before one of a part.
+    /// Collects the custom properties of the style sheets. A value for the whole drawing (`:root`)
+    /// takes precedence over one for a part.
     pub(super) fn of(document: &Document<'_>) -> Self {
         let mut sheets = HashMap::new();
         let mut others = HashMap::new();
@@ -72,7 +74,8 @@ impl Variables {
         }
     }
 
-    /// The value of one at an element: of the nearest `style` that sets it, else of the style sheets.
+    /// Returns the value of a property at an element: from the nearest `style` that sets it, else
+    /// from the style sheets.
     fn value(&self, name: &str, at: &Node<'_, '_>) -> Option<String> {
         let styles = at.ancestors().filter_map(|node| node.attribute("style"));
         let mut own = styles
@@ -87,7 +90,7 @@ impl Variables {
         own.or_else(|| self.sheets.get(name).cloned())
     }
 
-    /// A value with what its variables stand for; the name of one that is not set as the error.
+    /// Expands the variables in a value. The error is the name of an unset one.
     fn resolved(&self, value: &str, at: &Node<'_, '_>, depth: usize) -> Result<String, String> {
         let Some((before, rest)) = value.split_once("var(") else {
             return Ok(value.to_owned());
@@ -112,13 +115,13 @@ impl Variables {
         self.resolved(&format!("{before}{set}{after}"), at, depth + 1)
     }
 
-    /// Edits of an element's attributes, or of a style sheet.
+    /// Returns the edits of an element's attributes, or of a style sheet.
     pub(super) fn edits(&self, text: &str, node: &Node<'_, '_>) -> Vec<Edit> {
         let mut edits = Vec::new();
         if is(node, "style") {
             for child in node.children().filter(Node::is_text) {
                 let range = child.range();
-                // Text of an entity is elsewhere.
+                // Text from an entity is not in the file at this place.
                 let Some(sheet) = text.get(range.clone()) else {
                     continue;
                 };
@@ -164,7 +167,7 @@ impl Variables {
         }
     }
 
-    /// The new value of a property, if it needs one.
+    /// Returns the replacement for the value of a property, if it needs one.
     fn edit(
         &self,
         name: &str,
@@ -205,11 +208,11 @@ impl Variables {
         })
     }
 
-    /// A paint as the library reads it.
+    /// Converts a paint to usvg's syntax.
     fn paint(&self, name: &str, value: &str, node: &Node<'_, '_>) -> (String, Option<Message>) {
         let word = value.to_ascii_lowercase();
         let same = match word.as_str() {
-            // A property without a value says nothing.
+            // An empty value is ignored, as usvg does.
             "" => return (value.to_owned(), None),
             "currentcolor" if name == "color" => "inherit",
             "currentcolor" => "currentColor",
@@ -250,7 +253,7 @@ impl Variables {
     }
 }
 
-/// The width of a line as the library reads it: it draws none whose width is 0.
+/// Converts a stroke width. usvg draws no stroke of width 0.
 fn width(value: &str) -> (String, Option<Message>) {
     use std::str::FromStr as _;
     let word = value.to_ascii_lowercase();
@@ -274,7 +277,8 @@ fn width(value: &str) -> (String, Option<Message>) {
     }
 }
 
-/// A colour or `url(..)` with one behind it, as the library reads it; `None` if it cannot be read.
+/// Converts a colour, or `url(..)` with a fallback colour, to usvg's syntax; `None` if it is
+/// unreadable.
 fn color(value: &str) -> Option<String> {
     if svgtypes::Paint::from_str(value).is_ok() {
         return Some(value.to_owned());
@@ -290,7 +294,7 @@ fn color(value: &str) -> Option<String> {
         return Some(format!("url({}) {fallback}", rest.get(..end)?));
     }
     let lower = value.to_ascii_lowercase();
-    // Paper is light.
+    // Paper is light, so take the first colour.
     if let Some(both) = lower.strip_prefix("light-dark(") {
         let end = closing(both)?;
         let inside = both.get(..end)?;
@@ -303,7 +307,7 @@ fn color(value: &str) -> Option<String> {
     })
 }
 
-/// Place of the parenthesis that closes an open one.
+/// Index of the parenthesis that closes one opened before `text`.
 fn closing(text: &str) -> Option<usize> {
     let mut depth = 0_u32;
     text.bytes().position(|byte| {
@@ -317,7 +321,7 @@ fn closing(text: &str) -> Option<usize> {
     })
 }
 
-/// The first comma outside of parentheses.
+/// Index of the first comma outside parentheses.
 fn comma(text: &str) -> Option<usize> {
     let mut depth = 0_i32;
     text.bytes().position(|byte| {
@@ -326,8 +330,8 @@ fn comma(text: &str) -> Option<usize> {
     })
 }
 
-/// The rules of a style sheet: where their selectors and their declarations are. What holds under a condition (`@media`) is left
-/// out, as the library does.
+/// Returns the ranges of selectors and declarations of each rule. Conditional rules (`@media`) are
+/// skipped, as usvg does.
 fn rules(sheet: &str) -> Vec<(Range<usize>, Range<usize>)> {
     let mut rules = Vec::new();
     let bytes = sheet.as_bytes();
@@ -337,7 +341,7 @@ fn rules(sheet: &str) -> Vec<(Range<usize>, Range<usize>)> {
             b'/' if bytes.get(at + 1) == Some(&b'*') => {
                 let end = sheet.get(at + 2..).and_then(|rest| rest.find("*/"));
                 at = end.map_or(sheet.len(), |end| at + 2 + end + 2);
-                // A comment before a selector is no part of it.
+                // A comment before a selector is not part of it.
                 if sheet
                     .get(start..at)
                     .is_some_and(|text| text.trim_start().starts_with("/*"))
@@ -380,7 +384,7 @@ fn rules(sheet: &str) -> Vec<(Range<usize>, Range<usize>)> {
     rules
 }
 
-/// Places of the names and the values of declarations.
+/// Returns the ranges of names and values of declarations.
 fn declarations(text: &str, range: Range<usize>) -> Vec<(Range<usize>, Range<usize>)> {
     let mut found = Vec::new();
     let inside = text.get(range.clone()).unwrap_or_default();
@@ -421,7 +425,7 @@ fn declarations(text: &str, range: Range<usize>) -> Vec<(Range<usize>, Range<usi
     found
 }
 
-/// The custom properties that declarations set.
+/// Iterates over the custom properties that declarations set.
 fn custom(text: &str, range: Range<usize>) -> impl Iterator<Item = (String, String)> + '_ {
     let found = declarations(text, range).into_iter();
     found.filter_map(|(name, value)| {

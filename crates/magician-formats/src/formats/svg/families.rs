@@ -1,4 +1,5 @@
-//! Names of fonts without quotes, of which a word begins with a digit: CSS has none, people write them, and browsers' editors take them.
+//! Quoting of font names such as `Source Sans 3`. Unquoted, a word that begins with a digit is
+//! invalid CSS, but people write it and browsers accept it.
 
 use std::ops::Range;
 
@@ -6,7 +7,7 @@ use roxmltree::Node;
 
 const PROPERTY: &str = "font-family";
 
-/// The name with quotes, for each of an element that lacks them: in its attribute, or in its style.
+/// Returns the edits that add quotes to such names, in the attribute or the style of an element.
 pub(super) fn quoted(text: &str, node: &Node<'_, '_>) -> Vec<(Range<usize>, String)> {
     let mut edits = Vec::new();
     for attribute in node.attributes().filter(|one| one.namespace().is_none()) {
@@ -31,13 +32,13 @@ pub(super) fn quoted(text: &str, node: &Node<'_, '_>) -> Vec<(Range<usize>, Stri
     edits
 }
 
-/// Signs around a value: none where the value comes from elsewhere.
+/// Returns the quotation mark around a value; `None` if the value comes from an entity.
 pub(super) fn quote_before(text: &str, value: &Range<usize>) -> Option<char> {
     let before = text.get(..value.start)?.chars().next_back()?;
     matches!(before, '"' | '\'').then_some(before)
 }
 
-/// The lists of names in a style.
+/// Returns the ranges of font lists in a style.
 fn in_style(style: &str) -> Vec<Range<usize>> {
     let mut lists = Vec::new();
     let mut at = 0;
@@ -53,7 +54,8 @@ fn in_style(style: &str) -> Vec<Range<usize>> {
     lists
 }
 
-/// The names of a list that need quotes, with the blanks behind them, which would be one too many before a comma.
+/// Iterates over the names that need quotes, including trailing blanks, which must not remain
+/// before a comma.
 fn names(raw: &str, list: Range<usize>) -> impl Iterator<Item = Range<usize>> + '_ {
     let mut at = list.start;
     raw[list].split(',').filter_map(move |part| {

@@ -1,10 +1,10 @@
-//! What is filled in a drawing.
+//! Filled areas of a drawing, as visible from above.
 
 use crate::Origin;
 use crate::artwork::{FilledArea, Style};
 use crate::fill::Region as Shapes;
 
-/// What is filled, as it is seen from above.
+/// Visible filled areas.
 #[derive(Default)]
 pub(super) struct Areas(Vec<FilledShapes>);
 
@@ -12,7 +12,7 @@ struct FilledShapes {
     shapes: Shapes,
     origin: Origin,
     style: Style,
-    /// Least and greatest corner.
+    /// Bounding box: smallest and largest corner.
     bounds: [[f64; 2]; 2],
 }
 
@@ -28,7 +28,7 @@ impl Areas {
         }
     }
 
-    /// What lies below these shapes is not seen.
+    /// Removes what is hidden by these shapes.
     pub(super) fn hide(&mut self, hidden: &Shapes) {
         let Some([least, most]) = hidden.bounds() else {
             return;

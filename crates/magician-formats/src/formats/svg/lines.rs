@@ -1,4 +1,4 @@
-//! Curves as corners that are never farther from them than a tolerance.
+//! Paths as polylines, and dashes.
 
 use kurbo::{Affine, BezPath, PathEl, Point};
 use usvg::tiny_skia_path::{Path, PathSegment};
@@ -6,22 +6,23 @@ use usvg::tiny_skia_path::{Path, PathSegment};
 use crate::curves::tidy;
 pub(super) use crate::curves::{Line, flatten};
 
-/// As many dashes a path may have.
+/// Largest number of dashes per path. It bounds memory for tiny dashes on long lines.
 const MOST_DASHES: f64 = 100_000.0;
-/// What is so near to a line that is drawn lies on it, mm.
+/// Distance within which a point counts as lying on a drawn line, mm. It absorbs the rounding of
+/// 32-bit coordinates in usvg.
 pub(super) const NEAR: f64 = 1e-3;
 
-/// How closely lines follow what a drawing shows, mm in the size of the file.
+/// Tolerances, mm at the size of the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Closeness {
-    /// Largest distance of a chord from a curve.
+    /// Largest distance of a chord from its curve.
     pub(super) tolerance: f64,
-    /// What is so near to a line lies on it.
+    /// Distance within which a point counts as lying on a line.
     pub(super) near: f64,
 }
 
 impl Closeness {
-    /// A drawing's, of which a length of 1 mm is so long in the file.
+    /// Creates the tolerances; `unit` is the length in the file that is drawn 1 mm long.
     pub(super) fn new(tolerance: f64, unit: f64) -> Self {
         Self {
             tolerance,
@@ -30,7 +31,7 @@ impl Closeness {
     }
 }
 
-/// The curves of a path in other coordinates.
+/// Returns the curves of a path after a transform.
 pub(super) fn curves(path: &Path, to: Affine) -> BezPath {
     let point = |at: usvg::tiny_skia_path::Point| to * Point::new(at.x.into(), at.y.into());
     let elements = path.segments().map(|segment| match segment {
@@ -45,7 +46,7 @@ pub(super) fn curves(path: &Path, to: Affine) -> BezPath {
     elements.collect()
 }
 
-/// The dashes of lines. `None` if there are too many of them.
+/// Cuts polylines into dashes. `None` if there are too many.
 pub(super) fn dashed(lines: &[Line], pattern: &[f64], offset: f64) -> Option<Vec<Line>> {
     let period: f64 = pattern.iter().sum();
     let length: f64 = lines.iter().map(length).sum();
@@ -66,7 +67,7 @@ fn dashes(line: &Line, pattern: &[f64], offset: f64) -> Vec<Line> {
         return Vec::new();
     };
     let period: f64 = pattern.iter().sum();
-    // An odd number of parts changes dashes and gaps each time.
+    // With an odd number of parts, dashes and gaps swap in each period.
     let cycle = period
         * if pattern.len().is_multiple_of(2) {
             1.0
@@ -146,9 +147,9 @@ mod tests {
             spans(&[5.0, 3.0], -2.0),
             [[2.0, 7.0], [10.0, 15.0], [18.0, 20.0]]
         );
-        // An odd pattern counts twice: 4 on, 4 off.
+        // An odd pattern repeats with dashes and gaps swapped: 4 on, 4 off.
         assert_eq!(spans(&[4.0], 0.0), [[0.0, 4.0], [8.0, 12.0], [16.0, 20.0]]);
-        // A dash without length is a dot.
+        // A zero-length dash is a dot.
         assert_eq!(
             spans(&[0.0, 8.0], 0.0),
             [[0.0, 0.0], [8.0, 8.0], [16.0, 16.0]]

@@ -1,7 +1,8 @@
-//! What a mask leaves of a line.
+//! Masks as regions.
 //!
-//! What a mask shows however faintly is drawn, as what is painted however faintly is. So a mask is a region if each of its shapes
-//! either shows or hides: in black it hides, in any other colour it shows. A mask with a shape that does both is no region.
+//! The arm cannot draw faintly: anything painted or shown at all is drawn in full. So a mask
+//! becomes a [`Region`] if each of its shapes either shows (any colour but black) or hides (black).
+//! A mask with a shape that does both, such as a gradient to black, is not a region.
 
 use kurbo::Affine;
 use usvg::{Group, Mask, MaskType, Node, Paint, Path, Stop};
@@ -10,12 +11,15 @@ use super::clip::{Region, Shape};
 use super::collector::matrix;
 use super::lines::{Closeness, NEAR, curves, flatten};
 
-/// What is painted more faintly than this is not seen; and what is painted more strongly hides all below it.
+/// Opacity below which paint is invisible.
 const FAINT: f32 = 1e-3;
+/// Opacity above which paint hides everything below. Just below 1, because products of opacities
+/// are rounded.
 const SOLID: f32 = 0.999;
 
 impl Region {
-    /// Of a mask of something drawn in these coordinates; `None` if it cannot be said of a place whether it is shown.
+    /// Creates the region of a mask, for content with this transform. `None` if the mask is
+    /// gradual.
     pub(super) fn of_mask(mask: &Mask, to: Affine, close: Closeness) -> Option<Self> {
         let mut shapes = Vec::new();
         let how = MaskSettings {
@@ -47,11 +51,11 @@ impl Region {
 struct MaskSettings {
     kind: MaskType,
     close: Closeness,
-    /// Whether all around is as strong as can be.
+    /// True while all enclosing groups are fully opaque.
     solid: bool,
 }
 
-/// What a paint does.
+/// Effect of a paint in a mask.
 #[derive(Clone, Copy, PartialEq)]
 enum PaintEffect {
     Nothing,
@@ -80,6 +84,7 @@ fn painted(
                 if let Some(mask) = group.mask() {
                     inner.push(Region::of_mask(mask, own, how.close)?);
                 }
+                // Below a translucent or masked group black does not hide what is under it.
                 let how = MaskSettings {
                     solid: how.solid && group.opacity().get() > SOLID && group.mask().is_none(),
                     ..how
@@ -120,6 +125,8 @@ fn path_of(
     if let Some(stroke) = path.stroke() {
         let does = does(stroke.paint(), stroke.opacity().get(), how)?;
         if does != PaintEffect::Nothing {
+            // tiny-skia flattens caps and joins, so ask for the precision that they need on the
+            // sheet.
             let [a, b, c, d, ..] = to.as_coeffs();
             let scale = libm::hypot(a, b).max(libm::hypot(c, d)).max(1.0);
             let scale = (scale * NEAR / how.close.near) as f32;
@@ -135,7 +142,7 @@ fn path_of(
     Some(())
 }
 
-/// What a paint does; `None` if it does one thing here and another there.
+/// Returns the effect of a paint; `None` if it differs from place to place.
 fn does(paint: &Paint, opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
     match paint {
         Paint::Color(color) => Some(one(*color, opacity, how)),

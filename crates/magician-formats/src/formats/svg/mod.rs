@@ -1,9 +1,15 @@
-//! SVG drawings: every visible line as a stroke, true to size.
+//! Reader of SVG drawings: every visible line becomes a stroke, in true size.
 //!
-//! A stroke is the middle of a line, however wide it is painted; of a filled shape without a line it is the edge. What comes
-//! from `use`, markers, nested drawings and styles is drawn where it appears; clip paths cut lines off, and so do masks that
-//! show or hide, and nothing by degrees. White is drawn on darker shapes alone. Texts are written in a font of our own, as outlines.
-//! Images and filters are left out, which a note tells.
+//! The crate `usvg` resolves `use`, markers, nested drawings, styles and text layout. This module
+//! prepares the text for it ([`source`]), bounds its work ([`cost`]), and walks its tree
+//! ([`collector`]).
+//!
+//! * A painted stroke becomes its centre line, whatever its width. A fill without a stroke becomes
+//!   its outline, or an area on request.
+//! * Clip paths and black-and-white masks cut lines; gradual masks are ignored with a note.
+//! * White is drawn only on darker shapes.
+//! * Texts are written in the bundled font, as outlines or in single lines.
+//! * Images and filters are left out with a note.
 
 mod area;
 mod circles;
@@ -37,18 +43,20 @@ use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
 use crate::encoding::{Otherwise, decode};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
-/// Files may be as large, bytes.
+/// Largest size of a file, bytes. It bounds memory, of which the parsed document takes a multiple.
 const LARGEST: usize = 64 << 20;
-/// What a pixel is: 96 of them are an inch (CSS Values and Units 3, section 6.2), mm.
+/// Size of a pixel, mm: 96 per inch (CSS Values and Units 3, section 6.2).
 const PIXEL: f64 = 25.4 / 96.0;
-/// So far beside the page is still on it, mm.
+/// Distance beyond the page that still counts as on it, mm. A choice: frames are often drawn on the
+/// very edge.
 const BESIDE: f64 = 1.0;
-/// Drawings are made larger for the library by no more than this.
+/// Largest factor by which a drawing is enlarged for usvg, whose numbers have 32 bits.
 const MOST_TIMES: f64 = 4096.0;
-/// Elements within elements are read by functions within functions.
+/// Stack for usvg, bytes, because it reads nested elements recursively.
 #[cfg_attr(target_family = "wasm", allow(dead_code))]
 const STACK: usize = 64 << 20;
-/// What is not followed, or not followed without end: filters, and markers on the lines of markers.
+/// Style sheet that disables filters, and markers on the lines of markers, which usvg would follow
+/// without end.
 const STYLE: &str = "* { filter: none !important }
 marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
 marker use { display: none !important }";
@@ -77,13 +85,14 @@ pub(super) fn read(
     })
 }
 
-/// Where there are no threads the caller's stack has to do: link with `-zstack-size` of [`STACK`].
+/// Runs `work` directly. Without threads the caller's stack must be large enough: link with
+/// `-zstack-size` of [`STACK`].
 #[cfg(target_family = "wasm")]
 fn on_a_deep_stack<T>(work: impl FnOnce() -> Result<T, Diagnostic>) -> Result<T, Diagnostic> {
     work()
 }
 
-/// Does something that goes deep, on any caller's stack. If the library breaks on a drawing, that is a problem of the file.
+/// Runs `work` on a thread with a large stack. A panic of usvg becomes an error of the file.
 #[cfg(not(target_family = "wasm"))]
 fn on_a_deep_stack<T: Send>(
     work: impl FnOnce() -> Result<T, Diagnostic> + Send,
@@ -116,7 +125,7 @@ fn drawing(
     let mut fonts = text::fonts(&of_file, installed);
     let mut tree = tree_of(&source.text, &fonts, installed)?;
     if installed && text::lacks_glyphs(tree.root()) {
-        // Installed fonts draw a box for what they lack.
+        // Installed fonts draw a box for a missing character, so fall back to the bundled font.
         installed = false;
         fonts = text::fonts(&of_file, installed);
         tree = tree_of(&source.text, &fonts, installed)?;
@@ -136,7 +145,7 @@ fn drawing(
     let larger = if times > 1.0 && text::runs_along_paths(tree.root()) {
         let size = match source.page {
             Page::Sized | Page::ViewBox => [width, height],
-            // Percentages are of this where the file gives no size at all.
+            // Percentages refer to this size if the file gives none.
             Page::Unknown => {
                 let fallback = Options::default().default_size;
                 [fallback.width(), fallback.height()]
@@ -151,7 +160,7 @@ fn drawing(
         tree = tree_of(&larger, &fonts, installed)?;
         pixel /= times;
     }
-    // Up is up, from the lower edge of the page.
+    // Flip y: in artwork it goes up from the lower edge of the page.
     let to = Affine::new([pixel, 0.0, 0.0, -pixel, 0.0, page[1]]);
     let tolerance = if has_curves(tree.root()) {
         chords.for_curve()
@@ -203,14 +212,16 @@ fn drawing(
     })
 }
 
-/// How many times larger than it is a drawing is read so that letters along a path are where they belong in the size in which it
-/// is drawn: the library places them within about half a pixel. A power of 2 changes no number but by its exponent.
+/// Factor by which a drawing is enlarged for usvg, so that letters along a path are placed
+/// precisely at the size drawn: usvg places them within about half a pixel.
+///
+/// A power of 2 changes only the exponent of numbers.
 fn times_larger(chords: &Chords) -> f64 {
     let finest = PIXEL / (2.0 * chords.tolerance());
     libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MOST_TIMES))))
 }
 
-/// True if anything in it may have a curve.
+/// True if any part may contain a curve.
 fn has_curves(group: &Group) -> bool {
     let clip = group.clip_path().map(ClipPath::root);
     let mask = group.mask().map(Mask::root);
@@ -226,7 +237,7 @@ fn has_curves(group: &Group) -> bool {
     clip.into_iter().chain(mask).any(has_curves) || group.children().iter().any(curved)
 }
 
-/// Why a drawing has no line.
+/// Returns a note why a drawing has no lines.
 fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
     let message = match shapes {
         0 if is_font => {
@@ -247,7 +258,8 @@ fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
     Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut)
 }
 
-/// What a viewer would not show, a pen draws all the same: beside the paper, maybe.
+/// Notes lines beyond the page. A viewer would hide them, but the pen draws them, maybe beside the
+/// paper.
 fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
     let within = |at: &[f64; 2]| {
         let [x, y] = *at;
@@ -266,7 +278,7 @@ fn tree_of(source: &str, fonts: &text::LaidFonts, installed: bool) -> Result<Tre
     let mut options = Options {
         dpi: 96.0,
         style_sheet: Some(STYLE.to_owned()),
-        // Images are not drawn, and a drawing has no business with other files.
+        // Images are not drawn, and a drawing must not read other files.
         image_href_resolver: ImageHrefResolver {
             resolve_data: Box::new(|_, _, _| None),
             resolve_string: Box::new(|_, _| None),

@@ -1,20 +1,20 @@
-//! What is said of a drawing, each thing once.
+//! Collector of notes that merges equal ones and counts them.
 
 use magician_host::message;
 
 use crate::Diagnostic;
 
-/// As many different things are said.
+/// Largest number of distinct notes. A choice: a user does not read more.
 const MOST: usize = 50;
 
-/// Remarks, with how often each was made.
+/// Notes with their number of occurrences.
 #[derive(Default)]
 pub(super) struct Notes {
     made: Vec<(Diagnostic, usize)>,
 }
 
 impl Notes {
-    /// Makes one; of the same words only the first counts with its place.
+    /// Adds a note. Of equal messages the first keeps its place.
     pub(super) fn add(&mut self, note: Diagnostic) {
         let room = self.made.len() < MOST;
         let same = |made: &&mut (Diagnostic, usize)| made.0.message == note.message;
@@ -25,7 +25,7 @@ impl Notes {
         }
     }
 
-    /// True if nothing was said.
+    /// True if there are no notes.
     pub(super) fn is_empty(&self) -> bool {
         self.made.is_empty()
     }

@@ -1,8 +1,9 @@
-//! Numbers that are beyond any drawing: arcs of such radii come to millions of curves before anybody can count them.
+//! Detection of absurdly large numbers. usvg splits an arc of such a radius into millions of curves
+//! before any limit on the result can apply.
 
 use roxmltree::Node;
 
-/// Attributes that say where and how large something is.
+/// Attributes with positions and sizes.
 const MEASURES: [&str; 21] = [
     "d",
     "points",
@@ -26,10 +27,10 @@ const MEASURES: [&str; 21] = [
     "dy",
     "markerWidth",
 ];
-/// From ten to this power on.
+/// Power of ten from which a number is refused. A choice far above any sheet in any unit.
 const BEYOND: i64 = 9;
 
-/// The first such number of an element.
+/// Returns the first such number of an element.
 pub(super) fn beyond<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
     let measures = MEASURES.iter().filter_map(|name| node.attribute(*name));
     measures.into_iter().find_map(first_beyond)
@@ -48,7 +49,8 @@ fn first_beyond(text: &str) -> Option<&str> {
     None
 }
 
-/// How long the number is that begins here, 0 if none does, and below which power of ten it is for certain.
+/// Returns the length of the number at the start of the text, 0 if there is none, and a power of
+/// ten that it is certainly below.
 fn number(text: &[u8]) -> (usize, i64) {
     let digits = |from: usize| {
         let rest = text.get(from..).unwrap_or_default();
@@ -72,7 +74,7 @@ fn number(text: &[u8]) -> (usize, i64) {
         let exponent = text
             .get(from..from + count)
             .and_then(|text| std::str::from_utf8(text).ok());
-        // One that is too long to be read is too large as well.
+        // An exponent too long to parse is too large as well.
         let exponent = exponent.map_or(0, |text| {
             if text.is_empty() {
                 0

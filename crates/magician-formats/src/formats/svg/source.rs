@@ -1,7 +1,9 @@
-//! The text of an SVG, made ready for the library that understands it.
+//! Preparation of the text of an SVG for usvg.
 //!
-//! That library keeps no places in the text, only ids. So every element that can draw gets an id where it has none, and the places
-//! are kept beside it by id. What only costs time and changes no line (the insides of patterns) is left out.
+//! usvg keeps no places in the text, only ids. So every drawing element without an id gets one, and
+//! the places are kept in a map by id. All changes are edits of the text, collected in one pass:
+//! ids, CSS in the syntax of usvg ([`css`](super::css)), quoted font names, and emptied patterns,
+//! which would cost time and draw no line.
 
 use magician_host::{Message, message};
 use std::collections::{HashMap, HashSet};
@@ -15,12 +17,12 @@ use super::{css, families, numbers, text, values};
 use crate::artwork::Layer;
 use crate::{Diagnostic, DiagnosticCode, Lines, Origin};
 
-/// Elements that can be what a stroke came from.
+/// Elements that a stroke can come from.
 const DRAWING: [&str; 13] = [
     "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "use", "g", "a",
     "svg", "switch",
 ];
-/// Those of them that draw something themselves.
+/// Elements of [`DRAWING`] that draw lines themselves.
 const SHAPES: [&str; 8] = [
     "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text",
 ];
@@ -30,48 +32,48 @@ const LEFT_OUT: [(&str, &str); 2] = [
     ("foreignObject", "elements that are not SVG are left out"),
 ];
 const IMAGES: &str = "images in the drawing are left out";
-/// Properties that are not followed.
+/// Properties that are ignored with a note.
 const IGNORED: [(&str, &str); 1] = [("filter", "filters are left out")];
-/// As many elements are read, those in definitions included.
+/// Largest number of elements to parse, including definitions.
 const MOST_NODES: u32 = 2_000_000;
-/// Characters in all texts: each costs about 75 us and 5 kB.
+/// Largest number of characters in all texts. Layout in usvg costs about 75 us and 5 kB for each.
 const MOST_CHARACTERS: usize = 50_000;
 const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
 const SVG: &str = "http://www.w3.org/2000/svg";
 
-/// A text that is ready, and where its elements are in the one that it was made of.
+/// A prepared text, and the places of its elements in the original.
 pub(super) struct Source {
     pub(super) text: String,
-    /// How many shapes and texts there are, and how many of them are hidden.
+    /// Number of shapes and texts, and how many of them are hidden.
     pub(super) shapes: [usize; 2],
-    /// True if it has the letters of a font.
+    /// True if it contains the glyphs of a font.
     pub(super) is_font: bool,
-    /// By id.
+    /// Elements by id.
     pub(super) elements: HashMap<String, Element>,
-    /// Its layers: Inkscape's, else its outermost groups that have an id.
+    /// Layers: those of Inkscape, else the outermost groups with an id.
     pub(super) layers: Vec<Layer>,
-    /// Whether it says how large it is, in any way.
+    /// Source of the page size.
     pub(super) page: Page,
 }
 
-/// How a file says how large it is.
+/// Source of the page size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Page {
-    /// In a width or a height with a unit, or in pixels.
+    /// Width or height, in any unit.
     Sized,
-    /// Only by its viewBox.
+    /// Only the `viewBox`.
     ViewBox,
-    /// Not at all.
+    /// None.
     Unknown,
 }
 
-/// An element of the file.
+/// Element of the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Element {
     pub(super) origin: Origin,
-    /// Its id, its tag if it has none.
+    /// Id of the element, or its tag.
     pub(super) name: String,
-    /// Number of its outermost layer, from 1; 0 outside of all layers.
+    /// Index of its outermost layer from 1; 0 outside all layers.
     pub(super) layer: usize,
 }
 
@@ -81,7 +83,7 @@ impl Element {
     }
 }
 
-/// Makes a text ready.
+/// Prepares a text.
 pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnostic> {
     let document = parse(text)?;
     let root = document.root_element();
@@ -116,6 +118,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             continue;
         }
         let layer = layers.at(&node);
+        // The content of a pattern would cost time and draw no line, so replace it.
         if is(&node, "pattern")
             && let Some(inside) = inside(&node)
         {
@@ -133,7 +136,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
         for edit in variables.edits(text, &node) {
             if let Some(remark) = edit.remark {
                 let name = node.attribute("id").unwrap_or(node.tag_name().name());
-                // Of a style sheet the place in it, of an element all of its tag.
+                // The place in the sheet for a style sheet, else the whole start tag.
                 let around = if is(&node, "style") {
                     edit.range.clone()
                 } else {
@@ -199,11 +202,13 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             }
             id
         });
+        // The first element with an id counts, as in a browser.
         elements.entry(id).or_insert(element);
     }
     let page = page_of(&root);
     let is_font = root.descendants().any(|node| is(&node, "glyph"));
     let ready = edited(text, edits);
+    // Estimated on the edited text, which is what usvg expands.
     cost::check(&parse(&ready)?)?;
     Ok(Source {
         text: ready,
@@ -215,14 +220,14 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
     })
 }
 
-/// Tells the layers of nodes that come in the order of the file.
+/// Tracks the layer of nodes visited in document order.
 struct LayerTracker {
     layers: Vec<Layer>,
-    /// What the outermost groups are in: the drawing, or the one group without a name that is all of it.
+    /// Parent of the outermost groups: the root, or the single anonymous group around everything.
     within: roxmltree::NodeId,
-    /// Whether Inkscape has made them.
+    /// True if the layers are Inkscape's.
     inkscape: bool,
-    /// Where the one that it is in ends.
+    /// End of the current layer.
     ends: usize,
 }
 
@@ -241,7 +246,8 @@ impl LayerTracker {
         }
     }
 
-    /// The outermost layer that a node is in, or is, from 1.
+    /// Returns the index from 1 of the outermost layer that contains a node or is it; 0 if there is
+    /// none.
     fn at(&mut self, node: &Node<'_, '_>) -> usize {
         let range = node.range();
         if range.start < self.ends {
@@ -271,7 +277,8 @@ impl LayerTracker {
     }
 }
 
-/// The group without a name that is all that an element draws: programs put one around their layers.
+/// Returns the anonymous group that contains everything an element draws. Some programs put one
+/// around their layers.
 fn wrapper<'a, 'i>(node: &Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     let mut drawing = node
         .children()
@@ -286,8 +293,8 @@ fn is_inkscape_layer(node: &Node<'_, '_>) -> bool {
     is(node, "g") && node.attribute((INKSCAPE, "groupmode")) == Some("layer")
 }
 
-/// The text with all of it so many times larger, in the pixels in which the library measures; its coordinates stay. `size` is
-/// its width and height in pixels. `None` if the outermost element is not in the text itself.
+/// Enlarges the page of a drawing, so that one unit has more pixels; coordinates stay. `size` is
+/// its width and height in pixels. `None` if an entity supplies the root element.
 pub(super) fn enlarged(
     text: &str,
     size: [f32; 2],
@@ -329,7 +336,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
             length: 1,
             name: 0,
         };
-        // The library ends its sentences with the place.
+        // The message of the library ends with the place, which the diagnostic has itself.
         let message = error.to_string();
         let message = message.split(" at ").next().unwrap_or(&message);
         Diagnostic::new(
@@ -339,13 +346,13 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     })
 }
 
-/// Whether it is an element of SVG with this tag.
+/// True for an SVG element with this tag.
 pub(super) fn is(node: &Node<'_, '_>, tag: &str) -> bool {
     let name = node.tag_name();
     node.is_element() && name.name() == tag && matches!(name.namespace(), None | Some(SVG))
 }
 
-/// Whether an element says of itself that it is not seen.
+/// True if an element hides itself.
 fn is_hidden(node: &Node<'_, '_>) -> bool {
     const HIDDEN: [(&str, &str); 3] = [
         ("display", "none"),
@@ -363,7 +370,7 @@ fn is_hidden(node: &Node<'_, '_>) -> bool {
     })
 }
 
-/// What is to be said of an element that is not drawn as it should be.
+/// Iterates over messages about parts of an element that are not drawn.
 fn remarks(node: &Node<'_, '_>) -> impl Iterator<Item = Message> {
     let tag = LEFT_OUT.iter().filter(|(tag, _)| is(node, tag));
     let style = node.attribute("style").unwrap_or_default();
@@ -392,7 +399,7 @@ fn page_of(root: &Node<'_, '_>) -> Page {
     }
 }
 
-/// What no id in the text begins with.
+/// Returns a prefix that no id in the text has.
 fn unused_prefix(text: &str) -> String {
     let used: HashSet<usize> = text
         .split("element-")
@@ -403,7 +410,7 @@ fn unused_prefix(text: &str) -> String {
     format!("element-{}-", free.unwrap_or_default())
 }
 
-/// Just behind `<name`, if it is there in the text: what an entity stands for is elsewhere.
+/// Returns the offset behind `<name`. `None` if the element comes from an entity.
 fn after_name(text: &str, node: &Node<'_, '_>) -> Option<usize> {
     let start = node.range().start;
     let tag = text.get(start..)?.strip_prefix('<')?;
@@ -413,7 +420,7 @@ fn after_name(text: &str, node: &Node<'_, '_>) -> Option<usize> {
     (local == node.tag_name().name()).then_some(start + 1 + end)
 }
 
-/// From `<` to `>`.
+/// Range of the start tag, from `<` to `>`.
 fn start_tag(text: &str, node: &Node<'_, '_>) -> Range<usize> {
     let range = node.range();
     let last = node
@@ -425,7 +432,7 @@ fn start_tag(text: &str, node: &Node<'_, '_>) -> Range<usize> {
     range.start..close.map_or(range.end, |at| from + at + 1)
 }
 
-/// The inside of an element that has children.
+/// Range of the content of an element; `None` if it has no children.
 fn inside(node: &Node<'_, '_>) -> Option<Range<usize>> {
     let (first, last) = (node.first_child()?, node.last_child()?);
     let (start, end) = (first.range().start, last.range().end);
@@ -444,7 +451,7 @@ fn edited(text: &str, mut edits: Vec<(Range<usize>, String)>) -> String {
     ready + text.get(done..).unwrap_or_default()
 }
 
-/// Turns places that mostly go forward into lines and columns without reading the text again for each.
+/// Converter of offsets that mostly increase to lines and columns, without rescanning the text.
 struct Places<'t> {
     text: &'t str,
     lines: Lines<'t>,

@@ -1,4 +1,4 @@
-//! Texts, as the outlines of their letters, or in single lines.
+//! Texts in drawings, as outlines of letters or in single lines.
 
 mod embedded;
 mod single;
@@ -19,12 +19,13 @@ use crate::{Diagnostic, DiagnosticCode, TextLines, font};
 
 pub(super) use embedded::{FileFonts, LaidFonts};
 
-/// The fonts that texts are laid out with: ours, the installed ones, and those of the file.
+/// Returns the fonts for laying texts out: the bundled font, the installed ones on request, and
+/// those in the file.
 pub(super) fn fonts(of_file: &FileFonts, installed: bool) -> LaidFonts {
     of_file.among(database(installed))
 }
 
-/// Texts are written in our font, or in the installed ones that they name, and before all in those of the file.
+/// Sets up usvg: fonts in the file come first, then installed or bundled ones.
 pub(super) fn set_up(options: &mut Options<'_>, fonts: &LaidFonts, installed: bool) {
     options.font_family = font::NAME.to_owned();
     options.fontdb = Arc::clone(&fonts.database);
@@ -50,12 +51,12 @@ fn database(installed: bool) -> Arc<Database> {
     }
 }
 
-/// Whether texts may name fonts that are installed, as far as this build knows those.
+/// True if texts may name installed fonts and this build can load them.
 pub(super) fn names_fonts(source: &str) -> bool {
     cfg!(feature = "system-fonts") && source.contains("text") && source.contains("font")
 }
 
-/// Whether a text has characters that no font has.
+/// True if a text has characters that no font has.
 pub(super) fn lacks_glyphs(group: &Group) -> bool {
     group.children().iter().any(|node| match node {
         Node::Group(group) => lacks_glyphs(group),
@@ -76,7 +77,8 @@ pub(super) fn runs_along_paths(group: &Group) -> bool {
     })
 }
 
-/// What is to be said of a text in the source; what of it cannot be written is said when it is.
+/// Returns a note about a text that is left out. Always `None`: missing characters are reported
+/// when they are written.
 pub(super) fn left_out(_text: &Element) -> Option<Diagnostic> {
     None
 }
@@ -99,10 +101,10 @@ impl StrokeCollector<'_> {
         let database = Arc::clone(&self.fonts.database);
         let spans = text.layouted().iter();
         let glyphs = spans.flat_map(|span| &span.positioned_glyphs);
-        // A font of the file may have no blank.
+        // A font in the file may lack a blank, so blanks do not count.
         let mut seen = glyphs.filter(|glyph| !own || !glyph.text.trim().is_empty());
         let is_ours = seen.any(|glyph| font::is_bundled(&database, glyph.font));
-        // What is installed is as the text wants it.
+        // Installed fonts already match what the text asks for.
         let differing = if is_ours {
             differences(text)
         } else {
@@ -124,7 +126,7 @@ impl StrokeCollector<'_> {
         self.letters(text.flattened(), &place, speck(text))
     }
 
-    /// A character that no font has is left out with a note, or refused.
+    /// Reports a character that no font has: a note, or in strict mode an error.
     fn lacks(
         &mut self,
         character: char,
@@ -157,7 +159,8 @@ impl StrokeCollector<'_> {
         Ok(())
     }
 
-    /// The outlines of a text's letters, whatever is done with other fills, but for those that are smaller than a speck.
+    /// Collects the outlines of a text's letters, regardless of the option for fills, except
+    /// specks.
     fn letters(
         &mut self,
         group: &Group,
@@ -174,7 +177,7 @@ impl StrokeCollector<'_> {
                 Node::Group(group) => self.letters(group, &place, speck)?,
                 Node::Path(path) if path.is_visible() => {
                     let placed = self.curves(path, &place)?;
-                    // Specks are known by their size in the text's own units, before any transform.
+                    // Specks are recognised by size in the text's own units, before any transform.
                     let own = curves(path.data(), Affine::IDENTITY);
                     let outlines = outlines(&own).zip(outlines(&placed));
                     let letters = outlines.filter(|(own, _)| extent(own) > speck);
@@ -200,26 +203,27 @@ impl StrokeCollector<'_> {
     }
 }
 
-/// The parts of a path, each from where the pen is put down.
+/// Iterates over the subpaths of a path.
 fn outlines(path: &BezPath) -> impl Iterator<Item = &[PathEl]> {
     let elements = path.elements();
     elements.chunk_by(|_, next| !matches!(next, PathEl::MoveTo(_)))
 }
 
-/// The longer side of what holds it.
+/// Longer side of the bounding box.
 fn extent(outline: &[PathEl]) -> f64 {
     let path = BezPath::from_vec(outline.to_vec());
     path.control_box().size().max_side()
 }
 
-/// What is smaller than this in a text was drawn for a character that the font does not have: no other outline is.
+/// Size below which an outline is the speck drawn for a missing character (`SPECK` in `font.rs`).
+/// No real outline is that small.
 fn speck(text: &Text) -> f64 {
     let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
     let sizes = spans.map(|span| f64::from(span.font_size().get()));
     sizes.fold(0.0, f64::max) * 1e-3
 }
 
-/// The characters of a text that the font does not have, each once.
+/// Returns the characters of a text that the font lacks, each once.
 fn missing(text: &Text) -> String {
     let mut missing = String::new();
     let spans = text.layouted().iter().filter(|span| span.visible);
@@ -235,7 +239,7 @@ fn missing(text: &Text) -> String {
     missing
 }
 
-/// How a text was to look and does not: another font, bold, italic.
+/// Returns the font properties that a text asks for and does not get: family, bold, italic.
 fn differences(text: &Text) -> Vec<String> {
     let mut asked = Vec::new();
     let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
@@ -257,7 +261,7 @@ fn differences(text: &Text) -> Vec<String> {
     asked
 }
 
-/// Whether the colour of a path is white: of its line, or of its fill if it has none.
+/// True if a path is white: its stroke, or its fill if it has no stroke.
 fn is_all_white(whites: &Whites, path: &Path) -> bool {
     let visible_stroke = path.stroke().filter(|stroke| stroke.opacity().get() > 0.0);
     let visible_fill = path.fill().filter(|fill| fill.opacity().get() > 0.0);

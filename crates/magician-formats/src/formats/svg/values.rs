@@ -1,4 +1,5 @@
-//! Values that the library cannot read: it leaves out what they belong to, or ends a path there, without a word.
+//! Detection of values that usvg cannot parse. It silently drops the element, or ends the path
+//! there, so a note must say so.
 
 use magician_host::{Message, message};
 use std::collections::HashSet;
@@ -9,7 +10,7 @@ use svgtypes::{Length, NumberListParser, PathParser, Transform};
 
 use super::source::is;
 
-/// Elements that are known, whatever becomes of them.
+/// Elements that SVG defines, whether they are drawn or not.
 const KNOWN: [&str; 62] = [
     "a",
     "animate",
@@ -75,7 +76,7 @@ const KNOWN: [&str; 62] = [
     "altGlyph",
 ];
 
-/// The ids of a drawing.
+/// Ids in a drawing.
 pub(super) struct Ids<'a>(HashSet<&'a str>);
 
 impl<'a> Ids<'a> {
@@ -86,7 +87,7 @@ impl<'a> Ids<'a> {
         Self(ids.collect())
     }
 
-    /// Remarks on what of an element is not drawn as it is written; empty if all of it is.
+    /// Returns messages about parts of an element that are not drawn as written.
     pub(super) fn remarks(&self, node: &Node<'_, '_>) -> Vec<Message> {
         let tag = node.tag_name().name();
         if node
@@ -106,7 +107,7 @@ impl<'a> Ids<'a> {
             )];
         }
         let mut remarks = Vec::new();
-        // What a variable stands for is put in later.
+        // Variables are expanded later.
         let value = |name: &str| {
             let value = node.attribute(name).map(str::trim);
             value.filter(|value| !value.contains("var("))
@@ -206,7 +207,7 @@ impl<'a> Ids<'a> {
         remarks
     }
 
-    /// True if there is an element with this id.
+    /// True if an element with this id exists.
     pub(super) fn has(&self, id: Option<&str>) -> bool {
         id.is_some_and(|id| self.0.contains(id))
     }

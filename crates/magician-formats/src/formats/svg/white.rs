@@ -1,4 +1,4 @@
-//! White on white is not seen, so it is not drawn; white on something darker is.
+//! Visibility of white: white on paper is invisible and not drawn, white on something darker is.
 
 use kurbo::{Affine, Rect, Shape as _};
 use magician_host::message;
@@ -12,22 +12,22 @@ use super::source::Element;
 use crate::formats::White;
 use crate::{DiagnosticCode, Stroke};
 
-/// As many points of a line are looked at.
+/// Largest number of samples per line. A choice: enough to decide whether half of it is visible.
 const SAMPLES: usize = 32;
-/// As many edges are looked at in all. What is left over counts as seen.
+/// Largest number of edges to test in total. Beyond it lines count as visible.
 const MOST_WORK: usize = 50_000_000;
 
-/// What was painted, and what of it was left out because it is white.
+/// Shapes painted so far, and the white lines left out.
 #[derive(Default)]
 pub(super) struct Whites {
-    /// Whether anything is white, and white is left out at all.
+    /// True if the drawing contains white and white is to be left out.
     any: bool,
-    /// The filled shapes so far.
+    /// Filled shapes so far, in painting order.
     painted: Vec<Painted>,
     work: usize,
-    /// White lines, as long as there are no others.
+    /// White lines left out so far, as long as nothing else was drawn.
     pub(super) kept: Vec<Stroke>,
-    /// The first element that was left out, and how many there were.
+    /// First element left out, and their number.
     pub(super) left_out: Option<(Element, usize)>,
 }
 
@@ -45,12 +45,12 @@ impl Whites {
         }
     }
 
-    /// Whether a paint is not seen where nothing darker lies below it.
+    /// True if a paint is white, so that it is visible only on something darker.
     pub(super) fn is_white(&self, paint: &Paint) -> bool {
         self.any && is_white(paint)
     }
 
-    /// A filled shape lies on all before it.
+    /// Records a filled shape, which covers everything painted before.
     pub(super) fn paint(&mut self, path: &Path, to: Affine, clips: &[Region], close: Closeness) {
         let Some(fill) = path.fill().filter(|fill| fill.opacity().get() > 0.0) else {
             return;
@@ -73,11 +73,12 @@ impl Whites {
         });
     }
 
-    /// Whether at least half of a line lies on something that is not white.
+    /// True if at least half of a line lies on something that is not white.
     pub(super) fn lies_on_darker(&mut self, line: &Line) -> bool {
         let middles = line.iter().zip(line.iter().skip(1));
         let middles: Vec<[f64; 2]> = match line.as_slice() {
             [dot] => vec![*dot],
+            // Middles of segments, because an end may lie exactly on an edge.
             _ => middles
                 .map(|(from, to)| [0, 1].map(|axis| f64::midpoint(from[axis], to[axis])))
                 .collect(),
@@ -111,7 +112,7 @@ impl Whites {
 }
 
 impl StrokeCollector<'_> {
-    /// If everything is white, everything is drawn; otherwise a note reports what was left out.
+    /// Draws everything if all of it is white. Otherwise notes what was left out.
     pub(super) fn tell_white(&mut self) {
         let Some((element, count)) = self.whites.left_out.take() else {
             return;

@@ -1,4 +1,4 @@
-//! Fonts of files.
+//! Readers of font files.
 
 mod outline;
 mod stroke_order;
@@ -10,10 +10,10 @@ use super::{Glyphs, svg_font};
 use crate::encoding::{Otherwise, decode};
 use crate::{Diagnostic, packed};
 
-/// Files may be as large once they are unpacked, bytes.
+/// Largest size of an unpacked font file, bytes. A choice above any real font; it bounds memory.
 const LARGEST: usize = 256 << 20;
 
-/// Reads a font of any of the kinds.
+/// Reads a font of any supported kind.
 pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Diagnostic> {
     let of_this_file = |problem: Diagnostic| Diagnostic {
         message: message!("{name}: {why}", name, why = &problem.message),
@@ -55,7 +55,7 @@ enum Kind {
     Medians,
 }
 
-/// What a file is, by what is in it.
+/// Detects the kind of a font file from its bytes.
 fn of(bytes: &[u8]) -> Option<Kind> {
     const OUTLINES: [&[u8]; 4] = [&[0, 1, 0, 0], b"OTTO", b"true", b"ttcf"];
     if OUTLINES.iter().any(|magic| bytes.starts_with(magic)) {
@@ -75,7 +75,7 @@ fn text(bytes: &[u8]) -> Result<String, Diagnostic> {
     Ok(text.trim_start().to_owned())
 }
 
-/// An XML file.
+/// Parses an XML file. Document types are allowed, because KanjiVG and SVG fonts use them.
 pub(super) fn document(text: &str) -> Result<roxmltree::Document<'_>, Diagnostic> {
     let options = roxmltree::ParsingOptions {
         allow_dtd: true,

@@ -1,4 +1,4 @@
-//! TrueType and OpenType: the edges of letters.
+//! TrueType and OpenType fonts: outlines of letters.
 
 use magician_host::message;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ pub(super) fn read(bytes: Arc<[u8]>) -> Result<OutlineFont, Diagnostic> {
     )))
 }
 
-/// The font, or the first one of a collection.
+/// Returns the font, or the first font of a collection.
 fn font(bytes: &[u8]) -> Result<FontRef<'_>, skrifa::raw::ReadError> {
     FontRef::from_index(bytes, 0)
 }

@@ -1,4 +1,5 @@
-//! Characters of Chinese and Japanese, whose strokes have an order: as KanjiVG has them, and hanzi-writer and Make Me a Hanzi.
+//! Chinese and Japanese characters with stroke order, from the data of KanjiVG, hanzi-writer and
+//! Make Me a Hanzi.
 
 use magician_host::message;
 use std::collections::HashMap;
@@ -12,12 +13,14 @@ use crate::formats::Format;
 use crate::lettering::svg_font;
 use crate::lettering::{Glyph, Glyphs};
 
-/// How high a capital is beside these characters, of their square; how far the square goes below the baseline.
+/// Height of a Latin capital beside these characters, as a share of the square. A choice that suits
+/// the line spacing of Latin text.
 const CAP: f64 = 0.75;
+/// Depth of the square below the baseline, as a share of the square. A choice, as above.
 const BELOW: f64 = 0.12;
-/// The square of KanjiVG, whose y grows downwards.
+/// Side of the square in KanjiVG, where y grows downwards.
 const KANJIVG: f64 = 109.0;
-/// The square of hanzi-writer, whose baseline is at y 0.
+/// Side of the square in hanzi-writer, whose baseline is at y = 0.
 const HANZI: f64 = 1024.0;
 
 pub(super) struct StrokeOrder {
@@ -55,9 +58,10 @@ impl Glyphs for StrokeOrder {
     }
 }
 
-/// KanjiVG: all characters in one file, or one as a drawing. Elements have the code of their character in their id.
+/// Reads KanjiVG: all characters in one file, or one character as a drawing. The id of an element
+/// contains the code point of its character.
 pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
-    // In a drawing the prefix is declared in the document type alone.
+    // A drawing declares the namespace prefix only in its document type, which the parser ignores.
     let text = text.replace("kvg:", "kvg-");
     let document = super::document(&text)?;
     let to = Affine::new([1.0, 0.0, 0.0, -1.0, 0.0, KANJIVG * (1.0 - BELOW)]);
@@ -67,7 +71,7 @@ pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
         let code = id
             .strip_prefix("kvg-kanji_")
             .or_else(|| id.strip_prefix("kvg-StrokePaths_"));
-        // Variants have more behind the code.
+        // Variants have a suffix after the code point and are skipped.
         let Some(character) = code
             .and_then(|code| u32::from_str_radix(code, 16).ok())
             .and_then(char::from_u32)
@@ -82,14 +86,15 @@ pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
     StrokeOrder::new(KANJIVG, strokes)
 }
 
-/// A character of hanzi-writer's or Make Me a Hanzi's: the middle of each stroke.
+/// A character of hanzi-writer or Make Me a Hanzi: the centre line of each stroke.
 #[derive(Deserialize)]
 struct Character {
     character: Option<String>,
     medians: Vec<Vec<[f64; 2]>>,
 }
 
-/// JSON of hanzi-writer: all characters by name, or one, whose name is that of the file; or a line for each (Make Me a Hanzi).
+/// Reads JSON of hanzi-writer (all characters by name, or one character named like the file) or
+/// Make Me a Hanzi (one line per character).
 pub(super) fn medians(text: &str, name: &str) -> Result<StrokeOrder, Diagnostic> {
     let all: Result<HashMap<String, Character>, _> = serde_json::from_str(text);
     let all: Vec<(String, Character)> = match all {

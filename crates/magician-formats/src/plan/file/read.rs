@@ -1,3 +1,5 @@
+//! Reader of plan files.
+
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -13,7 +15,7 @@ use crate::{
     Action, Diagnostic, Grip, Origin, Part, Pause, PauseCause, Plan, Step, Surface, Tool, Travel,
 };
 
-/// Reads a plan file.
+/// Parses a plan file.
 pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
     let text = decode(bytes, Otherwise::Refused)?.text;
     let json = Json::of(&text);
@@ -58,7 +60,8 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
     Ok(reader.plan)
 }
 
-/// That it is a plan, and of a version that is known; both are looked at before anything else.
+/// Checks that the file is a plan of a known version, before anything else is parsed. Returns the
+/// version.
 fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<u32, Diagnostic> {
     let find = |key: &str| file.iter().find(|member| member.key == key);
     let help = format!("a plan begins with {{\"format\":\"{FORMAT}\",\"version\":{VERSION},");
@@ -130,7 +133,7 @@ fn surface(json: &Json<'_>, value: &str) -> Result<Option<Surface>, Diagnostic> 
     }
 }
 
-/// A number, or the name of what is none.
+/// Parses a number, or the name of a non-finite one.
 fn float<T: FromStr + Into<f64> + Copy>(
     json: &Json<'_>,
     key: &str,
@@ -147,7 +150,7 @@ fn float<T: FromStr + Into<f64> + Copy>(
         value
     };
     let number: T = number.parse().map_err(|_| wrong())?;
-    // There are numbers too large for 32 bits.
+    // A literal such as 1e60 overflows to infinity in 32 bits.
     if !named && !number.into().is_finite() {
         return Err(wrong());
     }
@@ -186,7 +189,7 @@ where
     }
 }
 
-/// Not more of a value than a message can hold.
+/// Shortens a value so that it fits into a message.
 fn shortened(value: &str) -> Cow<'_, str> {
     match value.char_indices().nth(30) {
         Some((end, _)) => format!("{}...", value.get(..end).unwrap_or_default()).into(),
@@ -197,7 +200,7 @@ fn shortened(value: &str) -> Cow<'_, str> {
 struct StepReader<'j, 't> {
     json: &'j Json<'t>,
     plan: Plan,
-    /// Where each name is in the plan's list.
+    /// Index of each name in the plan's list.
     names: HashMap<String, usize>,
     version: u32,
 }
@@ -236,7 +239,7 @@ impl<'t> StepReader<'_, 't> {
         })
     }
 
-    /// One more than the name's index.
+    /// Returns the index of the name plus 1, as [`Origin`] stores it.
     fn name(&mut self, value: &str) -> Result<u32, Diagnostic> {
         if !value.starts_with('"') {
             return self.json.number(value, "a name, or its number in 'names'");
@@ -351,7 +354,7 @@ fn is_action(key: &str) -> bool {
     Action::NAMES.contains(&key)
 }
 
-/// What a step says beside what it does.
+/// The action of a step and its other members.
 struct StepMembers<'j, 't> {
     json: &'j Json<'t>,
     key: &'j str,
@@ -393,7 +396,7 @@ impl<'t> StepMembers<'_, 't> {
     }
 }
 
-/// What begins.
+/// Parses the start of a part.
 fn part<'t>(json: &Json<'t>, value: &'t str) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
     let what = "a whole number from 1";
@@ -418,12 +421,12 @@ fn part<'t>(json: &Json<'t>, value: &'t str) -> Result<Part, Diagnostic> {
     Ok(part)
 }
 
-/// Seconds, whole ms, as ms.
+/// Parses seconds and returns ms. They must be a whole number.
 fn wait(json: &Json<'_>, value: &str) -> Result<u32, Diagnostic> {
     let seconds: f64 = float(json, "wait", value)?;
     let milliseconds = seconds * 1000.0;
     let whole = milliseconds.round();
-    // Negated, so that NaN is refused as well.
+    // Negated, so that NaN is refused too.
     if !((0.0..=f64::from(u32::MAX)).contains(&whole) && (milliseconds - whole).abs() < 1e-4) {
         let message = format!(
             "'wait' takes seconds, 0 to 4294967.295 in whole ms, not {}",
@@ -434,7 +437,7 @@ fn wait(json: &Json<'_>, value: &str) -> Result<u32, Diagnostic> {
     Ok(whole as u32)
 }
 
-/// Any command that can be queued, its fields under the names of the protocol's table.
+/// Parses any command that can be queued. Its fields have the names of the protocol's table.
 fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, Diagnostic> {
     let called = json.string(name)?;
     let row = Row::find_writable(&called).map_err(|_| {
@@ -478,7 +481,8 @@ fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, 
     Ok(Action::Command(Box::new(command)))
 }
 
-/// A value as the command line takes it: arrays with commas, outputs as ratio:address:level.
+/// Converts a value to the syntax of the command line, which [`encode_text`] parses: arrays with
+/// commas, outputs as ratio:address:level.
 fn argument<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
     if !value.starts_with('[') {
         return item(json, value);

@@ -1,3 +1,5 @@
+//! Writer of plan files.
+
 use std::collections::HashMap;
 use std::io::{self, Write};
 
@@ -10,15 +12,17 @@ use super::{FORMAT, VERSION, WITH_PARTS};
 use crate::{Action, Grip, Part, Plan, Step, Tool, Travel};
 
 impl Plan {
-    /// Writes it as a file that [`from_json`](Self::from_json) reads back as the same plan.
+    /// Writes the plan as a file that [`from_json`](Self::from_json) reads back as the same plan.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn write_to(&self, writer: &mut impl Write) -> io::Result<()> {
         let names = Names::of(self);
         write!(writer, "{{")?;
         entry(writer, "format", &FORMAT)?;
         write!(writer, ",")?;
+        // The lowest version that can express the plan, so that older readers accept as many files
+        // as possible.
         let silent = self.steps.iter().any(|step| step.action.is_silent());
         let version = if silent { WITH_PARTS } else { VERSION };
         entry(writer, "version", &version)?;
@@ -53,11 +57,11 @@ impl Plan {
         writer.write_all(b"\n]}\n")
     }
 
-    /// The file as a text.
+    /// Returns the file as a text.
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut bytes = Vec::new();
-        // A vector takes everything.
+        // Writing to a vector cannot fail.
         let _ = self.write_to(&mut bytes);
         String::from_utf8(bytes).unwrap_or_default()
     }
@@ -73,7 +77,8 @@ fn value(writer: &mut impl Write, of: &impl Serialize) -> io::Result<()> {
     of.serialize(&mut serializer).map_err(io::Error::from)
 }
 
-/// Numbers as short as they can be: whole ones without a point, tiny and huge ones with an exponent.
+/// Formats numbers as short as possible: whole numbers without a point, tiny and huge ones with an
+/// exponent.
 struct Short;
 
 impl Formatter for Short {
@@ -94,7 +99,7 @@ impl Formatter for Short {
     }
 }
 
-/// A number; NaN and infinities as strings.
+/// A number. NaN and infinities are written as strings.
 struct Number<T>(T);
 
 impl Serialize for Number<f32> {
@@ -139,12 +144,13 @@ impl Serialize for ToolName {
     }
 }
 
-/// How steps tell their names: by the text, where reading that leads back to the same list of names.
+/// Spelling of names in steps. A step gives the text of its name if reading all steps rebuilds the
+/// same list of names, else the index.
 struct Names<'p> {
     list: &'p [String],
-    /// The first of each text.
+    /// Index of the first occurrence of each text.
     first: HashMap<&'p str, usize>,
-    /// The list cannot be told from the steps.
+    /// True if the file must list the names because the steps cannot rebuild the list.
     are_listed: bool,
 }
 
@@ -161,6 +167,7 @@ impl<'p> Names<'p> {
             .iter()
             .filter_map(|step| step.origin.name_index())
         {
+            // In order means that each name first appears after all names before it in the list.
             in_order &= index <= seen;
             seen += usize::from(index == seen);
         }
@@ -172,7 +179,7 @@ impl<'p> Names<'p> {
         }
     }
 
-    /// The text, if it stands for this index and no other.
+    /// Returns the text of a name if it identifies this index.
     fn text(&self, index: usize) -> Option<&'p str> {
         let text = self.list.get(index)?.as_str();
         (self.first.get(text) == Some(&index)).then_some(text)
@@ -284,7 +291,7 @@ impl Serialize for PartLine<'_> {
     }
 }
 
-/// The fields of a command under the names that the protocol's table gives them.
+/// Fields of a command under the names of the protocol's table.
 struct CommandValues<'c>(&'c Set);
 
 impl Serialize for CommandValues<'_> {

@@ -1,4 +1,4 @@
-//! Objects with as many members as a file of points has.
+//! Streaming access to large objects, such as a file of points with a member per point.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -10,18 +10,18 @@ use super::{Json, Key};
 use crate::{Diagnostic, Lines, Origin};
 
 impl<'t> Json<'t> {
-    /// The lines of the text, for many [places](Self::place).
+    /// Indexes the lines of the text, for repeated use of [`place`](Self::place).
     pub(crate) fn lines(&self) -> Lines<'t> {
         Lines::new(self.text)
     }
 
-    /// Where a value stands.
+    /// Returns the place of a value.
     pub(crate) fn place(&self, lines: &Lines<'_>, value: &str) -> Origin {
         let start = self.start(value);
         lines.origin(start..start.saturating_add(value.len()))
     }
 
-    /// Every member of an object in turn, however many there are.
+    /// Calls `visit` for each member of an object of any size. Duplicates are not detected.
     pub(crate) fn members(
         &self,
         value: &'t str,

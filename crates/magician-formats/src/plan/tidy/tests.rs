@@ -1,3 +1,5 @@
+//! Tests of the clean-up: examples, and a property over random lines.
+
 use magician_host::build;
 use proptest::prelude::*;
 
@@ -14,7 +16,7 @@ fn pen(lines: &[&[[f32; 3]]]) -> Plan {
     plan
 }
 
-/// As G-code draws one: above it, slowly down, along it, up.
+/// Draws a line as G-code does: above its start, slowly down, along it, up.
 fn draw(plan: &mut Plan, line: &[[f32; 3]], speed: f32) {
     let [from, to] = [line[0], line[line.len() - 1]];
     rapid(plan, [from[0], from[1], UP]);
@@ -32,7 +34,7 @@ fn rapid(plan: &mut Plan, [x, y, z]: [f32; 3]) {
     plan.push(Action::Move { to, by }, Origin::NONE);
 }
 
-/// As M3 and M4 burn one: dark to its beginning, then along it.
+/// Burns a line as M3 and M4 do: dark to its start, then along it.
 fn burn(plan: &mut Plan, line: &[[f32; 3]], power: f32, speed: f32) {
     let from = line[0];
     plan.push(build::path_speed(speed, 100.0), Origin::NONE);
@@ -79,7 +81,7 @@ fn a_line_that_is_there_twice_is_drawn_once_whichever_way_it_goes() {
         marks.count()
     };
     assert_eq!(marks(&plan), marks(&pen(&[L, FAR])));
-    // What is left of the others is travel above them.
+    // All that remains of the duplicates is travel above the lines.
     let low = |step: &&Step| step.action.target().is_some_and(|to| to[2] < UP);
     assert_eq!(
         plan.steps.iter().filter(low).count(),
@@ -129,7 +131,7 @@ fn what_burns_is_the_same_with_the_same_power_at_the_same_speed() {
     assert_eq!(repeated(40.0, 10.0), 1);
     assert_eq!(repeated(41.0, 10.0), 0);
     assert_eq!(repeated(40.0, 11.0), 0);
-    // At a proportion to its speed it burns otherwise.
+    // With power in proportion to speed it burns differently.
     let mut plan = Plan::new("burnt");
     burn(&mut plan, L, 40.0, 10.0);
     let first = plan.steps.len();
@@ -140,7 +142,7 @@ fn what_burns_is_the_same_with_the_same_power_at_the_same_speed() {
 
 #[test]
 fn a_line_stays_where_the_way_from_it_or_to_it_is_not_known() {
-    // It comes down slanting, goes up slanting, waits at its beginning, or is left by a curve.
+    // In turn: a slanted descent, a slanted lift, a wait at the start, a lift along a curve.
     type Change = fn(&mut Vec<Step>, usize);
     let changes: [Change; 4] = [
         |steps, second| {
@@ -171,7 +173,7 @@ fn a_line_stays_where_the_way_from_it_or_to_it_is_not_known() {
         assert_eq!(plan.tidy(&once()).repeated, 0, "{nth}");
         assert_eq!(plan, before, "{nth}");
     }
-    // What switches the laser by itself is not known at all.
+    // A plan that switches the laser separately is not touched.
     let mut plan = pen(&[L, L]);
     plan.steps
         .insert(0, Step::new(Action::Laser(true), Origin::NONE));
@@ -195,24 +197,24 @@ fn lines_that_nearly_meet_are_one() {
         })
         .collect();
     assert_eq!(moves, [down, up]);
-    // The speed is said once: on its way the pen need not stop.
+    // The speed is set once, so the pen does not have to stop at the joint.
     let speeds = plan.steps.iter().filter(|step| sets_speed(&step.action));
     assert_eq!(speeds.count(), 2);
     let apart = [[220.2, 10.0, 0.0], [230.0, 10.0, 0.0]];
     assert_eq!(tidied(&pen(&[L, &apart]), &merge).1.joined, 0);
-    // A hole between the two is not lost.
+    // A point drilled between the two lines stays.
     let mut plan = pen(&[L]);
     draw(&mut plan, &[[250.0, 0.0, 0.0]], 20.0);
     draw(&mut plan, &on, 20.0);
     assert_eq!(tidied(&plan, &merge).1.joined, 0);
-    // A burn without a way is not lost, either.
+    // A zero-length burn stays too.
     let mut plan = Plan::new("burnt");
     burn(&mut plan, L, 40.0, 10.0);
     burn(&mut plan, &[[250.0, 0.0, 0.0]; 2], 60.0, 10.0);
     burn(&mut plan, &on, 40.0, 10.0);
     let (left, found) = tidied(&plan, &merge);
     assert_eq!((found.joined, left), (0, plan));
-    // Weaker from there on.
+    // The second line is weaker.
     let mut plan = Plan::new("burnt");
     burn(&mut plan, L, 40.0, 10.0);
     burn(&mut plan, &on, 30.0, 10.0);
@@ -244,7 +246,7 @@ fn points_on_a_line_are_left_out_where_nothing_changes() {
         .collect();
     let (plan, _) = tidied(&pen(&[&straight]), &thin);
     assert_eq!(plan.steps.len(), pen(&[&straight[..2]]).steps.len());
-    // In depth a ramp is straight, a step is not.
+    // In z a ramp is straight, but a step is not.
     let ramp: Vec<[f32; 3]> = { straight.iter().enumerate() }
         .map(|(nth, [x, y, _])| [*x, *y, -0.01 * nth as f32])
         .collect();
@@ -266,10 +268,10 @@ fn points_on_a_line_are_left_out_where_nothing_changes() {
     assert_eq!(powers, [0.0, 40.0, 30.0]);
 }
 
-/// How far apart samples are, mm.
+/// Distance between samples, mm.
 const EACH: f64 = 0.2;
 
-/// Samples of all that is marked, each with its kind: for the pen wherever it touches, however it came there.
+/// Samples of everything marked, each with its kind. A pen marks wherever it touches the surface.
 fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
     let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
     let (mut at, mut speed, mut all): (Option<Point>, f32, Vec<_>) = (None, 0.0, Vec::new());
@@ -302,7 +304,7 @@ fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
     all
 }
 
-/// How far the first of these is from the others, at most.
+/// Largest distance of a sample in `some` from the nearest of the same kind in `others`.
 fn off(some: &[(u32, [f64; 2])], others: &[(u32, [f64; 2])]) -> f64 {
     let nearest = |(kind, [x, y]): &(u32, [f64; 2])| {
         let alike = others.iter().filter(|(other, _)| other == kind);
@@ -312,7 +314,7 @@ fn off(some: &[(u32, [f64; 2])], others: &[(u32, [f64; 2])]) -> f64 {
     some.iter().map(nearest).fold(0.0, f64::max)
 }
 
-/// Lines over few places, so that many are there twice and many nearly meet.
+/// Lines over few points, so that many are duplicates and many nearly meet.
 fn lines() -> impl Strategy<Value = Vec<(Vec<[f32; 3]>, bool)>> {
     let place = (0..3_i8, 0..3_i8, 0..3_i8).prop_map(|(x, y, off)| {
         [

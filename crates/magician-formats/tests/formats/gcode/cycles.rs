@@ -1,4 +1,4 @@
-//! Canned cycles: a pen goes to each hole, down, and up again.
+//! Canned cycles (G81 and similar): a pen travels to each hole, goes down and up again.
 
 use super::{diagnostic, motions, path, travel};
 
@@ -35,7 +35,7 @@ fn each_hole_is_one_way_down_and_up() {
         .iter()
         .filter(|one| matches!(one, magician_formats::Action::Path { .. }));
     assert_eq!(holes.count(), 3);
-    // What is left is a motion of its own.
+    // A line that leaves the cycle is an ordinary motion.
     let text = format!("{start}G81 X210 Z-1 R2\nG1 X215 F60\n");
     assert_eq!(motions(&text).last(), Some(&path(215.0, 0.0, 5.0)));
 }

@@ -1,11 +1,12 @@
-//! Which S is full power, whose S it is, and that a guess errs on the dark side.
+//! Full laser power: the S word that means 100 %, where it is found, and guesses that err towards
+//! less power.
 
 use magician_formats::formats::{Dialect, GcodeOptions};
 use magician_formats::{Action, Diagnostic};
 
 use super::{actions, actions_with, diagnostic, notes, try_read, try_with};
 
-/// What the lines of a program burn with, percent.
+/// Returns the powers of a program's burns, percent.
 fn powers_with(text: &str, set: impl FnOnce(&mut GcodeOptions)) -> Vec<f32> {
     let all = actions_with(text, set).into_iter();
     all.filter_map(|action| match action {
@@ -19,7 +20,7 @@ fn powers(text: &str) -> Vec<f32> {
     powers_with(text, |_| {})
 }
 
-/// A job as LightBurn writes it: one cut, or several.
+/// Returns a job as LightBurn writes it, with a comment for each cut (percent, S).
 fn lightburn(cuts: &[(f64, f64)]) -> String {
     let mut text = "; LightBurn 1.4.00\n; GRBL device profile, absolute coords\nG00 G17 G40 G21 G54\nG90\nM4\nG0 X220 Y0 Z0\n".to_owned();
     for (nth, (percent, s)) in cuts.iter().enumerate() {
@@ -39,7 +40,7 @@ fn a_job_at_a_fifth_burns_at_a_fifth() {
         "a range of 255 is darker than it was meant"
     );
     assert_eq!(powers(&lightburn(&[(20.0, 2000.0)])), [20.0]);
-    // The greatest full power of all cuts, and none of them above full power.
+    // Full power is the greatest value of all cuts, so that no cut exceeds 100 %.
     assert_eq!(
         powers(&lightburn(&[(50.0, 500.0), (20.0, 400.0)])),
         [25.0, 20.0]
@@ -79,7 +80,7 @@ fn the_first_rule_that_holds_is_the_one() {
         let said = powers_with(&text, |options| options.s_max = Some(20_000.0));
         assert_eq!(said, [s.parse::<f32>().unwrap() / 200.0], "{text}");
     }
-    // What comes behind the first switch is another job's.
+    // A setting after the laser was switched on belongs to another job.
     assert_eq!(
         powers("G0 X220 Y0 Z0\nM3\n$30=100\nG1 X221 F600 S50\n"),
         [5.0]
@@ -87,12 +88,12 @@ fn the_first_rule_that_holds_is_the_one() {
     let fan = "G0 X220 Y0 Z0\nM106 S51\nG1 X221 F600\nM107\n";
     assert_eq!(powers(fan), [20.0]);
     assert!(notes(fan)[0].contains("S255, that of a fan"));
-    // Beside M3 a fan blows air, and does not say how far S goes.
+    // Where M3 switches the laser, M106 is a fan, whose S does not define full power.
     assert_eq!(
         powers("G0 X220 Y0 Z0\nM106 S255\nM3 S100\nG1 X221 F600\nM107\n"),
         [10.0]
     );
-    // Without a switch as well.
+    // A program without M3 has the same default.
     let bare = "G0 X220 Y0 Z0\nG1 X221 S100 F600\n";
     assert_eq!(
         powers_with(bare, |options| options.dialect = Dialect::Laser),
@@ -181,7 +182,7 @@ fn a_mill_burns_nothing() {
             told[0].contains(sign) && told[0].contains("nothing burns"),
             "{told:?}"
         );
-        // A laser's header, or a person, says otherwise.
+        // The header of a laser program or the caller's dialect overrides the guess.
         if !text.contains("S12000") {
             for head in ["; made for a Laser\n", "(LightBurn)\n", "$32=1\n"] {
                 let mut burnt = powers(&format!("{head}{text}"));
@@ -192,9 +193,10 @@ fn a_mill_burns_nothing() {
             assert!(!laser.is_empty() && laser.iter().all(|power| *power == 80.0));
         }
     }
-    // A header is what stands before the first move.
+    // Only comments before the first move are a header.
     assert_eq!(powers(&format!("{}; laser\n", mills[0].0)), [0.0; 0]);
-    // What is lifted, led across and fed down again is a tool; a laser goes down to its work once.
+    // A tool that is lifted, moved across and fed down again is a mill's; a laser goes down to its
+    // work only once.
     let cut = "G1 Z0.5 F100\nX240 F300\nG0 Z5\nX220 Y5\n";
     let text = format!("M3 S12000\nG0 X220 Y0 Z5\n{cut}{cut}M5\n");
     assert_eq!(powers(&text), [0.0; 0]);
@@ -203,7 +205,7 @@ fn a_mill_burns_nothing() {
     assert_eq!(powers(&text), [0.0; 0]);
     let once = powers(&format!("G0 X220 Y0 Z5\nM3 S800\n{cut}G1 X240\nM5\n"));
     assert!(once.contains(&80.0), "{once:?}");
-    // One tool, and a Z below 0 where nothing is fed, are no mill's.
+    // A single tool number and a Z below 0 without feeding do not indicate a mill.
     assert_eq!(
         powers("T1\nM3 S800\nG0 X220 Y0 Z-5\nG0 Z0\nG1 X240 F300\nM5\n"),
         [80.0]

@@ -1,11 +1,12 @@
-//! Parameters, expressions, O-words and subprograms: what a program computes is what is drawn, and no program has no end.
+//! Parameters, expressions, O-words and subprograms: computed values are drawn, and every program
+//! ends.
 
 use magician_formats::Action;
 use proptest::prelude::*;
 
 use super::{actions, actions_with, diagnostic, motions, notes, path, travel, try_read};
 
-/// The X that a line leads to, with lines before it.
+/// Returns the X coordinate to which a line with the expression `value` moves.
 fn value(before: &str, value: &str) -> f32 {
     let text = format!("{before}\nG0 X{value} Y0 Z0\n");
     match motions(&text)[..] {
@@ -139,11 +140,11 @@ fn loops_and_branches_lead_where_they_say() {
     ] {
         assert_eq!(motions(&format!("{start}{text}")), expected, "{text}");
     }
-    // The call's own parameters and names are gone after it.
+    // Parameters and names that are local to the call disappear after it.
     let text =
         "#1=5\no1 sub\n#1=[#1*2]\n#31=#1\n#<a>=1\no1 endsub\no1 call [20]\n#<_e>=EXISTS[#<a>]\n";
     assert_eq!(value(text, "[#1+#31*10+#<_e>*1000]"), 405.0);
-    // A parameter that is not given is that of the caller.
+    // A parameter that the call does not give keeps the caller's value.
     let text = "#1=5 #2=6\no1 sub\n#31=[#1*10+#2]\no1 endsub\no1 call [2]\n";
     assert_eq!(value(text, "#31"), 26.0);
 }
@@ -309,7 +310,7 @@ fn a_program_without_end_is_refused() {
         found.starts_with("line ") && found.contains(endless),
         "{found}"
     );
-    // Nor a loop whose every line is many moves.
+    // A loop is limited also by its moves: each line here is many of them.
     let text = "M3 S1\nG0 X200 Y0 Z0\no1 repeat [100000]\nG2 I-50 P10\no1 endrepeat\n";
     assert!(diagnostic(text).contains("the program makes more than 1000000 moves"));
 }
@@ -325,7 +326,7 @@ fn what_is_computed_burns_no_stronger_than_it_says() {
         powers.collect()
     };
     let start = "G0 X200 Y0 Z0\n";
-    // The greatest S is in a loop, or in a branch that is not taken.
+    // The greatest S counts even within a loop or in a branch that is not taken.
     let text = format!(
         "{start}M3\n#1=100\no1 repeat [3]\nG1 S#1 X[200+#1/100] F600\n#1=[#1+100]\no1 endrepeat\n"
     );
@@ -333,7 +334,7 @@ fn what_is_computed_burns_no_stronger_than_it_says() {
     let text =
         format!("{start}M3 S[5*10]\no1 if [0]\n; $30=50\nM3 S5000\no1 endif\nG1 X201 F600\n");
     assert_eq!(burns(&text), [5.0]);
-    // A mill's S is a spindle's, computed or not.
+    // The S of a mill is a spindle speed, even if it is computed.
     let text = format!(
         "{start}M3 S[12*1000]\n#1=-1\no1 repeat [2]\nG1 Z#1 F60\nX[201-#1]\n#1=[#1-1]\no1 endrepeat\n"
     );
@@ -348,7 +349,7 @@ fn what_is_computed_burns_no_stronger_than_it_says() {
     assert_eq!(low.count(), 2);
 }
 
-/// Lines of loops, calls and parameters, that match or do not.
+/// Returns a strategy for lines of loops, calls and parameters, which match each other or not.
 fn line() -> impl Strategy<Value = String> {
     let value = prop::sample::select(vec![
         "[#1 LT 5]",

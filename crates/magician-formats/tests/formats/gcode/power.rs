@@ -1,4 +1,4 @@
-//! The laser's power, and that the guards have nothing against it.
+//! Laser power over a program, as the guards accept it.
 
 use magician::build;
 use magician::preflight::Preflight;
@@ -14,7 +14,7 @@ fn motions_with(text: &str, set: impl FnOnce(&mut GcodeOptions)) -> Vec<Action> 
         .collect()
 }
 
-/// What remains without settings; the guards take it.
+/// Returns the motions and burns of a program, after the guards accepted all its commands.
 fn steps(text: &str) -> Vec<Action> {
     let (plan, _) = try_read(text).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
     let mut arm = Preflight::at(JointAngles::HOME, ToolBias::LASER);
@@ -66,7 +66,7 @@ fn without_m3_the_laser_is_dark_and_a_program_that_only_says_s_means_it() {
             Action::Laser(false),
         ]
     );
-    // On and off is all that a laser without S knows.
+    // A laser without S words is only switched on and off.
     assert_eq!(
         steps("G0 X220 Y0 Z0\nM3\nG1 X221\nM5\n")[1],
         burn(221.0, 0.0, 0.0, 100.0)

@@ -1,4 +1,4 @@
-//! Programs as they are read: for tests of this crate and of `magician-program`.
+//! Helpers that read G-code, for tests of this crate and of `magician-program`.
 
 use magician_formats::formats::GcodeOptions;
 use magician_formats::{
@@ -26,7 +26,7 @@ pub(crate) fn try_read(text: &str) -> Result<(Plan, Vec<Diagnostic>), Diagnostic
     try_with(text, |_| {})
 }
 
-/// The steps of a program that is all right.
+/// Returns the actions of a program that is accepted.
 pub(crate) fn actions(text: &str) -> Vec<Action> {
     actions_with(text, |_| {})
 }
@@ -36,7 +36,7 @@ pub(crate) fn actions_with(text: &str, set: impl FnOnce(&mut GcodeOptions)) -> V
     plan.steps.into_iter().map(|step| step.action).collect()
 }
 
-/// The steps that are motions.
+/// Returns the actions that are motions.
 pub(crate) fn motions(text: &str) -> Vec<Action> {
     let all = actions(text).into_iter();
     all.filter(|action| action.target().is_some()).collect()

@@ -1,3 +1,5 @@
+//! Samples of G-code with a pen and with a laser, step by step.
+
 use magician::build;
 use magician_formats::Action;
 use magician_formats::formats::GcodeOptions;
@@ -6,12 +8,13 @@ use super::{LASER, PEN, actions, arc, burn, notes, path, travel, try_read, try_w
 
 #[test]
 fn the_pen_sample_step_by_step() {
-    // The arc is about (240, 20) with a radius of 20, clockwise from 0 to 90 degrees: three quarters, its middle at 225 degrees.
+    // The arc about (240, 20) with a radius of 20 runs clockwise from 0 to 90 degrees: three
+    // quarters of a circle, with its middle at 225 degrees.
     let root = 20.0 * 0.5_f64.sqrt();
     let middle = [(240.0 - root) as f32, (20.0 - root) as f32, 0.0];
     let expected = [
         build::line_speed(200.0, 200.0).into(),
-        // Up first, where the arm stands.
+        // The pen is lifted first, at the arm's position.
         travel(200.0, 0.0, 10.0),
         travel(220.0, -20.0, 10.0),
         build::path_speed(25.0, 100.0).into(),
@@ -22,7 +25,8 @@ fn the_pen_sample_step_by_step() {
         build::line_speed(25.0, 100.0).into(),
         arc(middle, [240.0, 40.0, 0.0]),
         path(220.0, 40.0, 0.0),
-        // About (220, 10) with a radius of 30, counter-clockwise from 90 to -90 degrees.
+        // The arc about (220, 10) with a radius of 30 runs counter-clockwise from 90 to -90
+        // degrees.
         arc([190.0, 10.0, 0.0], [220.0, -20.0, 0.0]),
         build::line_speed(200.0, 200.0).into(),
         travel(220.0, -20.0, 10.0),
@@ -56,7 +60,7 @@ fn the_laser_sample_step_by_step() {
             expected.push(burn(x, y, 0.0, 0.0));
         }
     }
-    // The powers are those of the file's lines: S255 is 100 %, and travels are dark.
+    // Each burn has the power of its line (S255 is 100 %), and travels do not burn.
     let s = LASER
         .lines()
         .filter(|line| line.starts_with('G') && line.contains('X'));

@@ -1,4 +1,4 @@
-//! A pen that a servo lifts.
+//! Pens that are lifted by a servo.
 
 use magician_formats::formats::Dialect;
 use magician_formats::{Action, Diagnostic, Plan, Surface};
@@ -13,7 +13,7 @@ fn servo(text: &str, dialect: Dialect) -> Result<(Plan, Vec<Diagnostic>), Diagno
     })
 }
 
-/// The heights at which it draws or goes, each once.
+/// Returns the heights of all motions without repetitions.
 fn heights(text: &str, dialect: Dialect) -> Vec<f32> {
     let (plan, _) =
         servo(text, dialect).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
@@ -46,7 +46,7 @@ fn the_angle_in_force_while_x_or_y_feeds_is_down() {
             "{text}"
         );
     }
-    // By themselves only M280 and M300 are known.
+    // Without a dialect only M280 and M300 are taken for a servo.
     for (down, up) in [
         ("M280 P0 S40", "M280 P0 S90"),
         ("M300 S50", "M300 S30"),
@@ -62,7 +62,7 @@ fn the_angle_in_force_while_x_or_y_feeds_is_down() {
     }
     let (plan, _) = servo(&drawn("M3 S90", "M3 S40"), Dialect::Detect).expect("a laser's");
     assert!(plan.burns());
-    // A printer moves its probe by M280, and a laser its flap.
+    // M280 moves the probe of a printer or the flap of a laser.
     for head in ["G1 Z0.2\n", "; Laser\n", "G1 E1\n"] {
         let (plan, _) = servo(
             &format!("{head}{}", drawn("M280 P0 S10", "M280 P0 S90")),
@@ -105,7 +105,7 @@ fn what_does_not_tell_down_from_up_is_refused() {
             .iter()
             .any(|step| matches!(step.action, Action::Path { to: [_, _, z] } if z == -50.0))
     };
-    // One angle only: it draws all along.
+    // With a single angle the pen is down throughout.
     let (plan, _) = servo("M3 S90\nG1 X220 Y0 F600\nG1 X240\n", Dialect::Servo).expect("one angle");
     assert!(down(&plan));
     let unknown = try_with("M280 P0 S9\nG1 X220 Y0\n", |_| {}).expect_err("no surface");

@@ -1,4 +1,4 @@
-//! What words mean, one by one.
+//! Meaning of the words, one by one.
 
 use magician::build;
 use magician_formats::{Action, Surface, Travel};
@@ -39,7 +39,7 @@ fn the_same_program_may_be_written_in_many_ways() {
     ] {
         assert_eq!(motions(text), expected, "{text}");
     }
-    // Axis by axis it is the same, once it is known where the arm stands.
+    // Moves along single axes give the same once the arm's position is known.
     let by_axis = actions_with("G0 Z10\nX220\nY0\nG1 Z0\nX240 Y-20.5\n", |options| {
         options.start = Some([200.0, 10.0, 5.0]);
     });
@@ -47,7 +47,7 @@ fn the_same_program_may_be_written_in_many_ways() {
         .into_iter()
         .filter(|action| action.target().is_some());
     assert_eq!(moves.skip(2).collect::<Vec<_>>(), expected);
-    // What is not UTF-8 stands in comments.
+    // Bytes that are not UTF-8 are allowed in comments.
     let latin = b"; gr\xf6\xdfer\nG0 X220 Y0 Z10\n(\xe4) G1 Z0\nX240 Y-20.5\n";
     let options = magician_formats::ReadOptions::default();
     let read = magician_formats::read(magician_formats::Format::Gcode, latin, &options);
@@ -165,7 +165,8 @@ fn where_the_arm_stands_counts_if_it_is_known() {
         from("G0 Z40\nX220\n"),
         [travel(200.0, 10.0, 40.0), travel(220.0, 10.0, 40.0)]
     );
-    // The tool may stand elsewhere by then: it goes there before it draws.
+    // The tool may be elsewhere when the program starts, so it returns to this position before it
+    // draws.
     let there = travel(200.0, 10.0, 30.0);
     let drawn = [there.clone(), path(205.0, 10.0, 0.0)];
     assert_eq!(from("G91\nG1 X5 Z-30\n"), drawn);
@@ -174,7 +175,7 @@ fn where_the_arm_stands_counts_if_it_is_known() {
         from("G92\nG90\nG1Z0\nG0 Y1\n"),
         [there, path(200.0, 10.0, 30.0), travel(200.0, 11.0, 30.0)]
     );
-    // It is not known here: G92 cannot count.
+    // Without a known position G92 cannot be applied.
     assert_eq!(
         notes("G92\nG90\nG1 Z0\nG0 X220 Y0\n")[..1],
         [
@@ -182,7 +183,7 @@ fn where_the_arm_stands_counts_if_it_is_known() {
                 stay the arm's (3 times)"
         ]
     );
-    // The highest Z that a program names is taken for one that it should have named before.
+    // Before the first Z word, the highest Z of the program is assumed.
     let to = [220.0, 0.0, 15.0, 0.0];
     let by = Travel::Joints;
     assert_eq!(
@@ -261,6 +262,6 @@ fn what_is_left_out_is_said_once() {
             "2 lines after the end of the program are left out",
         ]
     );
-    // The fan of a printer is no laser.
+    // The fan of a printer is not a laser, so nothing burns.
     assert_eq!(motions(program).last(), Some(&path(222.0, 0.0, 0.0)));
 }

@@ -1,4 +1,4 @@
-//! Encodings, ends of lines, and numbers as programs of any country write them.
+//! Encodings, line endings, and numbers as programs of any country write them.
 
 use magician_formats::{Action, Content, Diagnostic, Format, ReadOptions, read};
 
@@ -98,7 +98,7 @@ fn carriage_return_alone_ends_a_line() {
     assert_eq!(last.map(|step| step.origin.line), Some(3));
     let (drawn, _) = artwork("cr.dxf", &ReadOptions::default());
     near(length(&drawn), 500.0_f64.sqrt(), 1e-6);
-    // Within a label of a plot it returns to the margin, and feeds no line.
+    // In a label of a plot a carriage return moves to the margin without a line feed.
     let label = |text: &str| reading(Format::Hpgl, text.as_bytes()).unwrap().0;
     assert_ne!(
         label("IN;SP1;PA0,0;LBab\rcd\u{3};"),
@@ -116,7 +116,7 @@ fn numbers_of_other_languages_are_read_where_only_one_reading_is_possible() {
         _ => None,
     });
     assert_eq!(ends.collect::<Vec<_>>(), [[10.0, 1.2e-12], [20.0, 10.0]]);
-    // Between words without blanks it may be a word of its own, as for a printer.
+    // Without blanks between the words, E may be a word of its own, as for a printer's extruder.
     for text in ["G0X0Y0\nG1X10Y1.2E-12F600\n", "G0 X0 Y0\nG1 X10 Y1E2\n"] {
         let refused = reading(Format::Gcode, text.as_bytes()).unwrap_err();
         let what = "one number or a number and a word E";

@@ -1,4 +1,5 @@
-//! Files that people have, of which nothing may be lost: what is not drawn or played is a note or a refusal.
+//! Files from users, of which nothing may be lost: content that is not drawn or played is reported
+//! by a note or refused.
 
 mod bounds;
 mod encodings;
@@ -12,7 +13,7 @@ use std::path::Path;
 
 use magician_formats::{Artwork, Content, Diagnostic, Format, Parsed, Plan, ReadOptions, read};
 
-/// A file of `tests/data`; its README tells where each is from.
+/// Returns a file of `tests/data`, whose README lists the sources.
 pub(crate) fn data(name: &str) -> Vec<u8> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/data")
@@ -20,7 +21,7 @@ pub(crate) fn data(name: &str) -> Vec<u8> {
     std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The content of a file of `tests/data`, as the format that its name tells.
+/// Reads a file of `tests/data` in the format that its name suggests.
 pub(crate) fn content(name: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let bytes = data(name);
     let format = Format::of(name, &bytes).unwrap_or_else(|| panic!("{name} is of no format"));
@@ -58,7 +59,7 @@ pub(crate) fn length(artwork: &Artwork) -> f64 {
     lengths.sum()
 }
 
-/// All notes as one text, a line each.
+/// Returns all notes as one text, one per line.
 pub(crate) fn told(notes: &[Diagnostic]) -> String {
     let told = notes.iter().map(ToString::to_string);
     told.collect::<Vec<_>>().join("\n")
@@ -72,7 +73,7 @@ pub(crate) fn near(one: f64, other: f64, within: f64) {
     );
 }
 
-/// Text as UTF-16 with its mark.
+/// Encodes text as little-endian UTF-16 with a byte order mark.
 fn utf16(text: &str) -> Vec<u8> {
     let units = std::iter::once(0xFEFF).chain(text.encode_utf16());
     units.flat_map(u16::to_le_bytes).collect()

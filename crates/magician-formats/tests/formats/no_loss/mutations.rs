@@ -1,4 +1,5 @@
-//! No silent loss, as a law: each sample with one element made odd comes out as it is, or a note or a refusal says what does not.
+//! Mutation tests: each sample with one unusual element is read unchanged, or a note or a refusal
+//! reports the difference.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -7,7 +8,8 @@ use magician_formats::{Content, Diagnostic, Format, Parsed, ReadOptions, read};
 
 use super::utf16;
 
-/// What a file comes to: how many strokes or steps, and their length in hundredths of a millimetre.
+/// Size of a file's content: number of strokes or steps, and their length in hundredths of a
+/// millimetre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Measure {
     count: usize,
@@ -51,7 +53,8 @@ fn reading(format: Format, bytes: &[u8]) -> Result<(Measure, BTreeSet<String>), 
     Ok((Measure::of(&content), told.collect()))
 }
 
-/// How many mutations came out as they are, with a note, and were refused.
+/// Numbers of mutations that were read unchanged, with a note, or refused; and those that were
+/// lost.
 #[derive(Default, Debug)]
 struct Tally {
     same: usize,
@@ -84,7 +87,8 @@ fn sample(name: &str) -> String {
     std::fs::read_to_string(path).unwrap().replace("\r\n", "\n")
 }
 
-/// Every mutation of a text: all of it in other encodings, and its pieces (what lies from one place to the next) one by one.
+/// Tries every mutation of a text: the whole text in other encodings, then each piece changed by
+/// itself.
 fn mutate(
     tally: &mut Tally,
     name: &str,
@@ -116,7 +120,7 @@ fn mutate(
     }
 }
 
-/// Places of pieces that begin and end with these.
+/// Returns the ranges of all pieces that start with `begin` and end with `end`.
 fn between(text: &str, begin: &str, end: &str) -> Vec<std::ops::Range<usize>> {
     let found = text.match_indices(begin).filter_map(|(at, _)| {
         let rest = &text[at..];
@@ -135,7 +139,7 @@ fn lines(text: &str) -> Vec<std::ops::Range<usize>> {
     all.filter(|range| !range.is_empty()).collect()
 }
 
-/// A start tag with an attribute, in the place of one of this name.
+/// Adds an attribute to a start tag, replacing one of the same name.
 fn with(tag: &str, name: &str, value: &str) -> String {
     let mut plain = tag.to_owned();
     let known = format!(" {name}=\"");
@@ -245,7 +249,7 @@ fn one_odd_line_of_a_program_or_plot_is_carried_out_noted_or_refused() {
             line.replacen('X', "X abc", 1),
             line.replacen('X', "X1.2.3", 1),
             line.replacen('Y', ",Y", 1),
-            // An exponent with a sign has one reading, and another one may be a word E.
+            // An exponent with a sign has a single meaning; one without may be a word E.
             line.replacen("Y0", "Y0E-3", 1),
             line.replacen('Y', "Y1E3", 1),
             line.replacen('G', "WHILE [1] DO1\nG", 1),

@@ -17,7 +17,7 @@ fn svg(inside: &str) -> (magician_formats::Artwork, Vec<Diagnostic>) {
     }
 }
 
-/// The colour of the one line of a drawing, and what is noted.
+/// Returns the colour of the only line of a drawing, and the notes.
 fn drawn_in(inside: &str) -> (String, String) {
     let (artwork, notes) = svg(inside);
     assert_eq!(artwork.strokes.len(), 1, "{inside}: {notes:?}");
@@ -106,7 +106,7 @@ fn paint_that_cannot_be_read_is_a_black_line_with_a_note() {
         color == "#000000" && notes.contains("--a is not set"),
         "{notes}"
     );
-    // What is not painted on purpose is not drawn.
+    // Shapes that are explicitly unpainted are not drawn.
     for none in ["none", "NONE", "transparent"] {
         let (artwork, _) = svg(&format!(
             "<path d='M1 1H5' stroke='{none}'/><path d='M1 9H5' stroke='red'/>"
@@ -194,7 +194,7 @@ fn single_outer_group_without_a_name_is_looked_through() {
         names(&format!("<defs/><g><g><title>x</title>{red}{blue}</g></g>")),
         ["red", "blue"]
     );
-    // A name, or a line beside it, and it is no wrapper.
+    // A group with a name, or with a line beside it, is not a mere wrapper.
     assert_eq!(names(&format!("<g id='all'>{red}{blue}</g>")), ["all"]);
     assert_eq!(
         names(&format!(

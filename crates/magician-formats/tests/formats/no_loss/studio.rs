@@ -154,7 +154,7 @@ fn files_of_other_programs_are_named_with_a_way_out() {
         assert_eq!(Format::of(name, bytes), None, "{name}");
     }
     assert_eq!(foreign("house.svg", b"<svg/>"), None);
-    // What begins as one of them is none of ours, whatever its name.
+    // Content with the signature of a foreign format is refused in every format, whatever its name.
     for (format, bytes) in [
         (Format::Svg, data("x.pdf")),
         (Format::Image, heic.to_vec()),
@@ -181,7 +181,8 @@ fn netpbm_images_are_read_and_animated_ones_say_which_picture() {
         "{:?}",
         animated.notes
     );
-    // TIFF of a fax and with fractions: the reason, without a word of the library.
+    // TIFF with fax compression or with floating-point samples is refused with a reason in our own
+    // words.
     let tiff = |bits: u16, compression: u16, format: u16| {
         let entries: [(u16, u16, u32); 9] = [
             (256, 3, 1),

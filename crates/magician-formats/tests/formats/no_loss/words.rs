@@ -1,4 +1,4 @@
-//! Words of other controllers and plotters, and curves that CAD programs write.
+//! Words of other controllers and plotters, and curves as CAD programs write them.
 
 use magician_formats::{Action, Content, Diagnostic, Format, Parsed, Plan, ReadOptions, read};
 
@@ -121,7 +121,7 @@ fn curves_of_g5_are_drawn_within_the_tolerance() {
         let within = path.iter().filter(|at| (from..=to).contains(&at[0]));
         within.map(|at| at[1].abs()).fold(0.0, f64::max)
     };
-    // Three quarters of the handles of a cubic curve, half the handle of a quadratic one.
+    // A cubic curve reaches three quarters of its handles' height, a quadratic one half of it.
     near(highest(0.0, 20.0), 7.5, 0.05);
     near(highest(20.0, 40.0), 7.5, 0.05);
     near(highest(40.0, 60.0), 5.0, 0.05);
@@ -183,7 +183,7 @@ fn spline_through_fit_points_is_interpolated() {
             other => panic!("{other:?}"),
         }
     };
-    // A circle by its quarters.
+    // A circle from four quarter arcs.
     let (circle, _) = dxf(
         9,
         "11\n10\n21\n0\n11\n0\n21\n10\n11\n-10\n21\n0\n11\n0\n21\n-10\n",

@@ -1,4 +1,4 @@
-//! Commands and actions are each other's inverse.
+//! Commands and actions convert into each other without loss.
 
 use magician_formats::Action;
 use magician_protocol::{MAX_PARAMS, Set, Writer};
@@ -26,7 +26,7 @@ proptest! {
 
     #[test]
     fn an_action_comes_back_from_its_command(action in action()) {
-        // Told as text, NaN equals itself and -0 is not 0.
+        // Compared as text, because NaN then equals itself and -0 differs from 0.
         let back = Action::from(action.command().expect("it has one"));
         prop_assert_eq!(format!("{back:?}"), format!("{action:?}"));
     }

@@ -1,4 +1,4 @@
-//! Plan files: written, read back, and refused with a place and a reason.
+//! Plan files: written, read back, and refused with a position and a reason.
 
 use magician::build;
 use magician_formats::{
@@ -17,7 +17,7 @@ proptest! {
         let back = Plan::from_json(text.as_bytes());
         prop_assert!(back.is_ok(), "{:?}\n{text}", back);
         let back = back.unwrap();
-        // Told as text, NaN equals itself and -0 is not 0.
+        // Compared as text, because NaN then equals itself and -0 differs from 0.
         prop_assert_eq!(format!("{back:?}"), format!("{plan:?}"), "{}", text);
         prop_assert_eq!(back.to_json(), text);
     }

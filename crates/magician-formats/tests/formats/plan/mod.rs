@@ -1,4 +1,4 @@
-//! Plans as values: their commands, their files, what becomes of them.
+//! Plans as values: their commands, files and transformations.
 
 mod actions;
 mod file;

@@ -1,4 +1,5 @@
-//! The schema of plan files, held against what is written: by a small validator that knows the keywords it uses and no others.
+//! The schema of plan files against the files that are written, by a small validator that rejects
+//! any keyword it does not know.
 
 use std::collections::BTreeSet;
 
@@ -157,7 +158,8 @@ impl Schema {
 proptest! {
     #![proptest_config(cases(200))]
 
-    /// What the schema refuses of what was written is what a check refuses too: a value beyond its bounds.
+    /// The schema refuses a written plan only if the preflight check does too, because of a value
+    /// out of range.
     #[test]
     fn every_plan_written_that_passes_the_check_is_as_the_schema_says(plan in plan()) {
         let schema = Schema::new();
@@ -170,7 +172,8 @@ proptest! {
     }
 }
 
-/// One of every kind; a kind that is added does not compile here until it has a place in this list.
+/// Returns one action of every kind. The match below does not compile for a new kind until the list
+/// has it.
 fn one_of_each() -> Vec<Action> {
     let all = vec![
         Action::Move {

@@ -1,4 +1,4 @@
-//! Arbitrary commands, actions and plans.
+//! Strategies for arbitrary commands, actions and plans.
 
 use magician_formats::{Action, Grip, Origin, Plan, Step, Surface, Tool, Travel};
 use magician_protocol::{Row, Set, TABLE};
@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::test_runner::RngSeed;
 
-/// So many cases of one seed; `PROPTEST_CASES` asks for as many others as one likes.
+/// Configures a test to run `count` cases of a fixed seed; `PROPTEST_CASES` sets another number of
+/// random ones.
 pub(crate) fn cases(count: u32) -> ProptestConfig {
     let config = ProptestConfig {
         failure_persistence: None,
@@ -22,7 +23,8 @@ pub(crate) fn cases(count: u32) -> ProptestConfig {
     }
 }
 
-/// Any 32 bits that a number, two shorts or four flags may be, with what is special among them.
+/// Returns a strategy for 32 bits as a number, two shorts or four flags, with special values among
+/// them.
 fn word() -> impl Strategy<Value = u32> {
     prop_oneof![
         3 => any::<u32>(),
@@ -54,7 +56,7 @@ fn of_row(row: &'static Row) -> impl Strategy<Value = Set> {
     })
 }
 
-/// Any command that has a set.
+/// Returns a strategy for any set command.
 pub(crate) fn any_set() -> impl Strategy<Value = Set> {
     select(
         TABLE
@@ -65,7 +67,7 @@ pub(crate) fn any_set() -> impl Strategy<Value = Set> {
     .prop_flat_map(of_row)
 }
 
-/// Any command that can be queued.
+/// Returns a strategy for any set command that can be queued.
 pub(crate) fn queued_set() -> impl Strategy<Value = Set> {
     let rows = TABLE
         .iter()
@@ -73,7 +75,7 @@ pub(crate) fn queued_set() -> impl Strategy<Value = Set> {
     select(rows.collect::<Vec<_>>()).prop_flat_map(of_row)
 }
 
-/// Any number that equals itself.
+/// Returns a strategy for any number that is not NaN.
 pub(crate) fn number() -> impl Strategy<Value = f32> {
     word()
         .prop_map(f32::from_bits)
@@ -84,7 +86,7 @@ fn travel() -> impl Strategy<Value = Travel> {
     select(vec![Travel::Joints, Travel::Line, Travel::Jump])
 }
 
-/// Any action; those that are commands without a name are canonical.
+/// Returns a strategy for any action; unnamed commands are in canonical form.
 pub(crate) fn action() -> impl Strategy<Value = Action> {
     let four = || prop::array::uniform4(number());
     let three = || prop::array::uniform3(number());
@@ -136,7 +138,7 @@ fn surface() -> impl Strategy<Value = Option<Surface>> {
     )
 }
 
-/// Any plan, with names in any order, twice, or not used.
+/// Returns a strategy for any plan, whose names are in any order, repeated or unused.
 pub(crate) fn plan() -> impl Strategy<Value = Plan> {
     let names = prop::collection::vec("[ab\"\\\\\u{e9}\n]{0,2}", 0..4);
     let steps = prop::collection::vec((action(), origin()), 0..12);

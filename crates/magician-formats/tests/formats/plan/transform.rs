@@ -1,4 +1,5 @@
-//! Plans moved, scaled and turned do the same elsewhere: told by following them as the arm would.
+//! Plans that are moved, scaled or turned do the same elsewhere, as shown by following their
+//! commands in the preflight check.
 
 use magician::build::{self, Output};
 use magician::commands::{CircleCmd, CpCmd, CpLeCmd, HomeParams, JogCmd, PtpCmd};
@@ -109,7 +110,7 @@ fn program() -> impl Strategy<Value = Plan> {
     })
 }
 
-/// Where each step ends, but for those that the arm refuses.
+/// Returns the end of each step; `None` for a step that the check refuses.
 fn ends(plan: &Plan) -> Vec<Option<[f64; 4]>> {
     let guards = Guards::default().laser(false);
     let mut arm = Preflight::at(JointAngles::HOME, ToolBias::NONE).guards(guards);
@@ -120,7 +121,8 @@ fn ends(plan: &Plan) -> Vec<Option<[f64; 4]>> {
     plan.commands().map(end).collect()
 }
 
-/// That two ends are the same but for what 32 bits round. Paths keep J4 and not r: their r is not looked at.
+/// Asserts that the ends of two plans agree within the rounding of 32-bit numbers. Paths keep J4
+/// instead of r, so r is not compared between a path and the next move.
 fn is_same(
     plan: &Plan,
     changed: &Plan,
@@ -137,7 +139,8 @@ fn is_same(
             Some(magician::Set::CpCmd(_) | magician::Set::CpLeCmd(_))
         );
         let (Some(one), Some(other)) = (one, other) else {
-            // One of them is beyond a limit there: they go on from different places.
+            // A step of one plan is beyond a limit: from there the plans continue from different
+            // positions.
             return Ok(());
         };
         still &= !is_path;

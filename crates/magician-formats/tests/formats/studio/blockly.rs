@@ -1,16 +1,16 @@
-//! Workspaces: order, loops, conditions, sums, and the sample on the virtual arm.
+//! Blockly workspaces: order, loops, conditions, sums, and the sample on the virtual arm.
 
 use magician_formats::{Format, Tool};
 
 use super::machine::{plan, run, sample, told};
 
-/// A workspace as text: `<b>` for a block, so that a test can be read.
+/// Returns a workspace as text; tests write `<b>` for a block to stay readable.
 pub(crate) fn workspace(blocks: &str) -> Vec<u8> {
     let xml = "http://www.w3.org/1999/xhtml";
     format!("<xml xmlns=\"{xml}\">{blocks}</xml>").into_bytes()
 }
 
-/// Blocks one below the other.
+/// Joins blocks one below the other.
 pub(crate) fn chain(blocks: &[String]) -> String {
     let mut chain = String::new();
     for block in blocks.iter().rev() {
@@ -42,12 +42,12 @@ pub(crate) fn number(name: &str, number: f64) -> String {
     )
 }
 
-/// A block that waits so many seconds: what it computes can be seen.
+/// Returns a block that waits for a number of seconds, which shows a computed value.
 pub(crate) fn wait(seconds: &str) -> String {
     block("dobot_delaytime", &value("time", seconds))
 }
 
-/// What the steps of a workspace do, without their blocks.
+/// Returns the steps of a workspace, without the names of their blocks, and the notes.
 pub(crate) fn steps(blocks: &str) -> (String, Vec<String>) {
     let (plan, notes) = plan(Format::Blockly, &workspace(blocks));
     let steps = told(&plan);
@@ -129,7 +129,7 @@ fn disabled_blocks_are_passed_over() {
     );
 }
 
-/// What a loop does, as the waits in it.
+/// Returns the steps of a loop, as the waits in it.
 fn looped(kind: &str, body: &str, inner: &str) -> String {
     let inner = format!("<statement name=\"DO\">{inner}</statement>");
     steps(&block(kind, &format!("{body}{inner}"))).0
@@ -326,7 +326,7 @@ fn conditions_are_the_studios() {
         "logic_negate",
         &value("BOOL", &truth(true))
     )));
-    // What comes second does not matter, and may even be what a plan cannot have.
+    // The second operand does not matter, and may even be a block that is not supported.
     let body = [
         field("OP", "OR"),
         value("A", &truth(true)),
@@ -349,7 +349,7 @@ fn conditions_are_the_studios() {
     }
 }
 
-/// A long program is deep XML.
+/// A long program is deeply nested XML.
 #[test]
 fn a_program_may_be_long() {
     let blocks: Vec<_> = (0..20_000)

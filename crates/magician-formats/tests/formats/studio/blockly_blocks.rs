@@ -1,4 +1,4 @@
-//! The robot's own blocks: what each has the arm do.
+//! The blocks of the robot and the actions that they become.
 
 use magician::build;
 use magician::protocol::{IoFunction, Port, SensorVersion, Stepper};
@@ -22,7 +22,7 @@ fn joints([a, b, c]: [f64; 3]) -> String {
     block("dobot_setjointangle", &inputs.concat())
 }
 
-/// What one block becomes, and what is noted.
+/// Returns the actions of a single block, and the notes.
 fn one(kind: &str, body: &str) -> (Vec<Action>, Vec<String>) {
     let (plan, notes) = plan(Format::Blockly, &workspace(&block(kind, body)));
     let notes = notes.iter().filter_map(|note| note.split_once("): "));
@@ -58,7 +58,7 @@ fn r_is_kept_on_lines_and_zero_after_jumps() {
     assert_eq!(notes.len(), 1, "{notes:?}");
 }
 
-/// The studio's block turns J4, and r is J1 and J4 together.
+/// The block of the studio turns J4, while r is the sum of J1 and J4.
 #[test]
 fn setr_turns_joint_4() {
     let blocks = [
@@ -135,7 +135,7 @@ fn the_place_of_the_arm_can_be_read_where_it_is_known() {
     );
 }
 
-/// Joints as the program gives them, seen through the tool that it has selected.
+/// Joint angles of a program are converted with the tool that the program selected.
 #[test]
 fn a_program_of_joints_ends_where_they_lead() {
     let blocks = [
@@ -359,7 +359,7 @@ fn what_is_printed_is_noted_once() {
     );
 }
 
-/// Every block of the studio's is followed or refused by its name; none is passed over.
+/// Every block of the studio is converted or refused by its name; no block is skipped.
 #[test]
 fn every_known_block_is_followed_or_refused_by_name() {
     let followed = [

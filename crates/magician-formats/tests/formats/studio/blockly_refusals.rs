@@ -1,4 +1,4 @@
-//! What no plan can be made of, and where.
+//! Workspaces that cannot become a plan, and the positions of the refusals.
 
 use magician_formats::{Format, ReadOptions, read};
 use proptest::prelude::*;

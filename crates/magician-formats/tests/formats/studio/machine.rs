@@ -1,10 +1,10 @@
-//! A virtual arm at full speed, and what it did.
+//! A virtual arm at full speed, and the results of its runs.
 
 use magician::commands::Pose;
 use magician::{Options, VirtualArm, blocking::Arm, build};
 use magician_formats::{Action, Content, Format, Plan, ReadOptions, Step, Tool, Travel, read};
 
-/// A sample as the crate has it.
+/// Returns a sample of `magician-program`.
 pub(crate) fn sample(name: &str) -> Vec<u8> {
     let path = format!(
         "{}/../magician-program/samples/{name}",
@@ -13,7 +13,7 @@ pub(crate) fn sample(name: &str) -> Vec<u8> {
     std::fs::read(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// A plan, and the notes of its reading.
+/// Reads a plan, and returns it with the notes.
 pub(crate) fn plan(format: Format, bytes: &[u8]) -> (Plan, Vec<String>) {
     let reading = read(format, bytes, &ReadOptions::default()).unwrap();
     let Content::Plan(plan) = reading.content else {
@@ -23,8 +23,8 @@ pub(crate) fn plan(format: Format, bytes: &[u8]) -> (Plan, Vec<String>) {
     (plan, notes)
 }
 
-/// Runs a plan on a virtual arm that has been homed, with the tool that it names or this one, and tells where it ends. No
-/// alarm comes up.
+/// Runs a plan on a virtual arm that has been homed, with the tool of the plan or else this one,
+/// and returns the final pose. Asserts that no alarm is raised.
 pub(crate) fn run(plan: &Plan, tool: Tool) -> [f32; 4] {
     let arm = Arm::simulated(VirtualArm::default(), Options::default()).unwrap();
     arm.home().unwrap();
@@ -38,7 +38,7 @@ pub(crate) fn run(plan: &Plan, tool: Tool) -> [f32; 4] {
     [x, y, z, r]
 }
 
-/// What a plan says, a step a line.
+/// Returns a plan as text, one step per line.
 pub(crate) fn told(plan: &Plan) -> String {
     let line = |step: &Step| {
         let name = plan.name_of(&step.origin).unwrap_or_default();

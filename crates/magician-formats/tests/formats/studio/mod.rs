@@ -1,4 +1,4 @@
-//! Programs made in DobotStudio, read and run on the virtual arm.
+//! Programs from DobotStudio, read and run on the virtual arm.
 
 mod blockly;
 mod blockly_blocks;

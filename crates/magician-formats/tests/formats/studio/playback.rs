@@ -1,4 +1,4 @@
-//! The samples: what the arm is told, where it ends, and that it ends without an alarm.
+//! Samples of playback files: the steps, the final pose, and no alarm on the way.
 
 use magician_formats::formats::playback::Playback;
 use magician_formats::{Format, Tool};
@@ -81,7 +81,7 @@ fn a_gripper_is_told_where_it_changes() {
     );
 }
 
-/// The arcs of rows 10 and 11 start in the point that they are to go through.
+/// The arcs of rows 10 and 11 start at the point through which they should go.
 #[test]
 fn arcs_that_are_none_are_straight() {
     let (plan, notes) = plan(Format::Playback, &sample("arc_movl_v1412.playback"));
@@ -108,7 +108,7 @@ fn arcs_that_are_none_are_straight() {
     assert_eq!(run(&plan, Tool::Suction), [250.0, 0.0, 0.0, 0.0]);
 }
 
-/// A file of one start and one arc.
+/// Returns a file with a start and an arc.
 fn arc(from: [f32; 3], via: [f32; 3], to: [f32; 3]) -> String {
     let items = |first: u32, point: [f32; 3]| -> String {
         let numbers = (first..).zip(point);
@@ -166,7 +166,7 @@ fn points_on_a_line_are_lines_through_all_of_them() {
     assert_eq!(bent, "row1: arc 230 1 0 99 to 240 0 0 40");
 }
 
-/// What a step came from can be shown.
+/// The origin of a step leads to the text of its items.
 #[test]
 fn origins_are_the_items_that_a_step_comes_from() {
     let bytes = sample("jump_suction_named_v170.playback");
@@ -188,7 +188,7 @@ fn origins_are_the_items_that_a_step_comes_from() {
     );
 }
 
-/// Indented, with a declaration, renamed and reordered: still the same points.
+/// Indentation, a declaration, and renamed or reordered items do not change the points.
 #[test]
 fn order_space_and_strange_items_do_not_matter() {
     let file = r#"<?xml version="1.0" encoding="utf-8"?>

@@ -1,4 +1,4 @@
-//! What is no playback file, and where.
+//! Files that are not playback files, and the positions of the refusals.
 
 use magician_formats::formats::playback::Playback;
 use magician_formats::{Format, ReadOptions, read};
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::machine::sample;
 
-/// The first row of a file with these items, and what is said of it.
+/// Returns the message for a file whose only row has these items.
 fn refusal(items: &str) -> String {
     whole(&format!("<root>\n<row0>{items}</row0></root>"))
 }
@@ -116,7 +116,7 @@ fn a_row_must_say_where_and_how() {
     }
 }
 
-/// 3 and 4 are an arc where there is a second point.
+/// Styles 3 and 4 are an arc only with a second point.
 #[test]
 fn an_arc_without_a_second_point_is_refused() {
     for (style, second) in [

@@ -1,4 +1,4 @@
-//! Files written again, and plans written as files.
+//! Playback files written again, and plans written as playback files.
 
 use magician::build;
 use magician_formats::formats::playback::Playback;
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::machine::{plan, sample, told};
 
-/// As the studio has written them, to the byte.
+/// Unchanged files are written byte for byte as the studio wrote them.
 #[test]
 fn a_file_that_was_not_changed_is_written_as_it_was() {
     for name in [
@@ -69,7 +69,7 @@ fn a_row_has_the_items_of_studio_1_9() {
     assert_eq!(Playback::from_plan(&plan).unwrap().to_xml(), expected);
 }
 
-/// A row says: move, tool, pause. What comes in another order takes another row.
+/// A row is a move, a tool and a pause in this order; any other order needs another row.
 #[test]
 fn a_tool_after_a_pause_has_a_row_of_its_own() {
     let plan = of([
@@ -163,7 +163,7 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
     }
 }
 
-/// A plan with a tool that it never uses keeps it.
+/// The file keeps the tool of a plan even if the plan never uses it.
 #[test]
 fn a_tool_that_rests_is_off_from_the_first_row_on() {
     for tool in [Tool::Suction, Tool::Gripper] {
@@ -199,7 +199,8 @@ fn action() -> impl Strategy<Value = Action> {
     ]
 }
 
-/// The state that the suction cup and the arm are in after each wait and move, whatever rows it took.
+/// Returns the states of the suction cup and the arm with the time spent in each, however they are
+/// divided into rows.
 fn story(plan: &Plan) -> Vec<(Option<[f32; 4]>, bool, u64)> {
     let (mut at, mut sucks) = (None, false);
     let mut story: Vec<(_, _, u64)> = Vec::new();

@@ -1,3 +1,5 @@
+//! Tests of blocks: insertion, nesting, and protection against exponential expansion.
+
 use std::fmt::Write;
 
 use super::*;
@@ -25,7 +27,7 @@ fn blocks_are_inserted_turned_scaled_in_rows_and_within_one_another() {
         let notes: Vec<_> = notes.into_iter().map(|note| note.message).collect();
         (lines.collect::<Vec<_>>(), notes)
     };
-    // In cm.
+    // Coordinates are in cm.
     let (lines, notes) = drawn("0 INSERT 2 Tick 10 3 20 4 41 2 50 180");
     assert_eq!((lines, notes.len()), (vec![vec![[30, 40], [10, 40]]], 0));
     let (lines, _) = drawn("0 INSERT 2 Tick 10 0 20 0 70 2 71 2 44 3 45 4 50 90");
@@ -38,7 +40,7 @@ fn blocks_are_inserted_turned_scaled_in_rows_and_within_one_another() {
     assert_eq!(lines.len(), 1);
     assert!(notes[0].contains("contains itself") && notes[1].contains("not in the file"));
 
-    // What is on layer 0 of a block is on the layer that it is inserted on.
+    // Layer 0 of a block stands for the layer of the insertion.
     for (layer, count) in [
         ("cold", 0),
         ("COLD", 0),

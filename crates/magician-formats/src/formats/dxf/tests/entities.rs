@@ -1,3 +1,5 @@
+//! Tests of single entities, in words of codes and values.
+
 use std::f64::consts::PI;
 use std::fmt::Write;
 
@@ -23,7 +25,7 @@ fn chords_are_as_near_to_a_curve_as_the_tolerance() {
             "{words}: {most}"
         );
     }
-    // To the left of the way is counter-clockwise: through below.
+    // A positive bulge is counter-clockwise: the arc passes below.
     let [least, most] = bounds("0 LWPOLYLINE 10 0 20 0 42 1 10 60 20 0");
     assert!((least[1] + 30.0).abs() < TOLERANCE && most[1].abs() < 1e-9);
     let [least, most] = bounds("0 LWPOLYLINE 10 0 20 0 42 -0.5 10 60 20 0");
@@ -64,12 +66,12 @@ fn a_plane_seen_from_behind_is_mirrored() {
     assert!(near(points[0], [-15.0, 0.0]) && near(points[points.len() - 1], [-10.0, 5.0]));
     let points = entity("0 LWPOLYLINE 10 1 20 2 10 3 20 4 230 -1");
     assert_eq!(points, [[-1.0, 2.0], [-3.0, 4.0]]);
-    // A line's points are those of the drawing whatever its thickness does.
+    // A line's points are in world coordinates regardless of its extrusion.
     assert_eq!(
         entity("0 LINE 10 1 20 2 11 3 21 4 230 -1"),
         [[1.0, 2.0], [3.0, 4.0]]
     );
-    // A circle that stands upright is a line from above, at its height along the normal.
+    // An upright circle looks like a line from above, at its height along the normal.
     let points = entity("0 CIRCLE 10 0 20 0 30 7 40 2 210 1 220 0 230 0");
     assert!(
         points
@@ -90,7 +92,8 @@ fn polylines_of_both_kinds_are_the_same() {
     let (strokes, notes) = entities(rising);
     assert_eq!(strokes[0].points, [[0.0, 0.0], [5.0, 0.0]]);
     assert!(notes[0].contains("seen from above"), "{notes:?}");
-    // Two triangles with a common edge, one edge of which is not seen; a mesh of two by two that closes across.
+    // Two triangles with a common edge, one edge of which is invisible; a mesh of two by two that
+    // closes.
     let faces = "0 POLYLINE 70 64 0 VERTEX 70 192 10 0 20 0 0 VERTEX 70 192 10 9 20 0 0 VERTEX 70 192 10 9 20 9 \
         0 VERTEX 70 192 10 0 20 9 0 VERTEX 70 128 10 0 20 0 71 1 72 2 73 3 0 VERTEX 70 128 10 0 20 0 71 1 72 -3 73 4 0 SEQEND";
     let lines = entities(faces).0;
@@ -126,13 +129,13 @@ fn the_sheet_of_a_layout_is_drawn_where_there_is_nothing_else() {
 
 #[test]
 fn splines_of_any_degree_and_knots_are_followed() {
-    // Straight, whatever its knots.
+    // Straight, regardless of its knots.
     let straight = "0 SPLINE 71 3 10 0 20 0 10 1 20 1 10 5 20 5 10 6 20 6 10 9 20 9";
     let points = entity(straight);
     assert_eq!((points[0], points[points.len() - 1]), ([0.0; 2], [9.0; 2]));
     assert!(points.iter().all(|[x, y]| (x - y).abs() < 1e-9));
 
-    // A parabola: y = x (2 - x) at twice its control point's height.
+    // A parabola whose height is half that of its control point.
     let points =
         entity("0 SPLINE 71 2 40 0 40 0 40 0 40 1 40 1 40 1 10 0 20 0 10 50 20 100 10 100 20 0");
     assert!(points.len() > 10);
@@ -144,13 +147,13 @@ fn splines_of_any_degree_and_knots_are_followed() {
         assert!(off.abs() < 3.0 * TOLERANCE, "{off}");
     }
 
-    // The axis of a helix, behind its spline, is no point of it.
+    // The axis of a helix follows its spline and is not a point of it.
     let helix = "71 2 40 0 40 0 40 0 40 1 40 1 40 1 10 0 20 0 10 50 20 100 10 100 20 0";
     let axis = "100 AcDbHelix 10 7 20 7 11 9 21 9 12 0 22 0 32 1 40 5 41 3";
     let followed = entity(&format!("0 HELIX 100 AcDbSpline {helix} {axis}"));
     assert_eq!(followed, points);
 
-    // A whole circle of nine points with knots inside.
+    // A full circle of nine control points with inner knots.
     let mut circle = "0 SPLINE 70 1 71 2".to_owned();
     for knot in [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4] {
         write!(circle, " 40 {knot}").unwrap();
@@ -225,7 +228,7 @@ fn lines_that_meet_are_one() {
         let points = strokes.into_iter().map(|stroke| stroke.points);
         points.collect::<Vec<_>>()
     };
-    // Some of them the other way round, and the first of them in the middle.
+    // Some are reversed, and the first one is in the middle.
     let open = "0 LINE 10 1 20 0 11 2 21 0 0 POINT 10 2 20 0 0 LINE 10 3 20 0 11 2 21 0 \
         0 LINE 10 0 20 5 11 1 21 0 0 LINE 8 other 10 0 20 5 11 0 21 9";
     assert_eq!(
@@ -241,7 +244,7 @@ fn lines_that_meet_are_one() {
     let [closed] = drawn(round).try_into().unwrap();
     assert_eq!(closed.len(), 4);
     assert_eq!(closed.first(), closed.last());
-    // Where three meet it is not known which two go on.
+    // At a junction of three it is unknown which two belong together.
     let fork = "0 LINE 10 0 20 0 11 1 21 0 0 LINE 10 1 20 0 11 2 21 1 0 LINE 10 1 20 0 11 2 21 -1";
     assert_eq!(drawn(fork).len(), 3);
 }

@@ -1,10 +1,12 @@
+//! Tests of whole files: the sample plate in text and binary form, refusals, and damaged files.
+
 use std::f64::consts::{PI, TAU};
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// Chords of a curve within the tolerance are shorter than it, by so little.
+/// True if the stroke is as long as the curve, minus what chords within the tolerance are shorter.
 fn is_length(stroke: &Stroke, length: f64) -> bool {
     stroke.length() <= length + 1e-9 && stroke.length() > length * 0.999
 }
@@ -27,7 +29,7 @@ fn the_plate_is_as_it_was_drawn() {
         2.0,
         0.0,
     ];
-    // Behind them come the lines of its word.
+    // The lines of its lettering follow.
     assert!(artwork.strokes.len() > lengths.len());
     for (stroke, length) in artwork.strokes.iter().zip(lengths) {
         assert!(
@@ -105,7 +107,7 @@ fn what_is_no_dxf_says_where() {
     assert!(notes[1].message.contains("cut short"));
 }
 
-/// The plate in binary, with codes of one byte or two.
+/// The plate in binary form, with codes of one or two bytes.
 fn binary(wide: bool) -> Vec<u8> {
     let mut bytes = b"AutoCAD Binary DXF\r\n\x1A\0".to_vec();
     let lines: Vec<&str> = PLATE.lines().map(str::trim).collect();

@@ -1,3 +1,5 @@
+//! Tests of hatches, solid shapes and clip boundaries.
+
 use proptest::prelude::*;
 
 use super::*;
@@ -41,7 +43,7 @@ fn solid_hatches_are_areas_and_outlined_where_nothing_is_filled() {
     );
     let artwork = filled("0 SECTION 2 ENTITIES 0 SOLID 10 0 20 0 11 9 21 0 12 0 22 9 13 9 23 9");
     assert_eq!(artwork.areas[0].area.rings[0][2], [9.0, 9.0]);
-    // A shape that is only closed is no area: the file does not say that it is filled.
+    // A merely closed shape is not an area: the file does not say that it is filled.
     let artwork = filled("0 SECTION 2 ENTITIES 0 LWPOLYLINE 70 1 10 0 20 0 10 9 20 0 10 9 20 9");
     assert!(artwork.areas.is_empty() && artwork.strokes.len() == 1);
 }
@@ -71,7 +73,7 @@ fn other_hatches_have_the_lines_of_their_pattern() {
 
 #[test]
 fn boundaries_are_followed_along_their_edges() {
-    // A half disc: an arc and a line that is told backwards, with a hole of an ellipse.
+    // A half disc of an arc and a reversed line, with an elliptic hole.
     let words = "0 HATCH 10 0 20 0 30 0 70 1 91 2 \
         92 1 93 2 72 2 10 0 20 0 40 10 50 0 51 180 73 1 72 1 10 10 20 0 11 -10 21 0 97 0 \
         92 0 93 1 72 3 10 0 20 5 11 2 21 0 40 0.5 50 0 51 360 73 1 97 0 75 0 76 1";
@@ -84,7 +86,7 @@ fn boundaries_are_followed_along_their_edges() {
         strokes[0].length()
     );
     assert!(strokes[1].is_closed());
-    // Clockwise, a quarter.
+    // A clockwise quarter.
     let words = "0 HATCH 10 0 20 0 30 0 70 1 91 1 \
         92 1 93 3 72 2 10 0 20 0 40 10 50 0 51 90 73 0 72 1 10 0 20 -10 11 0 21 0 72 1 10 0 20 0 11 10 21 0 97 0";
     let (strokes, _) = entities(words);

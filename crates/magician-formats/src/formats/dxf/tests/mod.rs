@@ -1,4 +1,4 @@
-//! Drawings as words, and as they come from a file.
+//! Tests of DXF: drawings written as words, and as files.
 
 mod blocks;
 mod entities;
@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 use super::*;
 use crate::{Artwork, Format, Stroke, read};
 
-/// A sample of the repository, which a package of the crate lacks.
+/// A sample of the repository. It is not part of the published crate.
 static PLATE: LazyLock<String> = LazyLock::new(|| {
     let crates = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     std::fs::read_to_string(format!("{crates}/magician-program/samples/plate.dxf")).unwrap()
@@ -35,7 +35,7 @@ fn drawn(bytes: &[u8]) -> (Artwork, Vec<Diagnostic>) {
     }
 }
 
-/// A file of codes and values, each a word.
+/// Builds a file from codes and values, one word each.
 fn file(words: &str) -> String {
     let mut text = words
         .split_whitespace()
@@ -47,7 +47,7 @@ fn file(words: &str) -> String {
     text
 }
 
-/// The lines of entities in mm, and what is noted.
+/// Returns the lines of entities in mm, and the notes.
 fn entities(words: &str) -> (Vec<Stroke>, Vec<String>) {
     let head = "0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES";
     let (artwork, notes) = drawn(file(&format!("{head} {words} 0 ENDSEC")).as_bytes());
@@ -55,7 +55,7 @@ fn entities(words: &str) -> (Vec<Stroke>, Vec<String>) {
     (artwork.strokes, notes.collect())
 }
 
-/// The only line of an entity, drawn without a note.
+/// Returns the only line of an entity, which causes no notes.
 fn entity(words: &str) -> Vec<[f64; 2]> {
     let (strokes, notes) = entities(words);
     assert_eq!(notes, [""; 0]);

@@ -1,8 +1,10 @@
+//! Tests of texts, dimensions and leaders.
+
 use proptest::prelude::*;
 
 use super::*;
 
-/// The box of what is drawn without a note.
+/// Bounding box of a drawing that causes no notes.
 fn extent(words: &str) -> [f64; 4] {
     let (strokes, notes) = entities(words);
     assert_eq!(notes, [""; 0], "{words}");
@@ -22,7 +24,8 @@ fn about(found: [f64; 4], expected: [f64; 4], words: &str) {
 
 #[test]
 fn a_text_stands_where_its_alignment_says() {
-    // An H is 14 of 22 wide and 21 high in the font, so 10 by 15 here, and 3 is before and behind it.
+    // In the font an H is 14 wide of 22, and 21 high. At height 15 that is 10 wide, with 3 on both
+    // sides.
     let wide = 22.0 * 15.0 / 21.0;
     let (side, bar) = (4.0 * 15.0 / 21.0, 14.0 * 15.0 / 21.0);
     let text = "0 TEXT 1 H 40 15 10 5 20 7";
@@ -43,7 +46,7 @@ fn a_text_stands_where_its_alignment_says() {
         let expected = [left + side, low, left + side + bar, low + 15.0];
         about(extent(&words), expected, &words);
     }
-    // Twice as wide, turned, upside down.
+    // Stretched, rotated, upside down.
     let expected = [5.0 + 2.0 * side, 7.0, 5.0 + 2.0 * (side + bar), 22.0];
     about(extent(&format!("{text} 41 2")), expected, "wide");
     about(
@@ -56,7 +59,7 @@ fn a_text_stands_where_its_alignment_says() {
         [5.0 + side, 7.0 - 15.0, 5.0 + side + bar, 7.0],
         "upside down",
     );
-    // Fitted between two points, it keeps its height; aligned, its proportions.
+    // A fitted text keeps its height, an aligned one its proportions.
     let [.., high] = extent("0 TEXT 1 HHH 40 15 10 0 20 0 11 30 21 0 72 5");
     assert!((high - 15.0).abs() < 1e-9);
     let [left, _, right, high] = extent("0 TEXT 1 HHH 40 15 10 0 20 0 11 30 21 0 72 3");
@@ -106,12 +109,12 @@ fn lines_of_an_mtext_hang_at_its_attachment_point() {
     assert!((low + high).abs() < 1e-9, "{low} {high}");
     let [left, _, right, _] = extent(&words("71 2"));
     assert!((left + right).abs() < 1e-9);
-    // Along its direction, or by its angle, whichever comes last.
+    // Direction and angle: whichever comes last counts.
     let [left, _, right, _] = extent(&words("71 1 50 0 11 0 21 1"));
     assert!((left.abs(), right) == (0.0, 8.0), "{left} {right}");
     let [left, low, ..] = extent(&words("71 1 11 0 21 1 50 0"));
     assert!(left > 0.0 && low < 0.0);
-    // Broken between words.
+    // Wrapped between words.
     let broken = extent("0 MTEXT 40 3 10 0 20 0 71 1 41 9 1 HHH\\~H\\~~HHH");
     let forced = extent("0 MTEXT 40 3 10 0 20 0 71 1 41 5 1 H");
     assert!(broken[3] == 0.0 && forced[1] == -3.0);
@@ -196,7 +199,7 @@ fn leaders_have_an_arrow_at_their_first_point() {
     let (strokes, notes) = entities(words);
     assert_eq!(notes, [""; 0]);
     assert_eq!(strokes[0].points, [[0.0, 0.0], [25.0, 8.0], [27.0, 8.0]]);
-    // The lines of its letters lie under the point that they hang at.
+    // The lines of its letters lie below the attachment point.
     let letters = strokes[2..].iter().flat_map(|stroke| &stroke.points);
     let (low, high) = letters.fold((f64::MAX, f64::MIN), |(low, high), [_, y]| {
         (low.min(*y), high.max(*y))

@@ -1,7 +1,8 @@
-//! Fonts that are in the drawing itself: `font` with its `font-face` and `glyph`s (SVG 1.1, chapter 20).
+//! Fonts defined in the drawing: `font` with `font-face` and `glyph` (SVG 1.1, chapter 20).
 //!
-//! The library that lays texts out does not know them. So it is given a font of the same family that has the advances alone: its
-//! texts are laid out as they are meant, and the lines of the letters are those of the file.
+//! usvg does not support them. So it gets a synthetic TrueType font of the same family with the
+//! same advances and invisible glyphs ([`measures`]). It lays the text out with that font, and the
+//! lines of the letters come from the file.
 
 mod measures;
 
@@ -22,10 +23,10 @@ use crate::formats::Fills;
 use crate::lettering::{Glyphs, SvgFont};
 use crate::{Diagnostic, DiagnosticCode, Lines, font};
 
-/// As many fonts of a drawing are known.
+/// Largest number of fonts per drawing. It bounds time, because each becomes a font file in memory.
 const MOST: usize = 256;
 
-/// The fonts of a drawing.
+/// Fonts in a drawing.
 #[derive(Clone, Default)]
 pub(in super::super) struct FileFonts(Vec<Arc<FileFont>>);
 
@@ -37,10 +38,10 @@ struct FileFont {
 }
 
 impl FileFonts {
-    /// Those of a drawing; one that cannot be read is left out with a note.
+    /// Reads the fonts in a drawing. A font that cannot be read is left out with a note.
     pub(in super::super) fn of(text: &str, notes: &mut Notes) -> Result<Self, Diagnostic> {
         let mut fonts = Self::default();
-        // Most have none, and are not read once more for that.
+        // Avoid parsing the document again for the many drawings without fonts.
         if !text.contains("font-face") || !text.contains("glyph") {
             return Ok(fonts);
         }
@@ -78,7 +79,7 @@ impl FileFonts {
         Ok(fonts)
     }
 
-    /// Fonts that stand for these, among others.
+    /// Adds the synthetic fonts to a database.
     pub(super) fn among(&self, others: Arc<Database>) -> LaidFonts {
         let mut laid = LaidFonts {
             database: others,
@@ -118,7 +119,7 @@ fn weight(face: &Node<'_, '_>) -> u16 {
     }
 }
 
-/// The fonts that a drawing is laid out with.
+/// Fonts for laying out a drawing.
 #[derive(Clone)]
 pub(in super::super) struct LaidFonts {
     pub(super) database: Arc<Database>,
@@ -126,24 +127,24 @@ pub(in super::super) struct LaidFonts {
 }
 
 impl LaidFonts {
-    /// Whether none of them is of the file.
+    /// True if the file has no fonts.
     pub(super) fn are_of_others(&self) -> bool {
         self.faces.is_empty()
     }
 
-    /// The one of the file that stands for a face.
+    /// Returns the font in the file that a face stands for.
     fn of(&self, face: ID) -> Option<&FileFont> {
         let found = self.faces.iter().find(|(id, _)| *id == face);
         found.map(|(_, font)| &**font)
     }
 
-    /// Height of a capital of a font of the file, in the units of the face that stands for it.
+    /// Height of a capital of a font in the file, in units of its synthetic face.
     pub(super) fn cap_height(&self, face: ID) -> Option<f64> {
         let FileFont { font, .. } = self.of(face)?;
         Some(font.cap_height() * measures::EM / font.em())
     }
 
-    /// The first family that the file has a font of, before those that the others find.
+    /// Creates a resolver that prefers fonts in the file.
     pub(super) fn resolver(&self, others: FontResolver<'static>) -> FontResolver<'static> {
         let FontResolver {
             select_font,
@@ -170,7 +171,7 @@ impl LaidFonts {
     }
 }
 
-/// The font of a family that is most as it was asked for.
+/// Returns the font of a family that best matches style and weight.
 fn nearest(faces: &[(ID, Arc<FileFont>)], family: &str, asked: &Font) -> Option<ID> {
     let italic = asked.style() != usvg::FontStyle::Normal;
     let of_family = faces.iter();
@@ -181,7 +182,7 @@ fn nearest(faces: &[(ID, Arc<FileFont>)], family: &str, asked: &Font) -> Option<
 }
 
 impl StrokeCollector<'_> {
-    /// Whether a text has letters of a font of the file.
+    /// True if a text has letters of a font in the file.
     pub(super) fn has_own_letters(&self, text: &Text, single_line: bool) -> bool {
         let glyphs = text
             .layouted()
@@ -191,7 +192,7 @@ impl StrokeCollector<'_> {
         fonts.any(|font| !single_line || font.font.is_single_line())
     }
 
-    /// The letters of fonts of the file; the others are the library's.
+    /// Draws the letters of fonts in the file. usvg has laid out the other letters.
     pub(super) fn own_letters(
         &mut self,
         text: &Text,

@@ -1,7 +1,8 @@
-//! Texts in single lines: of a font whose name asks for them, or all if that is wanted.
+//! Texts in single lines: of fonts whose name asks for them, or all on request.
 //!
-//! The library lays a text out with the outline font; each letter is put where its own would be and made as wide. So anchors, tspans,
-//! spacing, turned letters and texts on paths count, and the letters of a hand stay joined.
+//! usvg lays the text out with the outline font. Each letter is replaced by one in single lines at
+//! the same place and of the same width. So anchors, tspans, letter spacing, rotated letters and
+//! texts on paths work, and script letters stay joined.
 
 use std::collections::HashMap;
 
@@ -20,7 +21,7 @@ use super::LaidFonts;
 use crate::lettering::{BundledFont, FontChoice, Glyphs, cap_height};
 use crate::{Diagnostic, DiagnosticCode, ReadOptions, TextLines};
 
-/// The font that a text is written with in single lines; none if its outlines are drawn.
+/// Returns the single-line font of a text; `None` if its outlines are drawn.
 pub(super) fn font(text: &Text, writing: &ReadOptions) -> Option<FontChoice> {
     let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
     let families = spans.flat_map(|span| span.font().families());
@@ -35,7 +36,8 @@ pub(super) fn font(text: &Text, writing: &ReadOptions) -> Option<FontChoice> {
     }
 }
 
-/// The font for a family whose name says that it has single lines, as the programs of plotters name theirs.
+/// Returns the font for a family name that says it has single lines, as plotter software names
+/// them.
 fn single_line(family: &str) -> Option<BundledFont> {
     let name = family.to_ascii_lowercase();
     if !(name.starts_with("hershey") || name.ends_with("1-stroke") || name.ends_with("single line"))
@@ -52,14 +54,15 @@ fn single_line(family: &str) -> Option<BundledFont> {
     })
 }
 
-/// Measures of a glyph in the font that a text is laid out with, in that font's units.
+/// Metrics of a glyph in the font used for the layout, in units of that font.
 struct Metrics {
     cap_height: f64,
     advance: f64,
 }
 
 impl LaidFonts {
-    /// Measures of a glyph; `cap_heights` keeps what is known of the fonts so far. `None` if the font cannot be read.
+    /// Returns the metrics of a glyph; `cap_heights` caches the capital height per font. `None` if
+    /// the font cannot be read.
     fn metrics(
         &self,
         glyph: &PositionedGlyph,
@@ -69,7 +72,7 @@ impl LaidFonts {
             let font = FontRef::from_index(data, index).ok()?;
             let metrics = font.glyph_metrics(Size::unscaled(), LocationRef::default());
             let cap_height = cap_heights.entry(glyph.font).or_insert_with(|| {
-                // The one that stands for a font of the file has no letters.
+                // The synthetic face of a font in the file has no visible letters to measure.
                 let of_file = self.cap_height(glyph.font);
                 of_file.unwrap_or_else(|| cap_height(&font))
             });
@@ -139,6 +142,7 @@ impl StrokeCollector<'_> {
                     letters.extend(glyph.lines.iter().map(moved));
                     advance += glyph.advance;
                 }
+                // Same advance as in the layout, so that spacing, anchors and paths stay right.
                 let widened = if advance > 0.0 && own.advance > 0.0 {
                     own.advance / advance
                 } else {
@@ -164,7 +168,7 @@ impl StrokeCollector<'_> {
     }
 }
 
-/// The line in the middle of a bar.
+/// Returns the centre line of a bar, such as an underline.
 fn middle(bar: &Path, to: Affine) -> Line {
     let bounds = bar.data().bounds();
     let y = f64::from(bounds.top() + bounds.bottom()) / 2.0;

@@ -1,19 +1,21 @@
-//! A TrueType font of nothing but measures.
+//! Synthetic TrueType fonts with advances and no visible glyphs.
 
 use std::collections::BTreeMap;
 
 use crate::font::SPECK;
 use crate::lettering::SvgFont;
 
-/// Its units of the em: as many as there may be.
+/// Units per em: the largest value that the format allows.
 pub(super) const EM: f64 = 16384.0;
-/// How far it goes up and down, in these.
+/// Ascent, in these units.
 const ASCENT: i16 = 13107;
+/// Descent, in these units.
 const DESCENT: i16 = -3277;
-/// A glyph in `glyf`: a speck, because a text without any outline is dropped. Glyphs begin at whole words of four bytes.
+/// Size of a glyph in `glyf`, bytes. It is a speck, because usvg drops a text without any outline.
+/// Glyphs are aligned to four bytes.
 const GLYPH: usize = SPECK.len().next_multiple_of(4);
 
-/// A font with the characters and the advances of another one; none if there is nothing in it.
+/// Builds a font with the characters and advances of another one. `None` if that has no characters.
 pub(super) fn of(font: &SvgFont) -> Option<Vec<u8>> {
     let scale = EM / font.em();
     let known = font.advances();
@@ -22,7 +24,7 @@ pub(super) fn of(font: &SvgFont) -> Option<Vec<u8>> {
         (u32::from(character), advance as u16)
     });
     let mut advances: BTreeMap<u32, u16> = advances.collect();
-    // Glyph 0 stands for what is not there.
+    // Glyph 0 is reserved for missing characters, so the largest code points must go.
     while advances.len() >= usize::from(u16::MAX) {
         advances.pop_last();
     }
@@ -96,10 +98,10 @@ impl Table {
     }
 }
 
-/// Tables in the order of their names as a file.
+/// Builds a font file. Tables must be sorted by tag.
 fn file(tables: &[([u8; 4], Table)]) -> Vec<u8> {
     let mut head = Table::default();
-    // For a search that nobody does any more.
+    // Parameters of a binary search that today's readers ignore.
     head.long(0x1_0000).words(&[tables.len() as u16, 64, 2, 48]);
     let mut at = 12 + 16 * tables.len();
     let mut body = Vec::new();

@@ -1,11 +1,13 @@
+//! Tests of fonts defined in the drawing.
+
 use crate::{Artwork, Content, DiagnosticCode, Format, Parsed, ReadOptions, TextLines, read};
 
-/// Three letters of an em of 100: an open line, a closed square, a space. All are 50 wide, but for the line, which is 20.
+/// Three letters with an em of 100: an open line (20 wide), a closed square and a space (50 wide).
 const FONT: &str = r#"<defs><font id="f" horiz-adv-x="50"><font-face font-family="Ours" units-per-em="100" ascent="80" descent="-20"/>
 <glyph unicode="l" horiz-adv-x="20" d="M10 0V70"/><glyph unicode="o" d="M10 0H40V30H10Z"/><glyph unicode=" "/></font></defs>"#;
 
 fn svg(text: &str) -> String {
-    // A unit is a millimetre.
+    // One unit is one millimetre.
     format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="100mm" viewBox="0 0 200 100">{FONT}{text}</svg>"#
     )
@@ -19,7 +21,7 @@ fn parsed(text: &str, options: &ReadOptions) -> (Artwork, Parsed) {
     (artwork, parsed)
 }
 
-/// The bounds of each line: x and y from the lower left corner of the page.
+/// Bounding box of each line, from the lower left corner of the page.
 fn lines(text: &str) -> Vec<[f64; 4]> {
     let (artwork, _) = parsed(text, &ReadOptions::default());
     let bounds = artwork.strokes.iter().map(|stroke| {
@@ -53,7 +55,7 @@ fn text_is_drawn_with_the_glyphs_of_the_file() {
             [36.0, 10.0, 36.0, 24.0],
         ],
     );
-    // Single lines are drawn once, whatever is done with shapes.
+    // Single lines are drawn once, regardless of the option for fills.
     let (artwork, parsed) = parsed(text, &ReadOptions::default());
     assert_eq!(artwork.strokes[0].points.len(), 2);
     assert!(parsed.notes.is_empty(), "{:?}", parsed.notes);
@@ -79,7 +81,7 @@ fn anchors_spans_and_turned_texts_count() {
 fn what_the_font_lacks_is_written_in_single_lines() {
     let text = r#"<text x="10" y="90" font-size="20" font-family="Ours">lXo</text>"#;
     let (artwork, parsed) = parsed(text, &ReadOptions::default());
-    // The strokes of the X are no higher than a capital of the font, and what follows comes behind it.
+    // The strokes of the X are as high as a capital of the font, and the next letter follows it.
     let found = lines(text);
     assert_eq!(found.len(), 4, "{found:?}");
     assert_eq!(artwork.strokes[0].points.len(), 2);
@@ -89,7 +91,7 @@ fn what_the_font_lacks_is_written_in_single_lines() {
         panic!("{:?}", parsed.notes);
     };
     assert!(note.message.contains("written in sans") && note.message.contains("'X'"));
-    // No font at all has this one.
+    // A character that no font has.
     let text = "<text x='10' y='90' font-family='Ours'>l\u{E123}</text>";
     let (artwork, parsed) = self::parsed(text, &ReadOptions::default());
     assert_eq!(artwork.strokes.len(), 1);
