@@ -11,7 +11,7 @@ use std::ops::Deref;
 
 use crate::{Error, Setting};
 
-/// A sentence for people. [`message!`](crate::message) makes one from a template and values; a
+/// A sentence for people. [`message!`](macro@crate::message) makes one from a template and values; a
 /// message from plain text has no template and is the same in every language.
 ///
 /// ```
@@ -48,7 +48,7 @@ pub enum MessageValue {
 
 impl Message {
     /// Creates a message from its parts; `text` is the template with the values filled in. Use
-    /// [`message!`](crate::message).
+    /// [`message!`](macro@crate::message).
     #[must_use]
     pub fn from_parts(
         text: String,
