@@ -23,6 +23,7 @@ mod sentences;
 mod soak;
 mod station;
 mod studio;
+mod voice;
 mod workshop;
 
 use std::path::Path;
@@ -59,6 +60,8 @@ Usage: cargo xtask CHORE
              print the same of another package
   dist [--only TARGET].. [--skip TARGET].. [--profile NAME]
              make a release and try it: archives for five systems, Debian packages, manifests for Homebrew and winget: target/archive
+  voice [--list]
+             count symptoms of prose that needs a second reading, per crate; name the lines
   publish [--dry-run]
              publish the crates, once they name their repository
   bench [WHAT...] [--json]
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, rest)) if chore == "licences" => dist::licences(rest, &root),
         Some((chore, rest)) if chore == "dist" => dist::run_release(rest, &root),
+        Some((chore, rest)) if chore == "voice" => voice::run(rest, &root),
         Some((chore, rest)) if chore == "publish" => dist::publish(rest, &root),
         Some((chore, rest)) if chore == "vendor-functions" => exports::run(rest, &docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),

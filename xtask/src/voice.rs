@@ -1,0 +1,343 @@
+//! Counts symptoms of prose that needs a second reading, per crate, and fails above a limit.
+//!
+//! The code once read like a word-for-word translation: summaries that were clauses ("What it is at
+//! most", "Whether it is one"), pronouns without a noun, nobody named who acts. The patterns here
+//! are symptoms of that, per 1,000 comment lines; code of projects known for their documentation
+//! scores 0 to 4. A low count does not make a text good, but a rising one shows where somebody
+//! should read it again. Comments that give reasons are counted too, per 100 lines of code, in the
+//! crates whose code is hard to follow without them.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use regex_lite::Regex;
+
+/// A symptom: its name, its pattern, whether only the first line of a comment counts, and the limit
+/// per 1,000 comment lines.
+struct Symptom {
+    name: &'static str,
+    pattern: &'static str,
+    first_line: bool,
+    limit: f64,
+}
+
+const SYMPTOMS: [Symptom; 6] = [
+    Symptom {
+        name: "What..",
+        pattern: r"^(What|Whatever|Whoever|Whether|Where|Who)\b",
+        first_line: true,
+        limit: 15.0,
+    },
+    Symptom {
+        name: "so many",
+        pattern: r"\b[Ss]o (many|much|long|often|far|few) ",
+        first_line: false,
+        limit: 1.0,
+    },
+    Symptom {
+        name: "told",
+        pattern: r"\b(told|tells?|telling) ",
+        first_line: false,
+        limit: 1.0,
+    },
+    Symptom {
+        name: "none",
+        pattern: r"\b(is|are|be) none\b|\bthat (there )?(is|are) not\b|\bwhich there (is|are)\b",
+        first_line: false,
+        limit: 1.0,
+    },
+    Symptom {
+        name: "one that",
+        pattern: r"\b([Oo]nes?|[Tt]hose|[Tt]hat) (that|who|which|of whom|of which)\b|\bof its own\b|\bof his\b",
+        first_line: false,
+        limit: 2.0,
+    },
+    Symptom {
+        name: "It, That..",
+        pattern: r"^(It|Its|That|Those|These|One|Nothing|Nobody|Everybody|Somebody|All that|As|So|How)\b",
+        first_line: true,
+        limit: 10.0,
+    },
+];
+
+/// First words of a doc comment that make its summary a clause or leave its noun out.
+const CLAUSE: &str = r"^(What|Whatever|Whoever|Whether|Where|Who|How|So|Those|That|These|One|It|Its|As|All that|Nothing|Nobody|Everybody|Somebody|Of|Than|There)\b";
+/// Largest share of doc comments that begin so, percent.
+const MOST_CLAUSES: f64 = 6.0;
+
+/// Crates of which at least [`FEWEST_REASONS`] in 100 lines of code outside of tests are comments.
+const REASONED: [&str; 4] = [
+    "crates/magician",
+    "crates/magician-host",
+    "crates/magician-sim",
+    "crates/magician-station",
+];
+const FEWEST_REASONS: f64 = 3.0;
+
+/// A smaller area than this is not judged by rates: one hit would be above the limit.
+const FEW_LINES: usize = 300;
+
+/// Folders of other people's code, and of what is generated.
+const FOREIGN: [&str; 7] = [
+    "target",
+    "node_modules",
+    "page",
+    "modules",
+    ".git",
+    "corpus",
+    "include",
+];
+
+static PATTERNS: LazyLock<Vec<Regex>> = LazyLock::new(|| {
+    let patterns = SYMPTOMS.iter().map(|symptom| symptom.pattern);
+    let patterns = patterns.map(|pattern| Regex::new(pattern).expect("a pattern"));
+    patterns.collect()
+});
+static CLAUSES: LazyLock<Regex> = LazyLock::new(|| Regex::new(CLAUSE).expect("a pattern"));
+
+/// Counts of an area: a crate, or a folder at the top.
+#[derive(Debug, Default)]
+struct Counts {
+    lines: usize,
+    hits: [usize; SYMPTOMS.len()],
+    /// Doc comments, and those that begin with a clause.
+    docs: usize,
+    clauses: usize,
+    /// Lines of code outside of tests, and of comments among them.
+    code: usize,
+    reasons: usize,
+    /// The lines that were counted: `file:line: symptom: text`.
+    found: Vec<String>,
+}
+
+/// A line of a comment.
+struct Line<'a> {
+    number: usize,
+    text: &'a str,
+    is_doc: bool,
+    is_first: bool,
+}
+
+/// Lines of comments of a source; `python` begins them with `#`.
+fn comments(source: &str, python: bool) -> Vec<Line<'_>> {
+    let markers: &[&str] = if python {
+        &["#"]
+    } else {
+        &["///", "//!", "//"]
+    };
+    let mut before = "";
+    let mut lines = Vec::new();
+    for (at, line) in source.lines().enumerate() {
+        let line = line.trim();
+        let marker = markers.iter().find(|marker| line.starts_with(**marker));
+        let Some(marker) = marker.filter(|_| !(python && line.starts_with("#!"))) else {
+            before = "";
+            continue;
+        };
+        let text = line[marker.len()..].trim_start();
+        if !text.is_empty() && !text.starts_with("```") {
+            lines.push(Line {
+                number: at + 1,
+                text,
+                is_doc: marker.len() == 3,
+                is_first: before != *marker,
+            });
+            before = marker;
+        }
+    }
+    lines
+}
+
+impl Counts {
+    fn add(&mut self, file: &str, source: &str) {
+        for line in comments(source, file.ends_with(".py")) {
+            self.lines += 1;
+            for (at, symptom) in SYMPTOMS.iter().enumerate() {
+                if (line.is_first || !symptom.first_line) && PATTERNS[at].is_match(line.text) {
+                    self.hits[at] += 1;
+                    self.note(file, &line, symptom.name);
+                }
+            }
+            if line.is_doc && line.is_first {
+                self.docs += 1;
+                if CLAUSES.is_match(line.text) {
+                    self.clauses += 1;
+                    self.note(file, &line, "clause");
+                }
+            }
+        }
+        let is_test = file.contains("/tests/") || file.ends_with("/tests.rs");
+        if file.ends_with(".rs") && file.contains("/src/") && !is_test {
+            let own = source.split("#[cfg(test)]\nmod tests {").next();
+            for line in own.unwrap_or_default().lines().map(str::trim) {
+                let is_comment = line.starts_with("//");
+                let is_doc = line.starts_with("///") || line.starts_with("//!");
+                self.code += usize::from(!line.is_empty() && !is_comment);
+                self.reasons += usize::from(is_comment && !is_doc);
+            }
+        }
+    }
+
+    fn note(&mut self, file: &str, line: &Line<'_>, symptom: &str) {
+        let (number, text) = (line.number, line.text);
+        self.found
+            .push(format!("{file}:{number}: {symptom}: {text}"));
+    }
+
+    fn rate(&self, symptom: usize) -> f64 {
+        1000.0 * self.hits[symptom] as f64 / self.lines.max(1) as f64
+    }
+
+    fn clauses(&self) -> f64 {
+        100.0 * self.clauses as f64 / self.docs.max(1) as f64
+    }
+
+    fn reasons(&self) -> f64 {
+        100.0 * self.reasons as f64 / self.code.max(1) as f64
+    }
+
+    /// Names of the limits that are broken.
+    fn broken(&self, area: &str) -> Vec<String> {
+        let mut broken = Vec::new();
+        if self.lines >= FEW_LINES {
+            for (at, symptom) in SYMPTOMS.iter().enumerate() {
+                let (rate, limit) = (self.rate(at), symptom.limit);
+                if rate > limit {
+                    broken.push(format!("{area}: {} {rate:.1}, limit {limit}", symptom.name));
+                }
+            }
+            if self.clauses() > MOST_CLAUSES {
+                let share = self.clauses();
+                broken.push(format!(
+                    "{area}: clauses {share:.1} %, limit {MOST_CLAUSES} %"
+                ));
+            }
+        }
+        if REASONED.contains(&area) && self.reasons() < FEWEST_REASONS {
+            let rate = self.reasons();
+            broken.push(format!(
+                "{area}: reasons {rate:.1}, at least {FEWEST_REASONS}"
+            ));
+        }
+        broken
+    }
+}
+
+/// Sources of Rust, TypeScript and Python in a folder.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if path.is_dir() {
+            if !FOREIGN.contains(&&*name) {
+                sources(&path, found);
+            }
+            continue;
+        }
+        let is_source = [".rs", ".ts", ".tsx", ".py"]
+            .iter()
+            .any(|end| name.ends_with(end));
+        let is_generated = name == "api.ts" || name.ends_with("_blocking.py");
+        if is_source && !is_generated {
+            found.push(path);
+        }
+    }
+}
+
+/// Counts by crate, and by folder at the top.
+fn count(root: &Path) -> BTreeMap<String, Counts> {
+    let mut found = Vec::new();
+    sources(root, &mut found);
+    found.sort();
+    let mut areas: BTreeMap<String, Counts> = BTreeMap::new();
+    for path in found {
+        let Ok(source) = fs::read_to_string(&path) else {
+            continue;
+        };
+        let file = path.strip_prefix(root).unwrap_or(&path);
+        let file = file.to_string_lossy().replace('\\', "/");
+        let parts = if file.starts_with("crates/") { 2 } else { 1 };
+        let area = file.split('/').take(parts).collect::<Vec<_>>().join("/");
+        areas.entry(area).or_default().add(&file, &source);
+    }
+    areas
+}
+
+/// Prints the counts, or with `--list` the lines that were counted.
+pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
+    let areas = count(root);
+    match words {
+        [] => {}
+        [list] if list == "--list" => {
+            for counts in areas.values() {
+                for line in &counts.found {
+                    println!("{line}");
+                }
+            }
+            return Ok(());
+        }
+        _ => return Err("cargo xtask voice [--list]".into()),
+    }
+    print!("{:26}{:>8}", "per 1,000 comment lines", "lines");
+    for symptom in &SYMPTOMS {
+        print!("{:>12}", symptom.name);
+    }
+    println!("{:>12}{:>12}", "clauses, %", "reasons, %");
+    for (area, counts) in &areas {
+        print!("{area:26}{:>8}", counts.lines);
+        for at in 0..SYMPTOMS.len() {
+            print!("{:>12.1}", counts.rate(at));
+        }
+        println!("{:>12.1}{:>12.1}", counts.clauses(), counts.reasons());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_crate_is_within_the_limits() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let areas = count(&root);
+        assert!(areas.len() > 20, "the crates have moved");
+        let broken: Vec<_> = areas
+            .iter()
+            .flat_map(|(area, counts)| counts.broken(area))
+            .collect();
+        assert!(
+            broken.is_empty(),
+            "`cargo xtask voice --list` names the lines:\n{}",
+            broken.join("\n")
+        );
+    }
+
+    #[test]
+    fn symptoms_are_found_at_their_lines() {
+        let source = "//! What it is.\n//! What it is not.\n\n/// So many are told of.\nfn f() {} // it\n// why\n";
+        let mut counts = Counts::default();
+        counts.add("crates/a/src/lib.rs", source);
+        assert_eq!((counts.lines, counts.hits), (4, [1, 1, 1, 0, 0, 1]));
+        assert_eq!((counts.docs, counts.clauses), (2, 2));
+        assert_eq!((counts.code, counts.reasons), (1, 1));
+        let mut many = Counts {
+            lines: 1000,
+            docs: 10,
+            clauses: 1,
+            ..Counts::default()
+        };
+        many.hits[1] = 2;
+        let broken = many.broken("crates/magician");
+        let said = [
+            "so many 2.0, limit 1",
+            "clauses 10.0 %, limit 6 %",
+            "reasons 0.0, at least 3",
+        ];
+        let said = said.map(|text| format!("crates/magician: {text}"));
+        assert_eq!(broken, said);
+    }
+}
