@@ -19,9 +19,9 @@ use crate::output::Output;
 use crate::permission::Asks;
 use crate::progress::attended;
 
-/// How long a line that broke is waited for, to put the laser out.
+/// Longest wait for a broken line to return, so that the laser can be switched off. A choice.
 const BACK: Duration = Duration::from_secs(10);
-/// How often the line is looked at.
+/// Interval of checking the line.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Switch the laser on until Ctrl-C, or off
@@ -81,7 +81,7 @@ impl Laser {
         show(context, "laser", Switch::Off)
     }
 
-    /// Until the person, the clock or the system ends it.
+    /// Burns until the user, the time limit or the system ends it.
     fn burn(self, context: &mut Context) -> Result<(), Failure> {
         let quiet = context.global.json;
         context.until_told(AT_SIGHT, ToldPolicy::Burn, async |arm, out, told| {
@@ -126,7 +126,7 @@ fn said(json: bool, out: &mut Output, state: &str) -> Result<(), Failure> {
     out.flush()
 }
 
-/// Ends with what is typed; how, is said on stderr.
+/// Waits for the end of standard input. Never completes if that cannot be read.
 async fn end_of_input(quiet: bool) {
     if !quiet {
         let _ = writeln!(io::stderr(), "Ctrl-C switches it off");
@@ -143,7 +143,8 @@ async fn end_of_input(quiet: bool) {
     }
 }
 
-/// The line has broken: what is said first when it is back puts the laser out.
+/// Waits until the line breaks, and then until it is back: the driver's first frames then switch
+/// the laser off.
 async fn lost(arm: &Arm, quiet: bool) -> Failure {
     while arm.link() == Link::Up {
         sleep(LOOK).await;
