@@ -1,4 +1,4 @@
-//! `shell`: the verbs, line by line, over one connection.
+//! `shell`: runs verbs line by line over one connection.
 
 mod complete;
 mod editor;
@@ -46,7 +46,7 @@ impl Shell {
         }
     }
 
-    /// Does the lines of a script.
+    /// Runs the lines of a script.
     fn follow(&self, session: &Global, context: &mut Context) -> Result<(), Failure> {
         let mut lines = Lines::open(None);
         let mut first = None;
@@ -75,7 +75,7 @@ impl Shell {
     }
 }
 
-/// Does what a person types.
+/// Runs the lines that a user types.
 fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
     let mut lines = Lines::open(Some((context.command_line.description)()));
     if !session.json {
@@ -105,7 +105,7 @@ fn ends(line: &str) -> bool {
     matches!(line.trim(), "exit" | "quit")
 }
 
-/// Does one line.
+/// Runs one line.
 fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failure> {
     let words = words::split(line)?;
     if words.is_empty() {
