@@ -311,7 +311,7 @@ pub(crate) enum Verb {
     Studio(Box<serve::Studio>),
     Serve(Box<serve::Serve>),
     Station(station::Station),
-    // It is refused where it is not built in; nobody is led to it there.
+    // Builds without sites refuse it, so their help does not list it.
     #[cfg_attr(not(feature = "site"), command(hide = true))]
     Fleet(Box<fleet::Fleet>),
     #[cfg_attr(not(feature = "site"), command(hide = true))]
