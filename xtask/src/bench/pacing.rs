@@ -1,4 +1,4 @@
-//! S6: how nearly the line takes the time that 115200 baud take.
+//! S6: accuracy of the virtual line's timing at 115,200 baud.
 
 use std::error::Error;
 use std::net::UdpSocket;
@@ -15,11 +15,11 @@ const LINE: LineTiming = LineTiming {
     baud: Some(BAUD_RATE),
     turnaround: Duration::ZERO,
 };
-/// Request and reply of GetPose, at ten bits a byte.
+/// Duration of a GetPose exchange with ten bits per byte, s.
 const EXCHANGE: f64 = (6.0 + 38.0) * 10.0 / BAUD_RATE as f64;
 const EXCHANGES: u32 = 1_000;
 
-/// S6: exchanges of GetPose, one after the other, in the arm's own time and over a socket in real time.
+/// Measures S6: consecutive GetPose exchanges, in the arm's time and over a socket in real time.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let look = FrameBuf::new(10, Ctrl::GET, &[])?;
     let mut runner = Runner::new(Controller::default(), Speed::default(), LINE);
@@ -55,7 +55,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
             .with("exchanges/s", 1.0 / took)
             .at_most(2.0)
     };
-    // A process that others keep from its turn is late; the median tells what the line does.
+    // A preempted process is late, so the median describes the line better than the mean.
     Ok(vec![
         figure("S6 in virtual time", in_theory / f64::from(EXCHANGES)),
         figure("S6 over UDP in real time, median", median).with("mean, %", error(mean(&real))),

@@ -1,5 +1,5 @@
-//! The workshop's gallery: pieces made by the command, as a person types it. Each has its input, the preview, and what the virtual arm
-//! left, and how far these are apart.
+//! Gallery of the workshop: pieces made by commands as users type them. Each shows its input, the
+//! preview and the virtual arm's drawing, with the deviations between them.
 
 mod marks;
 mod page;
@@ -16,12 +16,12 @@ use std::path::Path;
 use pieces::PIECES;
 use run::Bench;
 
-/// Where the pictures go, under `docs`; the files that were made for this page are in a folder of it.
+/// Folder of the pictures below `docs`; files made for this page are in a subfolder.
 const PICTURES: &str = "workshop";
 const PAGE: &str = "WORKSHOP.md";
 
-/// Runs every piece, draws it into `docs/workshop` and lists them in `docs/WORKSHOP.md`. With names it only runs these and shows their
-/// figures; the page stays.
+/// Runs every piece, draws it into `docs/workshop` and lists it in `docs/WORKSHOP.md`. With names
+/// it only runs these and prints their figures.
 pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let bench = Bench::new(root)?;
     let pictures = root.join("docs").join(PICTURES);
@@ -57,7 +57,7 @@ mod tests {
 
     use super::*;
 
-    /// As many bytes have the pictures at most: they are in every checkout.
+    /// Largest total size of the pictures, bytes, since every checkout contains them.
     const MOST: u64 = 1_500_000;
 
     fn docs() -> std::path::PathBuf {
