@@ -141,7 +141,7 @@ fn list(
 }
 
 /// Returns the length of a section number at the start of a word: one or two digits and optionally
-/// a letter, without decimals or a unit behind them. `None` if there is none.
+/// a letter, without decimals or a unit behind them. `None` for any other word.
 fn length_of_number(word: &str) -> Option<usize> {
     let digits = word.bytes().take_while(u8::is_ascii_digit).count();
     let letter = word[digits..]

@@ -1,4 +1,5 @@
-//! Files that are not kept in git, because other files of the repository determine them completely.
+//! Generated files, kept out of git because other files of the repository determine them
+//! completely.
 
 use std::error::Error;
 use std::path::Path;

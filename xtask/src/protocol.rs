@@ -218,7 +218,7 @@ mod tests {
         assert!(written == page(), "cargo xtask protocol writes it anew");
     }
 
-    /// A citation that is not a link has no bracket behind it.
+    /// A citation without a link has no bracket behind it.
     #[test]
     fn every_citation_leads_on() {
         let page = page();

@@ -1,5 +1,5 @@
-//! Picture of the public recording of a jog, with the same jog on virtual arms: one that computes
-//! in periods of 20 ms, and one in continuous time.
+//! Picture of the public recording of a jog, with the same jog on two virtual arms: computed in
+//! periods of 20 ms, and in continuous time.
 
 use std::error::Error;
 use std::fs;

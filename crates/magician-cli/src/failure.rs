@@ -276,7 +276,7 @@ impl From<RecordError> for Failure {
     }
 }
 
-/// Creates the failure of a recording that is not complete, although the work itself was done.
+/// Creates the failure of an incomplete recording of work that itself succeeded.
 pub(crate) fn incomplete(what: &str, why: &str) -> Failure {
     Failure::new(
         Kind::Driver(ErrorKind::Port),

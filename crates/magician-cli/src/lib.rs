@@ -50,7 +50,7 @@ use crate::verbs::serve::is_started_by_hand;
 
 /// Runs the command and returns its exit status. The first argument is the program's name.
 ///
-/// Meant for a process of its own: it replaces the process's signal handlers, panic hook and log
+/// Meant for a separate process: it replaces the process's signal handlers, panic hook and log
 /// subscriber.
 #[must_use]
 pub fn run(arguments: &[OsString]) -> u8 {

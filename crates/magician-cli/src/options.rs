@@ -94,8 +94,8 @@ impl Global {
         token.filter(|token| !token.is_empty())
     }
 
-    /// Returns the token for this station: the user's, otherwise the one that a station of this
-    /// machine keeps for commands of its own user.
+    /// Returns the token for this station: the user's, otherwise the token that a station of this
+    /// machine stores for commands of the same user.
     pub(crate) fn token_for(&self, url: &str) -> Option<String> {
         self.token().or_else(|| token_of(url))
     }

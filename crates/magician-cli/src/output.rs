@@ -116,7 +116,7 @@ impl Output {
         }
     }
 
-    /// Prints a note at once, with `json` as an object of its own: a verb that may fail has no
+    /// Prints a note at once, with `json` as a separate object, because a verb that may fail has no
     /// result to carry it.
     pub(crate) fn note_at_once(&mut self, note: &Diagnostic, json: bool) -> Result<(), Failure> {
         if !json {

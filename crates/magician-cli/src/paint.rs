@@ -30,8 +30,8 @@ pub(crate) fn width_of_stderr() -> usize {
     width.map_or(100, |(width, _)| usize::from(width.0).clamp(60, 100))
 }
 
-/// True if stderr is a terminal that is not dumb, in a UTF-8 locale, so that box-drawing characters
-/// can be used.
+/// True if stderr is a terminal other than a dumb one, in a UTF-8 locale, so that box-drawing
+/// characters can be used.
 pub(crate) fn draws_on_stderr() -> bool {
     let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
     let place = ["LC_ALL", "LC_CTYPE", "LANG"]

@@ -1,4 +1,4 @@
-//! Checks the dependencies between crates against those that `ARCHITECTURE.md` describes.
+//! Checks the dependencies between crates against the description in `ARCHITECTURE.md`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -34,8 +34,8 @@ fn word<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_default()
 }
 
-/// Crates that are not published: parts of the vendor's library (distributed built), programs that
-/// compare and measure systems, and maintenance tasks.
+/// Unpublished crates: parts of the vendor's library (distributed built), programs that compare and
+/// measure systems, and maintenance tasks.
 const ASIDE: [&str; 8] = [
     "magician-capi",
     "magician-capi-v1",
@@ -136,7 +136,7 @@ fn plain(path: &Path) -> PathBuf {
     })
 }
 
-/// Collects files that sources include at compile time but that are not published with them.
+/// Collects files that sources include at compile time but that are missing from the package.
 fn missed(folder: &Path, within: &Path, left_out: &[PathBuf], all: &mut Vec<String>) {
     for entry in fs::read_dir(within).into_iter().flatten().flatten() {
         let path = entry.path();

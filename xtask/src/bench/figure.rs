@@ -136,7 +136,7 @@ impl Report {
     }
 }
 
-/// Rounds per rate, beside one that is not counted and warms up the caches.
+/// Measured rounds per rate. A round before them warms up the caches.
 const ROUNDS: usize = 9;
 
 /// Returns median and best of the rates of several rounds, per second. `work` returns the amount of

@@ -145,7 +145,7 @@ fn control(builder: &Builder, system: &System, kilobytes: u64) -> String {
     )
 }
 
-/// Installs a package into a root of its own and removes it again. `meanwhile` receives the path of
+/// Installs a package into a separate root and removes it again. `meanwhile` receives the path of
 /// the installed program.
 pub(super) fn installed<T>(
     package: &Path,
@@ -164,7 +164,7 @@ pub(super) fn installed<T>(
     output(Command::new("dpkg-deb").arg("--info").arg(package))?;
     let dpkg = || {
         let mut dpkg = Command::new("dpkg");
-        // That root contains no C library and may be for another processor.
+        // The separate root contains no C library and may be for another processor.
         dpkg.args([
             "--force-depends,architecture,not-root,bad-path",
             "--log=/dev/null",

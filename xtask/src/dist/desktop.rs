@@ -45,7 +45,7 @@ pub(super) fn name(builder: &Builder, system: &System) -> Option<String> {
     }
 }
 
-/// Builds and packs the macOS application: the program, started in a window of its own.
+/// Builds and packs the macOS application: the program, which opens its own window.
 pub(super) fn application(
     builder: &Builder,
     system: &System,

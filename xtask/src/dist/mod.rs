@@ -36,7 +36,7 @@ pub(crate) use system::{Builder, System as ReleaseSystem};
 /// Cargo profile of releases; its folder in `target` has the same name.
 pub(crate) const PROFILE: &str = "dist";
 
-/// Line of the final table: a file, or the reason why there is none.
+/// Line of the final table: a file, or the reason for its absence.
 struct Row {
     name: String,
     /// Size in bytes, SHA-256 in hex, and how the file was tested.

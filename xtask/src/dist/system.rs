@@ -151,8 +151,8 @@ impl Builder {
             Family::Linux => {
                 target += &format!(".{}.{}", GLIBC.0, GLIBC.1);
                 flags += &format!("\x1f-Clink-arg={}", self.unwinder(system)?);
-                // This `libgcc_s` needs a newer glibc than the program, and is not the one that the
-                // program will be loaded with.
+                // This `libgcc_s` needs a newer glibc than the program, and the program will be
+                // loaded with another.
                 flags += "\x1f-Clink-arg=-Wl,--allow-shlib-undefined";
             }
             Family::MacOs(oldest) => drop(build.env("MACOSX_DEPLOYMENT_TARGET", oldest)),

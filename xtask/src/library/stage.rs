@@ -110,7 +110,7 @@ fn lay_out(
         // Programs in C need no Python.
         println!("DobotDllType.py is left out: {error}");
     }
-    // It looks for the families beside itself.
+    // The module looks for the families in its own folder.
     fs::copy(
         door.join("python/studio.py"),
         folder.join("lib/dobotdll/studio.py"),
@@ -219,7 +219,7 @@ fn package(family: &str, target: &str, version: &str) -> (String, String) {
         "v2" => "functions with a dobotId",
         _ => "functions with master and slave ids",
     };
-    // The library is in a folder of its own, where the loader does not search.
+    // The library is in a separate folder, where the loader does not search.
     let path = if target.contains("windows") {
         ""
     } else {

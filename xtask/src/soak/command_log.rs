@@ -36,7 +36,7 @@ pub(super) struct Tally {
     pub(super) altered: u64,
     /// Reported as uncertain.
     pub(super) uncertain: u64,
-    /// Uncertain ones that the arm did accept.
+    /// Reported as uncertain, but accepted by the arm.
     pub(super) uncertain_taken: u64,
     /// Reported as not accepted, correctly.
     pub(super) not_taken: u64,
@@ -86,7 +86,7 @@ pub(super) struct CommandLog {
     numbers: HashMap<Vec<u8>, u64>,
     /// Indices of accepted commands whose parameters were never sent.
     strays: VecDeque<u64>,
-    /// Intervals of indices that the host was told not to rely on.
+    /// Intervals of indices that were reported to the host as unreliable.
     reports: VecDeque<(u64, u64)>,
     newest: u64,
     /// Number of resets when a command was last reported as accepted.
@@ -151,7 +151,7 @@ impl CommandLog {
         }
     }
 
-    /// Records that the host was told not to rely on these indices.
+    /// Records that these indices were reported to the host as unreliable.
     pub(super) fn report(&mut self, interval: (u64, u64)) {
         self.reports.push_back(interval);
         if self.reports.len() > KEPT {
@@ -179,7 +179,7 @@ impl CommandLog {
         let told = entry.fate.and_then(Result::ok);
         let reported = match taken {
             [] => told.is_some_and(|index| self.is_reported(index)),
-            // One acceptance is correct; the others must have been reported.
+            // A single acceptance is correct; any further ones must have been reported.
             [..] => {
                 taken
                     .iter()

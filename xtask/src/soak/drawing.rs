@@ -31,7 +31,7 @@ use rig::{Trouble, draw, on_a_jumping_clock};
 use verdict::{Came, drawn, judge};
 
 const SAMPLES: &str = "../crates/magician-program/samples";
-/// One drawing of this many runs over a network.
+/// Interval at which a run draws over a network: every fifth run.
 const NETWORK: u64 = 5;
 /// Largest number of failed drawings that are printed.
 const MOST_TOLD: u64 = 10;

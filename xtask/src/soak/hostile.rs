@@ -316,7 +316,7 @@ pub(super) fn memory(scope: Scope) -> Result<Found, Box<dyn Error>> {
     // Memory of the test itself, which does not count.
     let own = siege.open.capacity() * size_of::<(Ticket, u64)>()
         + siege.heard.capacity() * size_of::<FrameBuf>();
-    // As many as a driver has open.
+    // The number that a driver keeps open.
     siege.most = 8;
     let (mut most, mut steps) = (0, 0_u64);
     let inline = size_of::<Siege>();

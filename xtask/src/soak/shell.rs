@@ -29,7 +29,7 @@ enum LineFault {
     Fine,
     /// The arm receives and does not answer.
     Mute,
-    /// Nothing is accepted from the host.
+    /// The device accepts no bytes from the host.
     Dead,
     /// Replies are held back until the line is fine again.
     Stalled,

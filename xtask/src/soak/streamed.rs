@@ -26,7 +26,7 @@ struct Tally {
     altered: u64,
     /// Given up with a reported reason: they were in the arm or in flight when it was reset.
     abandoned: u64,
-    /// Given-up ones that the arm did accept.
+    /// Given up, but accepted by the arm.
     abandoned_taken: u64,
     resumed: u64,
     refused: u64,
@@ -161,7 +161,7 @@ impl Rig {
             self.pair.put_cable_back();
         }
         if self.pair.arm.state().queue.held && self.alarmed.is_none_or(|at| at < self.pair.now) {
-            // The line altered a command into one that the arm cannot perform.
+            // The line altered a command so that the arm cannot perform it.
             self.alarmed = Some(self.pair.now + SECOND);
             let clear = Request::set(&ClearAllAlarmsState {})?;
             let patience = self.pair.now + SECOND;

@@ -47,7 +47,7 @@ pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
 }
 
 /// Lets the arm work until its queue has room. The host acts only if the queue has stopped: after a
-/// reset, or after the line altered a command into one that the arm cannot perform.
+/// reset, or after the line altered a command so that the arm cannot perform it.
 pub(super) fn make_room(pair: &mut Pair) {
     while pair.arm.state().queue.waiting > 16 {
         let state = pair.arm.state().queue;

@@ -39,7 +39,7 @@ const MODULES: [Module; 2] = [
     },
 ];
 
-/// Builds the modules that are not current into the package of the page, and prints their sizes.
+/// Builds outdated modules into the package of the page, and prints their sizes.
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     let root = fs::canonicalize(root)?;
     let missing: Vec<_> = { MODULES.iter() }

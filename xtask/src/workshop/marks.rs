@@ -101,8 +101,8 @@ pub(super) fn figures(
     Ok(Matched { told, is_good })
 }
 
-/// Returns the middle of all pixels that are not white, as shares of the width and, from the lower
-/// edge, of the height.
+/// Returns the mean position of all pixels other than white, as shares of the width and, from the
+/// lower edge, of the height.
 fn middle_of_marks(image: &Raster) -> [f64; 2] {
     let marked = image.grey.iter().enumerate();
     let marked = marked.filter(|(_, grey)| **grey < WHITE);

@@ -36,7 +36,7 @@ pub(super) enum Input {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Svg,
-    /// As pixels, because lines would be too large.
+    /// Raster image, because lines would be too large.
     Png,
     /// A preview only, since nothing is drawn.
     Way,

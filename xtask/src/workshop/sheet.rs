@@ -8,7 +8,7 @@ pub(crate) struct Ink<'a> {
     /// Width of the lines, mm.
     pub(crate) width: f64,
     pub(crate) opacity: f64,
-    /// True for round ends. Lines that are not opaque would be darker where round ends overlap.
+    /// True for round ends. Translucent lines would be darker where round ends overlap.
     pub(crate) round: bool,
     pub(crate) lines: Vec<&'a [[f64; 2]]>,
 }

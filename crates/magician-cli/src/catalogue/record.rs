@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::find::kebab;
 
-/// One command as JSON.
+/// Command as JSON.
 #[derive(Serialize)]
 pub(crate) struct Entry {
     id: u8,
@@ -159,7 +159,7 @@ pub(crate) fn chapter_name(row: &Row) -> String {
     kebab(&format!("{:?}", row.chapter))
 }
 
-/// Returns the section of the vendor's document, or an empty text if there is none.
+/// Returns the section of the vendor's document; empty for a command without one.
 pub(super) fn section(row: &Row) -> &'static str {
     match row.section {
         "none" => "",

@@ -8,7 +8,7 @@ use toml::de::DeValue;
 
 use crate::numbers::numbers;
 
-/// One setting.
+/// Setting of the configuration file.
 pub(crate) struct Key {
     /// Name of the setting. A part before a dot is a table of the file.
     pub(crate) name: &'static str,

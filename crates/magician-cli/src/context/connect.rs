@@ -25,7 +25,7 @@ use crate::paint::tell;
 use crate::progress::attended;
 use crate::serving::grow;
 
-/// How a verb treats a virtual arm in this process.
+/// Treatment of a virtual arm in this process by a verb.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sim {
     /// Speed of its clock if the port does not name one.
@@ -151,7 +151,7 @@ impl Context {
         self.stage = Some(Stage { arm, in_arm_time });
     }
 
-    /// As [`put_up`](Self::put_up), and lets all timers of this process follow virtual time while
+    /// Like [`put_up`](Self::put_up), but lets all timers of this process follow virtual time while
     /// the verb works. Motions take as long by the arm's clock as on a real arm, and almost no wall
     /// time.
     pub(crate) fn put_up_in_arm_time(&mut self, arm: VirtualArm) {
@@ -171,7 +171,7 @@ impl Context {
         self.connected.is_some()
     }
 
-    /// Returns the open connection's arm if it is the one that the options name now.
+    /// Returns the arm of the open connection, if the options still name it.
     pub(crate) fn connected(&self) -> Option<&Arm> {
         let open = self.connected.as_ref();
         let open = open.filter(|open| open.place.as_deref() == self.global.place());
@@ -185,8 +185,8 @@ impl Context {
         sim: Option<Sim>,
         rules: &Rules,
     ) -> Result<Arm, Failure> {
-        // A connection opened for a look does not reconnect, but a job that burns needs one that
-        // does, to switch the laser off.
+        // A connection opened for a look does not reconnect, but a job that burns needs
+        // reconnection to switch the laser off.
         let fits = |open: &Connected| {
             open.place.as_deref() == self.global.place() && (open.reconnects || !rules.reconnects)
         };
@@ -249,7 +249,7 @@ impl Context {
         })
     }
 
-    /// As [`open`](Self::open), through a station.
+    /// Opens the arm like [`open`](Self::open), through a station.
     async fn open_at_station(&mut self, url: &str) -> Result<Connected, Failure> {
         let unusual = [
             ("--trace", self.global.trace.is_some()),
@@ -391,7 +391,7 @@ impl Context {
     }
 }
 
-/// Path of the trace, and its tracer or the reason why there is none.
+/// Path of the trace, with its tracer or the reason for its absence.
 pub(super) type Trace = (PathBuf, Result<Tracer, String>);
 
 impl From<ClientError> for Failure {

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::interrupt::Signals;
 use crate::output::Output;
 
-/// How a job ended that did not complete.
+/// End of a job before its completion.
 pub(crate) enum Ended {
     Failed(Failure),
     /// The job was stopped by a signal, a key or a typed line.

@@ -177,7 +177,7 @@ impl Context {
 #[cfg(unix)]
 fn check_descriptors() -> std::io::Result<()> {
     use std::os::unix::net::UnixStream;
-    // As many as tokio opens before its signals work; closed again at once.
+    // tokio opens this number before its signals work. They are closed again at once.
     let pairs: Result<Vec<_>, _> = (0..3).map(|_| UnixStream::pair()).collect();
     pairs.map(drop)
 }

@@ -16,7 +16,7 @@
 //! * A jog never continues: `set`, `enqueue` and a shell refuse a jog that nothing holds.
 //!
 //! Each policy says what differs. `policy/tests.rs` lists the policies of every verb and fails for
-//! a verb that is not in the list.
+//! an unlisted verb.
 //!
 //! [`Arm::moving`]: magician::Arm::moving
 //! [`StopRule`]: magician_job::StopRule
@@ -29,7 +29,8 @@ use crate::saved::Access;
 pub(crate) enum StopPolicy {
     /// Reads and changes nothing: `pose`, `get`, `queue status`, the look of a job before it runs.
     Look,
-    /// As [`Look`](Self::Look) for a long time, so the driver reconnects a broken line. `watch`.
+    /// Like [`Look`](Self::Look), but for a long time, so the driver reconnects a broken line.
+    /// `watch`.
     Watch,
     /// Sends commands that are done once they are answered, or whose motion the driver tracks:
     /// `set`, `suction`, `enqueue`.
@@ -41,8 +42,8 @@ pub(crate) enum StopPolicy {
     /// Moves, and waits until the arm stands. A signal stops the arm from the beginning, even while
     /// the move is only planned. `move`, `home`, `demo`.
     Move,
-    /// As [`Move`](Self::Move), controlled by keys; the driver reconnects a broken line. `jog`,
-    /// `teach`, `calibrate`.
+    /// Like [`Move`](Self::Move), but controlled by keys; the driver reconnects a broken line.
+    /// `jog`, `teach`, `calibrate`.
     Pad,
     /// Lights the laser for longer than the verb. A signal switches it off. `laser on` in a shell;
     /// `set` and `io` where they may burn.
@@ -57,7 +58,7 @@ pub(crate) enum StopPolicy {
     Hold,
 }
 
-/// How long a laser burns that was lit for longer than the verb.
+/// End of a burn that outlasts its verb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Burns {
     /// Until the connection, a shell's, ends. A signal during a later line switches it off.
@@ -210,7 +211,7 @@ impl Rules {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct UnderWay {
     motion: bool,
-    /// How long the laser burns that was lit for longer than a verb; `None` if none is lit.
+    /// End of the burn of a laser that outlasts its verb; `None` if no such laser is lit.
     pub(super) laser: Option<Burns>,
 }
 

@@ -32,7 +32,7 @@ impl Context {
         self.work(None, policy.rules(), policy.access(), work)
     }
 
-    /// As [`arm`](Self::arm), with a rule for a virtual arm in this process.
+    /// Runs work like [`arm`](Self::arm), with a rule for a virtual arm in this process.
     pub(crate) fn arm_or<T>(
         &mut self,
         sim: Sim,
@@ -251,7 +251,7 @@ impl Context {
         Failure::new(Kind::Interrupted, message)
     }
 
-    /// As [`halt`](Self::halt), because the arm's station is about to end.
+    /// Stops the arm like [`halt`](Self::halt), because the arm's station is about to end.
     async fn halt_for_station(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();

@@ -31,8 +31,8 @@ pub(super) fn survive_file_limit() -> io::Result<()> {
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status");
     let told = status.ok().and_then(|status| ignores(&status, HANGUP));
-    // Where `/proc` does not exist: a process without a terminal on any of its three streams was
-    // started to outlive it.
+    // Without `/proc`: a process without a terminal on any of its three streams was started to
+    // outlive it.
     let terminals = [
         io::stdin().is_terminal(),
         io::stdout().is_terminal(),

@@ -113,7 +113,7 @@ pub(crate) fn whole_panels(screen: &[String]) {
 /// Draws a state, with or without a page of the list of keys.
 type Draw = dyn Fn(&mut Frame<'_>, Option<Help>);
 
-/// One state of a full-screen program, for tests that run over all of them.
+/// State of a full-screen program, for tests that run over all states.
 pub(crate) struct Example {
     pub(crate) name: &'static str,
     /// Sentences that must be readable on any size of terminal.

@@ -25,8 +25,8 @@ impl Alarms {
         let (list, homed) = context.arm(StopPolicy::order_if(self.clear), async |arm, _| {
             let mut homed = true;
             if self.clear {
-                // Alarm 0x00 is the only sign of an arm that is not homed; clearing removes it, so
-                // the state is read before.
+                // Alarm 0x00 is the only sign of an unhomed arm. Clearing removes it, so the state
+                // is read before.
                 homed = arm.is_virtual() || arm.homing().is_homed().await? != Some(false);
                 arm.clear_alarms().await?;
             }

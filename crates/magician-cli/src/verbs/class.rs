@@ -319,7 +319,7 @@ impl Anywhere {
     }
 }
 
-/// Prints the arms that an answer names, or the text `none` if there are none.
+/// Prints the arms that an answer names, or the text `none` for an empty list.
 fn say(out: &mut Output, done: &Value, state: &str, none: &str) -> Result<(), Failure> {
     let arms = done["arms"].as_array().into_iter().flatten();
     let names: Vec<_> = arms.filter_map(Value::as_str).collect();

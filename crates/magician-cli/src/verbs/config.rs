@@ -52,7 +52,7 @@ enum Deed {
     Path,
 }
 
-/// One setting as JSON.
+/// Setting as JSON.
 #[derive(Serialize)]
 struct Setting {
     key: String,

@@ -69,7 +69,7 @@ fn shell(draw: &Command, words: &[&str]) -> Command {
     shell
 }
 
-/// Starts an interactive bash on a terminal of its own that runs this command.
+/// Starts an interactive bash on a separate terminal that runs this command.
 fn bash(draw: &Command) -> Terminal {
     let words = ["setsid", "--ctty", "bash", "--norc", "--noprofile", "-i"];
     let mut bash = Terminal::running(shell(draw, &words));

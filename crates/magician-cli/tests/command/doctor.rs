@@ -1,5 +1,5 @@
-//! `magician doctor` and `magician bench`, with an arm and with every failure to reach one that can
-//! be produced here.
+//! `magician doctor` and `magician bench`, with a reachable arm and with every connection failure
+//! that can be produced here.
 #![cfg(unix)]
 
 use crate::magician;

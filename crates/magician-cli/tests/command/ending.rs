@@ -1,4 +1,4 @@
-//! Ends of drawings: the pen is lifted, the tool is parked. An arm that is not homed does not draw.
+//! Ends of drawings: the pen is lifted, the tool is parked. An unhomed arm does not draw.
 #![cfg(unix)]
 
 use std::process::{Child, Output, Stdio};

@@ -465,7 +465,7 @@ fn height_that_a_page_takes_from_the_arm_is_that_of_every_door() {
     };
     assert!(acts("touch-off") && acts("calibrate-surface"), "{told}");
 
-    // An arm that is not homed measures nothing.
+    // Touching with an unhomed arm gives no measurement.
     let unhomed = call("surface.touch", json!({}));
     assert_eq!(
         unhomed["error"]["data"]["code"],

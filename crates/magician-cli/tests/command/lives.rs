@@ -63,8 +63,7 @@ fn states(station: &Station, jobs: &[&Value]) -> Vec<String> {
     jobs.iter().map(state).collect()
 }
 
-/// A finished job, one that runs or is paused, and one that waits, after each way in which the
-/// process ends.
+/// Finished, active, paused and waiting jobs after each way in which the process ends.
 #[test]
 fn jobs_of_a_station_that_ends_are_listed_by_the_next_one() {
     let state = tempfile::tempdir().expect("a directory");

@@ -89,7 +89,7 @@ fn a_job_of_lightburn_at_a_fifth_burns_at_a_fifth_and_says_so() {
     assert_eq!(answer["error"]["remedies"][0]["option"], "s_max");
     let (_, _, err) = place.run(&["run", &beyond, "--check"]);
     assert!(err.contains("--s-max"), "{err}");
-    // Nothing burns, so no power is reported.
+    // A drawing does not burn, so no power is reported.
     assert_eq!(
         place.power(&["run", &sample("house.svg"), "--check"]),
         Value::Null
@@ -207,7 +207,7 @@ fn m4_burns_in_proportion_to_speed() {
     assert!(least < 7.0 && most > 49.0 && most <= 50.0, "{power}");
     let (_, _, err) = place.run(&["run", &m4, "--check"]);
     assert!(!err.contains("never"), "{err}");
-    // Where the speed F is never reached, the power stays lower.
+    // While the speed F is not reached, the power stays lower.
     let (_, answer, err) = place.run(&["run", &m4, "--check", "--json", "--speed", "10"]);
     assert!(
         answer["power"]["most"].as_f64() <= Some(25.0),

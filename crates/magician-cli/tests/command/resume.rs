@@ -242,7 +242,7 @@ fn an_arm_that_was_reset_meanwhile_does_nothing_twice() {
     assert_eq!(failed.status.code(), Some(9), "{failed:?}");
     assert!(place.run(&["alarms", "--clear"]).status.success());
     place.is_homed();
-    // Its index is 0 again, which does not prove that nothing was done.
+    // The reset arm's index is 0 again, which does not prove that nothing was done.
     let doubt = place.run(&["run", &program, "--resume"]);
     assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
     assert_eq!(error(&doubt)["kind"], "uncertain");

@@ -899,7 +899,7 @@ fn a_program_lifts_first_where_the_arm_stands() {
         (first[0] - 230.0).abs() > 1.0 && (first[1] - 40.0).abs() > 1.0,
         "{first:?}"
     );
-    // It resumes at any step after its first move, wherever the arm stands then.
+    // The program can start at any step after its first move, from any pose.
     let later = run(&["--port", "sim", "run", &file, "--from", "5", "--json"]);
     assert_eq!(later.status, 0, "{later:?}");
     let early = run(&["--port", "sim", "run", &file, "--from", "2", "--json"]);

@@ -168,7 +168,7 @@ fn a_program_that_looks_for_an_arm_finds_it() {
     assert_eq!((alone.status, alone.out.as_str()), (2, ""));
 }
 
-/// On a loopback address of its own; other systems have only one.
+/// On another loopback address, which only Linux has.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_arm_on_the_usual_port_is_found_unless_another_is() {

@@ -1,4 +1,4 @@
-//! Site of several machines, each with a state folder of its own.
+//! Site of several machines with separate state folders.
 #![cfg(feature = "site")]
 
 use std::io::{BufRead, BufReader, Read};

@@ -139,7 +139,7 @@ fn a_job_that_burns_is_not_lit_again_by_itself() {
     let burn = ["engrave", "burn.gcode", "--surface", "-50", "--yes"];
     let mut terminal = Terminal::running(place.command(&burn));
     terminal.until_seen("left");
-    // Its power is right only for its speed.
+    // The laser's power is right only for the planned speed.
     terminal.types("-");
     terminal.until_seen("speed unchanged: the job burns");
     terminal.tell(Signal::TSTP);

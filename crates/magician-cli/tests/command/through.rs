@@ -20,9 +20,9 @@ enum Through {
         &'static [(&'static str, &'static str)],
         &'static str,
     ),
-    /// Refused, because it needs lines or arms of its own.
+    /// Refused, because the verb needs its own lines or arms.
     Refuses(&'static [&'static str]),
-    /// Works in a way of its own.
+    /// Works differently from all others.
     Own(&'static [&'static str]),
     /// Needs no arm and works without one.
     NoArm(&'static [&'static str]),

@@ -84,7 +84,7 @@ fn a_pause_that_nobody_can_answer_any_more_stops_the_job() {
     drop(talk.child.stdin.take());
     talk.until("paused");
     assert_eq!(talk.child.wait().expect("it ends").code(), Some(130));
-    // It resumes where it was stopped, and waits there again.
+    // The job resumes where it was stopped, and waits there again.
     let mut talk = Talk::with(draw(&place, &file, &["--json", "--resume"]));
     talk.until("paused");
     let stdin = talk.child.stdin.as_mut().expect("a pipe");

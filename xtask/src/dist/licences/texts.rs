@@ -1,5 +1,5 @@
-//! Licence texts: those that crates contain, the standard text where they contain none, and those
-//! of the parts that the compiler adds.
+//! Licence texts: the files in the crates, the standard text for a crate without a file, and the
+//! texts for the parts that the compiler adds.
 
 use std::error::Error;
 use std::fs;
@@ -51,7 +51,7 @@ const SHORTEST: usize = 100;
 const LICENCES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "UNLICENSE"];
 /// Files with copyright holders and other required notices.
 const NOTICES: [&str; 3] = ["COPYRIGHT", "NOTICE", "AUTHORS"];
-/// Folders of a crate that are not built into its dependents.
+/// Folders of a crate that dependents do not compile.
 const ASIDE: [&str; 4] = ["tests", "examples", "benches", "target"];
 const PROGRAMS: [&str; 6] = ["rs", "c", "h", "py", "toml", "json"];
 

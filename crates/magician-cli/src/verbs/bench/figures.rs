@@ -60,7 +60,7 @@ pub(super) struct H2 {
     pub(super) met: bool,
 }
 
-/// One stream while the host pauses now and then.
+/// Stream during which the host pauses at intervals.
 #[derive(Debug, Serialize)]
 pub(super) struct Starvation {
     pub(super) segments_per_s: f64,

@@ -261,7 +261,7 @@ fn at_the_pad(
 }
 
 /// Returns the tool whose bias is in force on the arm, after setting it if asked. A sheet touched
-/// with another tool than the one that draws would be displaced by the difference of their biases.
+/// with another tool than the drawing tool would be displaced by the difference of their biases.
 async fn tool_in_force(
     arm: &Arm,
     subject: Subject,

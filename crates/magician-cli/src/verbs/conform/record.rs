@@ -9,7 +9,7 @@ use super::{Printer, Tally};
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// One case as JSON.
+/// Case as JSON.
 #[derive(Serialize)]
 pub(super) struct Record<'a> {
     case: &'a str,

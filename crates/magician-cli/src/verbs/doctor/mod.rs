@@ -91,7 +91,7 @@ impl Doctor {
     }
 }
 
-/// As above, for a station.
+/// Examines a station like an arm above.
 fn examine_station(url: &str, context: &mut Context, found: &mut Diagnosis) -> Result<(), Failure> {
     let quiet = context.global.json;
     let asked = station::Asked {

@@ -61,7 +61,7 @@ impl From<NoArm> for Failure {
     }
 }
 
-/// One finding as JSON.
+/// Finding as JSON.
 #[derive(Serialize)]
 struct Check<'f> {
     check: &'static str,

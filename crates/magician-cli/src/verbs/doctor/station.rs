@@ -15,7 +15,7 @@ use crate::failure::Failure;
 const TIMED: usize = 20;
 /// Longest wait for an answer. A station that takes longer counts as not answering.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Largest difference between the clocks of station and client that is not reported, s.
+/// Difference between the clocks of station and client from which it is reported, s.
 const APART: f64 = 2.0;
 
 /// Address of the station, and the credentials for it.

@@ -52,7 +52,7 @@ pub(super) fn run(
     })
 }
 
-/// Returns the table. Stations that are not in `proved` are marked; `None` marks none.
+/// Returns the table. Stations missing from `proved` are marked; with `None` no station is.
 pub(super) fn rows(known: &Known, proved: Option<&BTreeSet<StationId>>) -> Columns {
     let twins = twins(known);
     let mut columns = Columns::default();

@@ -266,7 +266,7 @@ mod with {
         ))
     }
 
-    /// Waits until the arms of a site have appeared. Fails if there are none.
+    /// Waits until the arms of a site have appeared. Fails if no arm appears.
     pub(in super::super) async fn gather(site: &ZenohSite) -> Result<Known, Failure> {
         let begun = Instant::now();
         let mut events = site.watch();
@@ -323,7 +323,7 @@ mod with {
         }
     }
 
-    /// Returns an arm's job and its lease holder, empty if there is none.
+    /// Returns an arm's job and its lease holder, empty for an arm without.
     pub(in super::super) fn job_of(news: Option<&ArmNews>) -> (String, String) {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         news.map_or_else(Default::default, |news| {

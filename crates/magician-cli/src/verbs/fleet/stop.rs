@@ -106,7 +106,7 @@ fn requests(arms: Vec<ArmAt>, all: bool) -> Vec<Vec<ArmAt>> {
     stations.into_values().collect()
 }
 
-/// Stops arms of one station. Returns for each arm that is not known to stand the reason.
+/// Stops arms of one station. Returns the reason for each arm not known to have stopped.
 async fn stop(
     site: &ZenohSite,
     arms: Vec<ArmAt>,

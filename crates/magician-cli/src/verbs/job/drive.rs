@@ -54,7 +54,7 @@ pub(super) struct Drive<'a> {
     /// True if several commands may be in flight.
     pub(super) windowed: bool,
     pub(super) require_homed: bool,
-    /// True to accept an arm that is not known to be homed.
+    /// True to accept an arm with unknown homing state.
     pub(super) unhomed: bool,
     pub(super) record: Option<&'a Path>,
     /// Readings of the recording per second of the arm's clock.
@@ -405,7 +405,7 @@ impl Drive<'_> {
         recorder: &mut Option<Recorder>,
     ) -> Attended {
         let mut unrecorded = None;
-        // A pause since the check is reported, except the one that begins a recording.
+        // A pause since the check is reported, except the initial pause of a recording.
         let state = run.job.state();
         let mut paused = recorder.is_none() && matches!(state, JobState::Paused { .. });
         if let (true, JobState::Paused { reason, part }) = (paused, state) {

@@ -29,7 +29,7 @@ pub(super) enum Typed {
     Stop,
     Faster,
     Slower,
-    /// Line that is not a valid order.
+    /// Invalid order.
     Line(String),
     /// End of the input.
     End,

@@ -114,7 +114,8 @@ fn bad_value_of_a_flag_has_the_sentence_of_every_door() {
                 let needs = need.to_string().replacen(need.name, &partner, 1);
                 assert_eq!(*message, format!("`{flag}` needs {needs}"));
             }
-            // Any text that is not a built-in font is taken for a path, which does not exist here.
+            // Text other than the name of a built-in font is taken for a path, which does not exist
+            // here.
             _ if key == "font" => {
                 assert!(
                     message.starts_with(&format!("{flag}: {sentence}")),

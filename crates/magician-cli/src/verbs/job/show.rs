@@ -35,7 +35,7 @@ pub(super) struct Shown<'a> {
     pub(super) look: &'a PreviewFlags,
 }
 
-/// One command of a dry run as JSON.
+/// Command of a dry run as JSON.
 #[derive(Serialize)]
 struct Order<'a> {
     /// Number of the step, from 1; `None` for commands before the first step.

@@ -23,7 +23,7 @@ pub(super) enum Act {
         /// True if it stays paused only because it burns.
         dark: bool,
     },
-    /// Nothing: the job is ending, and this program with it.
+    /// No reaction: the job is ending, and this program with it.
     Ends,
 }
 

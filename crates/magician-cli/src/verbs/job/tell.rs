@@ -239,7 +239,7 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// Prints a message for people on a line of its own.
+    /// Prints a message for people on a separate line.
     pub(super) fn say(&self, text: &str) {
         if self.json {
             return;

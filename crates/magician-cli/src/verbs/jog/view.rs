@@ -175,7 +175,7 @@ fn keys(pad: &Pad, axis: Axis) -> String {
 }
 
 /// Returns the keys that move an axis forward and back, with a name and a one-column symbol each;
-/// empty if there are none.
+/// empty for an axis without keys.
 pub(super) fn key_names(
     pad: &Pad,
     axis: Axis,

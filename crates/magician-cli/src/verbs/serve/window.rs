@@ -1,5 +1,5 @@
-//! Studio in a window of its own, for users without a terminal: finds a browser, opens the window,
-//! and notices that it was closed.
+//! Studio in a separate browser window, for users without a terminal: finds a browser, opens the
+//! window, and notices that it was closed.
 //!
 //! The browser's process does not show that a window was closed, because it may hand the page to a
 //! running process. So the station's sockets are watched instead: no open socket for ten seconds
@@ -94,8 +94,8 @@ fn profile(browser: &Path) -> Option<PathBuf> {
     Some(dirs::state()?.join("studio-window"))
 }
 
-/// Opens an address in a window of its own, or in the system's browser if none of the browsers is
-/// found.
+/// Opens an address in a separate browser window, or in the system's default browser if no
+/// supported browser is found.
 ///
 /// # Errors
 /// [`io::Error`] if no browser starts.

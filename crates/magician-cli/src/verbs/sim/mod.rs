@@ -254,8 +254,8 @@ impl Sim {
         arms.map(subject).collect()
     }
 
-    /// Creates a server per arm, each in a world of its own. `verbose` is their verbosity, `None`
-    /// for no log; `feeds` replace stderr.
+    /// Creates a server per arm, each in its own world. `verbose` is their verbosity, `None` for no
+    /// log; `feeds` replace stderr.
     fn servers(
         &self,
         profile: &Profile,

@@ -102,7 +102,7 @@ pub(super) fn revoke(
     let site = authority.site();
     let identity = authority.identity()?;
     let name = site.parse().map_err(Failure::usage)?;
-    // The revocation is stored. Members that are not on the site now learn of it when they start.
+    // The revocation is stored. Members that are absent now learn of it when they start.
     let told = context.attending(async |_| Ok(tell_revoked(name, None, &identity).await))?;
     context.show(&json!({"site": site, "revoked": machine, "told": told.is_ok()}), |out| {
         out.line(format_args!("{machine} is revoked on the site {site}; its name is not given again"))?;

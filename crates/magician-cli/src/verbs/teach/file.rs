@@ -95,7 +95,7 @@ impl Rescue {
 
     /// Removes the rescue file.
     pub(super) fn forget(&self) {
-        // Errors are ignored: it may not exist, and one that stays is offered again.
+        // Errors are ignored: the file may not exist, and if it remains, it is offered again.
         let _ = fs::remove_file(&self.path);
     }
 }

@@ -15,7 +15,7 @@ const PIN: Duration = Duration::from_millis(100);
 /// Interval of reading tools and counters.
 const AROUND: Duration = Duration::from_millis(500);
 
-/// Readings that are not in the arm's state.
+/// Readings outside the arm's state.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::verbs) struct Around {
     pub(in crate::verbs) tools: ToolState,

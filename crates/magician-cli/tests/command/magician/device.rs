@@ -1,4 +1,4 @@
-//! Device on a serial line that is not an arm.
+//! Foreign device on a serial line.
 
 use std::fs::File;
 use std::io::{Read, Write};

@@ -85,7 +85,7 @@ impl Served {
         (status, rest)
     }
 
-    /// As [`end`](Self::end), with its output on stderr since it was ready.
+    /// Like [`end`](Self::end), but also returns the output on stderr since it was ready.
     pub(crate) fn end_telling(mut self, signal: &str) -> (ExitStatus, String, String) {
         let kill = Command::new("kill")
             .args([signal, &self.child.id().to_string()])

@@ -13,7 +13,7 @@ use rustix::termios::{Winsize, tcsetwinsize};
 /// Beginning of a complete redraw.
 const CLEARED: &str = "\x1b[2J";
 
-/// Program on a terminal of its own.
+/// Program on its own pseudo-terminal.
 pub(crate) struct Terminal {
     pub(crate) child: Child,
     pub(crate) screen: File,

@@ -61,7 +61,7 @@ verbs! {
     Draws: |option| option.work != Some(WorkOption::Engrave) && !is_frame(option);
     /// `engrave`.
     Engraves: |option| option.work != Some(WorkOption::Draw);
-    /// `frame`, which has a flag of its own for the shape.
+    /// `frame`, which has its own flag for the shape.
     Frames: |option| option.name != "frame";
     /// `write`.
     Writes: |option| Draws::takes(option) && option.counts_for(Format::Text);

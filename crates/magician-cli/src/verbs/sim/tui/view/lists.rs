@@ -32,7 +32,8 @@ impl View<'_> {
         let inner = block.inner(area);
         let room = usize::from(inner.height);
         let items = &self.look.items;
-        // As precise as there is room for; the place where the object rests is always shown.
+        // The number of digits depends on the room; the place where the object rests is always
+        // shown.
         let lines = |digits| -> Vec<Line<'static>> {
             let items = items.iter().take(room);
             items.map(|item| self.item(item, digits)).collect()

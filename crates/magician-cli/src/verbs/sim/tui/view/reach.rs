@@ -84,7 +84,7 @@ mod tests {
         for z in [-100.0, -50.0, 0.0, 50.0, 120.0] {
             let [near, far] = ring(z, tool, &limits).unwrap();
             assert!(reaches(near + 0.1, z) && reaches(far - 0.1, z), "{z}");
-            // As exact as the sampling.
+            // The tolerance is that of the sampling.
             assert!(!reaches(near - 3.0, z) && !reaches(far + 3.0, z), "{z}");
         }
         assert_eq!(ring(400.0, tool, &limits), None);
