@@ -1,11 +1,10 @@
 //! Baseline for comparison: a simulation of the arm in steps of a fixed length.
 //!
-//!
-//! It is our own and as simple as such a simulation can be. It runs the same commands with the same
-//! acceleration, but each step adds acceleration × step to the speed and speed × step to the
-//! position, and updates joints and pose by the same kinematics. It does less than the virtual arm:
-//! no bytes, queue, replies or limits. It is also less exact: a motion ends up to one step early or
-//! late.
+//! The stepped simulation belongs to this benchmark and is as simple as such a simulation can be.
+//! It runs the same commands with the same acceleration, but each step adds acceleration × step to
+//! the speed and speed × step to the position, and updates joints and pose by the same kinematics.
+//! It does less than the virtual arm: no bytes, queue, replies or limits. It is also less exact: a
+//! motion ends up to one step early or late.
 
 use std::error::Error;
 use std::hint::black_box;

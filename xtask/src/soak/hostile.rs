@@ -214,7 +214,8 @@ impl Siege {
         }
     }
 
-    /// Does what a shell of the connection does after every call.
+    /// Exchanges frames and events with the host after every call, as the I/O layer of a connection
+    /// does.
     fn turn(&mut self) {
         for _ in 0..64 {
             self.stream.advance(self.now, &mut self.host);

@@ -22,7 +22,7 @@ pub(super) struct Outcome {
     pub(super) saves: bool,
 }
 
-/// Everything that is shown.
+/// Contents of a frame of the session.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) seen: Seen,

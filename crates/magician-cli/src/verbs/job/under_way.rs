@@ -235,16 +235,16 @@ impl UnderWay<'_> {
         self.acts(act, teller);
     }
 
-    /// Handles it during the check: the job is paused before it sends anything, and the rest
-    /// follows once it is.
+    /// Handles an event of job control during the check: the job is paused before it sends
+    /// anything, and the rest of the suspension follows after the pause.
     pub(super) fn hears_early(&mut self, control: Control) {
         if self.suspension.hears(control, self.is_paused()) == Act::Pause {
             self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person)));
         }
     }
 
-    /// Handles the result of that pause: either the job has ended, or the pause is reported as the
-    /// next event.
+    /// Handles the result of the pause during the check: either the job has ended, or the pause is
+    /// reported as the next event.
     pub(super) fn is_paused_early(&mut self, paused: Result<(), PauseError>) {
         self.pausing = None;
         if paused.is_ok() {

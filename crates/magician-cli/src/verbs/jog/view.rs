@@ -13,7 +13,7 @@ use super::beside::{TIGHT_ROWS, TITLE, tight};
 use super::pad::{Pad, Tone};
 use crate::terminal::{Seen, Theme, fitted, lamp, mm, panel, said, thirds, wrapped};
 
-/// Everything that is shown.
+/// Contents of a frame of the jog pad.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub(crate) seen: Seen,
@@ -373,7 +373,7 @@ pub(crate) fn log_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: T
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// Returns the foot: a question, the last message, or the keys.
+/// Returns the footer: a question, the last message, or the keys.
 pub(crate) fn foot(
     pad: &Pad,
     keys: &[(&str, &str)],

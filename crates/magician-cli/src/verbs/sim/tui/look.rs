@@ -10,11 +10,10 @@ use magician_sim::{ArmInstant, Controller, ControllerState, PinState};
 /// State of the arm and its world at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ArmView {
-    /// State of the controller. Its clock is cut to whole seconds: more is not readable, and the
-    /// state of an arm at rest then changes, and is redrawn, only once a second.
+    /// State of the controller. The clock is truncated to whole seconds, so that the view of a
+    /// resting arm changes, and is redrawn, only once a second.
     pub(super) state: ControllerState,
-    /// Tool that is really mounted if the scenario has one; otherwise the tool set on the
-    /// controller.
+    /// Mounted tool if the scenario has one; otherwise the tool set on the controller.
     pub(super) tool: ToolBias,
     /// Pins of the connectors, address 1 first.
     pub(super) pins: [PinState; 20],
@@ -51,8 +50,8 @@ pub(super) struct Cursor {
     corner: usize,
 }
 
-/// Largest number of corners per view, since the arm's task waits for it. The rest follows with the
-/// next view.
+/// Largest number of corners per view. The arm's task is blocked while the view is taken, so the
+/// rest follows with the next view.
 const CORNERS: usize = 2_000;
 
 impl ArmView {
