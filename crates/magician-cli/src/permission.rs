@@ -10,7 +10,7 @@ use magician::{Arm, ErrorCode, Set, Target, burns};
 use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, GOGGLES};
 
-/// True source of confirmations besides `--yes`.
+/// Source of a confirmation that `--yes` does not give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Asks {
     AtTheTerminal,

@@ -33,7 +33,7 @@ pub(crate) struct Sim {
     pub(crate) taken: Taken,
 }
 
-/// When a virtual arm in this process is used although no port names it.
+/// Condition under which a virtual arm in this process is used without being named by the port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Taken {
     /// Never: `sim` must be named.

@@ -17,7 +17,7 @@ use crate::output::Output;
 use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage, Told, take_log};
 
-/// Event for the program.
+/// Event for a program with a jog pad.
 #[derive(Debug)]
 pub(crate) enum Happened {
     Key(KeyEvent),

@@ -44,7 +44,7 @@ pub(super) fn outputs(arm: &Arm) -> Polled<ArmOutputs> {
     })
 }
 
-/// Rota that decides which pin is read next.
+/// Round robin that decides which pin is read next.
 #[derive(Debug)]
 pub(super) struct Rota {
     /// Addresses of pins with a function.
