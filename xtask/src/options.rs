@@ -56,6 +56,7 @@ fn keywords() -> String {
 
 /// Returns a docstring inside a class, wrapped.
 fn docstring(text: &str) -> String {
+    // Line length of the Python package without the indentation of a class.
     const WIDTH: usize = 120 - 4;
     let mut lines = vec![String::from("\"\"\"")];
     for word in text.split_whitespace() {

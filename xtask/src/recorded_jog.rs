@@ -16,6 +16,7 @@ const RECORDING: &str =
 const COMMANDS: &str =
     include_str!("../../crates/magician-sim/tests/virtual_arm/data/jog-commands.tsv");
 
+/// Control period, µs (model section 7).
 const PERIOD_US: u64 = 20_000;
 /// Phase of the recording's start within a period, µs.
 const PHASE_US: u64 = 10_000;

@@ -24,6 +24,7 @@ use tokio::time::{interval_at, timeout};
 use super::figure::Figure;
 use super::program::{USB, frame};
 
+/// Number of arms in memory, of arms over UDP, and of threads for the arms in memory.
 const IN_MEMORY: usize = 10_000;
 const OVER_SOCKETS: usize = 500;
 const THREADS: usize = 2;
@@ -221,6 +222,8 @@ async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, 
         for request in frames.due(look) {
             let sent = Instant::now();
             socket.send(request.bytes()).await?;
+            // A request lost on a loopback socket means that the server is overloaded: the
+            // measurement fails.
             match timeout(Duration::from_secs(1), socket.recv(&mut reply)).await {
                 Ok(received) => drop(received?),
                 Err(_) => return Err(std::io::ErrorKind::TimedOut.into()),

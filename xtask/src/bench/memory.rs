@@ -11,6 +11,7 @@ use super::crowd::served;
 use super::figure::Figure;
 use super::program::{USB, send};
 
+/// Number of arms whose mean is taken, because resident memory grows by whole pages.
 const ARMS: usize = 1_000;
 
 /// Returns the resident memory of this process, KiB.
@@ -41,6 +42,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let before = resident()?;
     let with_socket = served(ARMS, LineTiming::default(), |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
+        // Fails instead of hanging if an arm does not answer.
         host.set_read_timeout(Some(Duration::from_secs(5)))?;
         for arm in addresses {
             host.send_to(look.bytes(), arm)?;

@@ -17,6 +17,7 @@ const LINE: LineTiming = LineTiming {
 };
 /// Duration of a GetPose exchange with ten bits per byte, s.
 const EXCHANGE: f64 = (6.0 + 38.0) * 10.0 / BAUD_RATE as f64;
+/// Number of exchanges in a row. A choice: 3.8 s of line time.
 const EXCHANGES: u32 = 1_000;
 
 /// Measures S6: consecutive GetPose exchanges, in the arm's time and over a socket in real time.
@@ -34,6 +35,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let in_theory = (now - HostInstant::ZERO).as_secs_f64();
     let real = served(1, LINE, |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
+        // Fails instead of hanging if the arm does not answer.
         host.set_read_timeout(Some(Duration::from_secs(5)))?;
         host.connect(addresses)?;
         let mut times = Vec::new();

@@ -45,6 +45,7 @@ pub(super) fn pick_and_place() -> Vec<PtpCmd> {
 
 /// Returns a circle with a circumference in segments of 1 mm, repeated.
 pub(super) fn ring() -> Vec<CpCmd> {
+    // Circumference of the circle with a radius of 40 mm, in mm.
     const SEGMENTS: u32 = 251;
     (1..=SEGMENTS)
         .map(|at| {

@@ -13,6 +13,7 @@ const COMMANDS: usize = 100_000;
 /// Commands per round if the pose is read every millisecond.
 const COMMANDS_LOOKED_AT: usize = 1_000;
 
+/// Interval of reading the pose, µs.
 const LOOK: u64 = 1_000;
 
 /// Returns this many frames by repeating the commands.

@@ -278,6 +278,8 @@ fn stream(dice: &mut Dice) -> Stream {
 
 /// R6: sessions of some thousand steps each.
 pub(super) fn lives(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    // Steps of a session. A choice: long enough to fill the host's queues, short enough for many
+    // fresh hosts.
     const LIFE: u64 = 5_000;
     let (mut late, mut ended, mut streams, mut open) = (0, 0, 0, 0);
     let mut digest = Digest::default();

@@ -150,6 +150,7 @@ async fn carry(arm_under_test: Shared, mut line: DuplexStream) {
             waiting.clear();
         }
         if arm_under_test.line_fault() == LineFault::Dead {
+            // The clock is paused, so polling costs no wall time.
             sleep(5 * MS).await;
             continue;
         }
@@ -231,6 +232,7 @@ const RATIOS: PtpCommonParams = PtpCommonParams {
     velocity_ratio: 50.0,
     acceleration_ratio: 50.0,
 };
+/// Timeout of a call. Shorter than the driver's default, so that calls expire during most faults.
 const PATIENCE: Duration = Duration::from_millis(300);
 
 async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
@@ -273,6 +275,7 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
     while !callers.iter().all(tokio::task::JoinHandle::is_finished) {
         if dice.chance(0.02) {
             arm_under_test.set(LineFault::Fine);
+            // A line without faults for 2 s must be connected again, whatever happened before.
             sleep(2_000 * MS).await;
             looks += 1;
             away += u64::from(arm.link() != Link::Up);
@@ -392,6 +395,7 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
         plugs.pulled += 1;
         plugs.resets += u64::from(resets);
         let back = puller.await?;
+        // Fails instead of hanging if the handle does not reconnect.
         timeout(Duration::from_secs(30), arm.reconnected()).await??;
         plugs.slowest = plugs.slowest.max(back.elapsed());
         while let Ok(Some(event)) = timeout(Duration::ZERO, events.next()).await {

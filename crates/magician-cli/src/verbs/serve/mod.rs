@@ -137,6 +137,7 @@ struct Ring {
 }
 
 impl Ring {
+    /// Default rate of readings while an arm moves, Hz: one per control period (model section 7).
     const RATE: f64 = 50.0;
 
     fn of(config: &Config) -> Self {

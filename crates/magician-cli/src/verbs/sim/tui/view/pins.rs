@@ -12,6 +12,7 @@ use super::View;
 use crate::terminal::lamp;
 use crate::verbs::sim::tui::keys::Mode;
 
+/// Number of pins at the arm's connectors.
 const PINS: u16 = 20;
 /// Rows of the panel with its borders: as a list in one column, in two, and as lamps alone.
 const LIST: u16 = PINS + 2;
@@ -20,6 +21,7 @@ const LAMPS: u16 = PINS / 5 + 2;
 
 /// Returns the rows for the pins beside the other panels, which take precedence.
 pub(super) fn height(column: Rect) -> u16 {
+    // Rows that the other panels of the column need.
     const OTHERS: u16 = 16;
     let fits = |rows: u16| column.height >= OTHERS + rows;
     let wide = column.width >= 40;
