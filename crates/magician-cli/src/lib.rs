@@ -65,6 +65,7 @@ pub fn run(arguments: &[OsString]) -> u8 {
 
 fn follow(arguments: &[OsString]) -> Result<(), Failure> {
     let mut output = Output::stdout();
+    // Without arguments and a terminal, as after a double click, the program shows the studio.
     let by_hand = arguments.len() <= 1 && is_started_by_hand();
     let by_hand = by_hand.then(|| ["magician", "studio", "--app"].map(OsString::from));
     let arguments = by_hand.as_ref().map_or(arguments, |words| &words[..]);

@@ -87,6 +87,7 @@ pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Err
 /// Returns the TXT entries of an announcement.
 fn properties(encrypted: bool, arms: &[String]) -> Vec<(&'static str, String)> {
     let mut names = arms.join(",");
+    // Arms that do not fit are left out of the announcement; the station itself lists all.
     while names.len() + "arms=".len() > TEXT {
         names = names
             .rsplit_once(',')

@@ -34,6 +34,7 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
         return work.await;
     }
     let mut frames = interval(FRAME);
+    // A terminal that was stalled must not receive the missed frames at once.
     frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let _clear = Clear;
     for face in FACES.into_iter().cycle() {

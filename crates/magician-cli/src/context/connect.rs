@@ -109,6 +109,7 @@ impl Connected {
     pub(super) async fn close(self) {
         self.arm.close().await;
         if let Some(ends) = self.ends {
+            // A station that does not close the line in time does not block the caller.
             let _ = timeout(FAREWELL, ends).await;
         }
     }
@@ -251,6 +252,7 @@ impl Context {
 
     /// Opens the arm like [`open`](Self::open), through a station.
     async fn open_at_station(&mut self, url: &str) -> Result<Connected, Failure> {
+        // These options act on the line and on a virtual arm, which belong to the station.
         let unusual = [
             ("--trace", self.global.trace.is_some()),
             ("--faults", self.global.faults.is_some()),
@@ -295,6 +297,7 @@ impl Context {
             ends: Some(ends),
             line: end,
             lease: Some(lease),
+            // The station reconnects a broken line to the arm itself.
             reconnects: true,
             under_way: UnderWay::default(),
         })

@@ -84,6 +84,8 @@ impl Context {
                 outcome = work(out) => return outcome,
                 _ = signals.next() => {}
             }
+            // Dropping the work has closed its connections. Their tasks send the last frames
+            // meanwhile.
             tokio::time::sleep(FAREWELL).await;
             Err(Failure::interrupted())
         })
@@ -197,6 +199,7 @@ impl Context {
                     } else {
                         work(arm, &mut self.out).await
                     }?;
+                    // Before the work the arm's queue was busy; now it may be empty.
                     if let Settled::Later(_) = settled {
                         let settled = SavedSettings::settle(arm, Access::Sets).await;
                         self.out.settled(&settled, self.global.json);
@@ -204,6 +207,7 @@ impl Context {
                     Ok(done)
                 };
                 tokio::select! {
+                    // Work that completes together with the notice counts as done.
                     biased;
                     done = work => done.map(Some),
                     () = ends.given() => Ok(None),
@@ -274,6 +278,7 @@ impl Context {
                 let ended = attended(self.global.json, "stopping", stop(arm, &self.saved, cause));
                 let ended = tokio::select! {
                     biased;
+                    // A signal takes precedence over a stop that is confirmed at the same time.
                     _ = signals.next() => None,
                     ended = ended => Some(ended),
                 };

@@ -83,6 +83,7 @@ pub(crate) fn check(what: &str, without: &str) -> Result<(), Failure> {
 
 impl Screen {
     pub(crate) fn take(listen: Listen) -> io::Result<Self> {
+        // Before raw mode, so that no panic can leave the terminal in it.
         give_back_in_a_panic();
         enable_raw_mode()?;
         TAKEN.store(true, Ordering::SeqCst);
@@ -151,6 +152,7 @@ pub(crate) fn restore() {
         }
         let _ =
             queue!(stderr, ResetColor, LeaveAlternateScreen, Show).and_then(|()| stderr.flush());
+        // Lines that were logged beside the picture appear after it.
         let _ = stderr.write_all(&std::mem::take(&mut *log()));
     }
 }

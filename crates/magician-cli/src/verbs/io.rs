@@ -201,6 +201,7 @@ impl Io {
                 context.show(&list, |out| overview(&list.pins, all, out))
             }
             ([pin], _) => context.show(pin, |out| write([pin], out)),
+            // Every action on a pin returns exactly one pin, so no other case occurs.
             _ => Ok(()),
         }
     }

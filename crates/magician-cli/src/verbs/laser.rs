@@ -88,6 +88,7 @@ impl Laser {
             arm.set_any(&build::laser(true)).await?;
             said(quiet, out, "on")?;
             let end = self.end(arm, quiet, told).await;
+            // Whatever ended the wait, the laser is switched off before the result is reported.
             let dark = arm.laser().switch_off().await;
             end?;
             dark?;
@@ -110,6 +111,7 @@ impl Laser {
         };
         tokio::select! {
             biased;
+            // A requested end takes precedence over a line that breaks at the same time.
             () = told => Ok(()),
             () = over => Ok(()),
             failure = lost(arm, quiet) => Err(failure),
@@ -132,6 +134,7 @@ async fn end_of_input(quiet: bool) {
         let _ = writeln!(io::stderr(), "Ctrl-C switches it off");
     }
     let (tell, told) = oneshot::channel();
+    // A read from stdin cannot be cancelled, so it has its own thread, which ends with the process.
     std::thread::spawn(move || {
         let mut bytes = [0; 256];
         let mut stdin = io::stdin().lock();

@@ -130,6 +130,7 @@ fn permit(target: &Target, cases: &[&Case], context: &Context) -> Result<(), Fai
     stderr.flush()?;
     let mut answer = String::new();
     io::stdin().lock().read_line(&mut answer)?;
+    // Only an explicit yes lets a real arm move.
     match answer.trim().to_ascii_lowercase().as_str() {
         "y" | "yes" => Ok(()),
         _ => refused,

@@ -157,6 +157,7 @@ async fn answers(found: &mut Diagnosis, station: &StationClient, to: &mut Shown<
         times.push(began.elapsed());
     }
     times.sort();
+    // The median ignores single delays, such as that of the first request.
     let median = times.get(TIMED / 2).copied().unwrap_or_default();
     let median = (median.as_secs_f64() * 1e5).round() / 100.0;
     let text = format!("median {median} ms from request to answer");

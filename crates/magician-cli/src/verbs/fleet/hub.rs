@@ -76,6 +76,7 @@ async fn call(hub: &RunningHub, method: &str, params: Value) -> Result<Value, Fa
     let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
     let answer = hub.call(peer, None, &request.to_string()).await;
     let mut answer: Value = answer
+        // A malformed answer becomes an empty result.
         .and_then(|answer| serde_json::from_str(&answer).ok())
         .unwrap_or_default();
     match answer.get_mut("error").map(Value::take) {

@@ -276,6 +276,7 @@ mod with {
                 events.next().await;
             }
         };
+        // A timeout is not an error: an arm without news is listed without a state.
         let _ = timeout_at(begun + NEWS, all_told).await;
         let arms = site.arms();
         if arms.is_empty() {

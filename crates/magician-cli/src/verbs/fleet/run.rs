@@ -181,6 +181,7 @@ impl Fleet {
         let answer = answer.map_err(|error| Why {
             text: error.to_string(),
             kind: Kind::Driver(match error {
+                // A request without an answer may have been carried out.
                 SiteError::NoAnswer => ErrorKind::Uncertain,
                 SiteError::Refused(_) => ErrorKind::Unexpected,
                 _ => ErrorKind::Timeout,
@@ -193,6 +194,7 @@ impl Fleet {
             return Err(Why {
                 text: error["message"].as_str().unwrap_or_default().to_owned(),
                 kind: match error["code"].as_i64() {
+                    // Refused by the station's check of the program.
                     Some(-32004) => Kind::CheckFailed,
                     _ => Kind::Driver(ErrorKind::Unexpected),
                 },

@@ -116,6 +116,7 @@ async fn stop(
     let Some(first) = arms.first() else {
         return Vec::new();
     };
+    // Without an arm the station stops all of its arms.
     let params = if all {
         json!({})
     } else {
@@ -124,6 +125,7 @@ async fn stop(
     let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop", "params": params});
     let asked = timeout(PATIENCE, site.call(first, caller, request.to_string())).await;
     let answer = asked.unwrap_or(Err(SiteError::NoAnswer));
+    // An empty or malformed answer does not confirm a stop.
     let answer = answer.map(|answer| answer.unwrap_or_default());
     let answer = answer.map(|answer| serde_json::from_str::<Value>(&answer).unwrap_or_default());
     let why = |at: &ArmAt| {

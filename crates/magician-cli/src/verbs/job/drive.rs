@@ -215,6 +215,8 @@ impl Drive<'_> {
                     unrecorded = Some(failure);
                 }
                 Err(failure) => {
+                    // Fails before the arm has moved. The outcome is awaited so that the job does
+                    // not outlive the failure.
                     run.job.stop();
                     let _ = run.job.outcome().await;
                     return Err(failure.into());

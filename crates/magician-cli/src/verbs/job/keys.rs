@@ -136,6 +136,7 @@ mod unix {
 
     impl Drop for Mode {
         fn drop(&mut self) {
+            // In the background the terminal belongs to another process.
             if is_in_front() {
                 let _ = tcsetattr(io::stdin(), OptionalActions::Now, &self.0);
             }

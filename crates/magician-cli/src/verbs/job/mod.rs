@@ -336,6 +336,7 @@ impl Job {
             .port
             .as_deref()
             .is_some_and(|port| !port.is_empty());
+        // A check needs no arm unless the user named one.
         if looks && !given && !context.is_connected() {
             return Ok(Where::Nowhere);
         }

@@ -131,6 +131,7 @@ impl UnderWay<'_> {
         };
         let next = async {
             tokio::select! {
+                // Stops come first, so that a stream of other events cannot delay them.
                 biased;
                 (_, order) = signals.next_order() => Next::Stop(Some(order)),
                 control = control.next() => Next::Control(control),

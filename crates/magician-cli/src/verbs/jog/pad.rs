@@ -94,9 +94,12 @@ impl Pad {
             };
         }
         let direction = self.direction(key.code);
+        // Before all other uses of a key: a held jog must end even if a question has appeared
+        // meanwhile.
         if !pressed {
             return Reply::of(self.pendant.release(direction));
         }
+        // Space stops the arm in every state of the pad.
         if key.code == KeyCode::Char(' ') {
             return self.stop();
         }
@@ -104,6 +107,7 @@ impl Pad {
             self.help = help.after(key.code);
             return Reply::Nothing;
         }
+        // Any key answers the question, and only y agrees.
         if let Some(question) = self.question.take() {
             return self.answer(question, key.code);
         }
@@ -233,6 +237,7 @@ impl Pad {
             KeyCode::Char('q') => return Reply::Quit,
             KeyCode::Char('?') | KeyCode::F(1) => self.help = Some(Help::default()),
             KeyCode::Char('V') => {
+                // The arrows stand for other axes from now on, so a held jog ends.
                 self.view = self.view.turned();
                 return self.let_go();
             }

@@ -374,6 +374,7 @@ impl Serve {
             config.recordings = Arc::new(RecordingFolder::at(state.join("recordings")));
         }
         let journal = folder().map(|folder| JournalFile::at(folder.join("journal.jsonl")));
+        // A line that cannot be written is logged, and the station continues.
         let sink = Box::new(move |line| {
             if let Some(journal) = &journal {
                 journal.write(&line);
@@ -449,6 +450,7 @@ impl Serve {
             closed = window::closed(&station), if self.shown == Shown::InWindow => never_shown = closed.err(),
         }
         let stopping = async {
+            // Leaving the site runs in parallel, so that a slow network does not delay the stops.
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
             let ended = station.end_runs().await;
             for CutOff { arm, holder, .. } in ended.cut_off {
@@ -456,9 +458,11 @@ impl Serve {
                     "{arm} was stopped while {holder} had it, which did not stop it itself: a pen may be down"
                 ));
             }
+            // The arms stand from here on, so errors and timeouts of the cleanup are ignored.
             if let Some(leaving) = leaving {
                 let _ = timeout(STOPPING, leaving).await;
             }
+            // The servers end after the runs, so that clients receive the last states.
             let _ = over.send(true);
             let _ = timeout(STOPPING, serving).await;
             if let Some(linking) = linking {
@@ -474,10 +478,12 @@ impl Serve {
                 return Err(Failure::interrupted());
             }
         };
+        // A stalled disk must not delay the end of the program for long. 500 ms is a choice.
         let _ = timeout(Duration::from_millis(500), station.close_recordings()).await;
         station.flush().await;
         drop(station);
         for arm in arms {
+            // Nor must an arm that does not answer.
             let _ = timeout(Duration::from_millis(500), arm.close()).await;
         }
         drop((holder, announced));

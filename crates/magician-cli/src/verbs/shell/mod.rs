@@ -65,6 +65,7 @@ impl Shell {
             };
             failure.message = format!("line {number}: {}", failure.message);
             context.out.flush()?;
+            // An interruption ends the shell even with `--keep-going`.
             if !self.keep_going || failure.kind == Kind::Interrupted {
                 return Err(failure);
             }
@@ -86,6 +87,7 @@ fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
         let line = match lines.next(context)? {
             Input::Line(line) if ends(&line) => return Ok(()),
             Input::Line(line) => line,
+            // Like other shells, an interactive one survives Ctrl-C, but no other signal.
             Input::Abandoned | Input::Signal(Signal::Interrupt) => continue,
             Input::Signal(signal) => return Err(context.interrupt(signal)?),
             Input::End => return Ok(()),

@@ -31,6 +31,8 @@ impl Invite {
                 .map_err(|error| cannot_listen(self.listen, &error))?;
             self.tell_code(&invitation, at, out, json)?;
             let until = Instant::now() + Duration::from_secs(self.minutes * 60);
+            // A broken pipe must not end the invitation: the first error of output is reported at
+            // the end.
             let mut told = Ok(());
             let tell = |event| {
                 let now = tell(&event, out, json);

@@ -82,6 +82,8 @@ impl Watch {
                 let options = Options::new(SystemTime::now(), rate);
                 let mut recorder = Recorder::begin(arm, file, options).await?;
                 let watched = tokio::select! {
+                    // The requested end takes precedence over a recording that fails at the same
+                    // time.
                     biased;
                     () = over => Ok(()),
                     error = recorder.failed() => return Err(Failure::from(error)),
@@ -89,6 +91,7 @@ impl Watch {
                 };
                 let summary = recorder.finish().await?;
                 match watched {
+                    // Ctrl-C is the regular end of a recording.
                     Err(failure) if failure.kind != Kind::Interrupted => Err(failure),
                     _ => Ok(summary),
                 }
