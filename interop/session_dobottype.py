@@ -131,7 +131,8 @@ def header(checks, dType, include):
         if len(written[name]) != len(declared) or not all(map(headers.fits, written[name], declared))
     ]
     checks.equal("declared otherwise", wrong, [])
-    # All families share one header of structures. A module contains those that its functions need.
+    # All families share one header of structures. A module contains the structures that its
+    # functions need.
     mine = {name: getattr(dType, headers.CALLED.get(name, name), None) for name in sizes}
     mine = {name: ctypes.sizeof(kind) for name, kind in mine.items() if kind}
     checks.equal("of another size", {name for name, size in mine.items() if size != sizes[name]}, set())
@@ -376,7 +377,7 @@ ODD_SCRIPTS = [
 def studio(checks, capi, family, port):
     print("a script of DobotStudio")
     if family == "v2":
-        # Its functions need a dobotId, which scripts of DobotStudio do not have.
+        # This family's functions need a dobotId, which scripts of DobotStudio do not have.
         return
     def script(place, path=capi / "samples" / "studio_script.py"):
         command = [sys.executable, "-B", capi / "python" / "studio.py", path]

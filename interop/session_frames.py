@@ -17,8 +17,8 @@ from checks import Checks
 from sim import run_on_sim
 from venvs import HERE, python_for
 
-# Both print each frame to stderr, as id, Ctrl and parameters, except those that pydobotlab's
-# `wait_for` repeats: the index and the alarms.
+# Both print each frame to stderr, as id, Ctrl and parameters, without the queries that pydobotlab's
+# `wait_for` repeats (index and alarms).
 THEIRS = """
 import sys
 sys.path.insert(0, sys.argv[2])
@@ -87,7 +87,7 @@ dobot.jog_x(-10)
 dobot.jog_x(0)
 dobot.close()
 """
-# It stores its settings in the home directory.
+# The library stores its settings in the home directory.
 LAB = """
 import os
 os.environ["XDG_CONFIG_HOME"] = os.path.dirname(PORT)
@@ -156,7 +156,7 @@ with Magician(PORT, require_panel=False, verbose=False) as bot:
     bot.get_device_version()
     bot.queued_cmd_left_space()
 """
-# Its conveyor belt runs in one direction only, and `close()` closes the gripper.
+# The library's conveyor belt runs in one direction only, and `close()` closes the gripper.
 API = """
 from dobotapi import Dobot
 from dobotapi.dobot_interfaces import MODE_PTP, Position

@@ -37,7 +37,7 @@ PARAMETERS = model.FIRST_INDEX + 3
 EXAMPLES = {
     # Two lines, there and back.
     "pydobot": ([], [], START, PARAMETERS + 2),
-    # It uses a name that it does not import, and the module has another name.
+    # The example uses a name that it does not import, and the module has another name.
     "pydobotplus": (
         [(r"import Dobot\b", "import Dobot, CustomPosition")],
         [(r"from dobotplus\b", "from pydobotplus")],

@@ -1,6 +1,6 @@
-// Messages between page and worker. The station is always behind a worker: one that holds a
-// WebSocket to it, or one in which the station itself runs. Both use the same messages, so the page
-// has one client for all stations.
+// Messages between page and worker. The station is always behind a worker, which either holds a
+// WebSocket to it or runs the station itself. Both use the same messages, so the page has one
+// client for all stations.
 
 /** JSON-RPC message in either direction. */
 export interface Wire {

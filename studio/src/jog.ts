@@ -165,7 +165,7 @@ export function nextFrame(): void {
   frame.value = FRAMES[(FRAMES.indexOf(frame.value) + 1) % FRAMES.length] ?? "base";
 }
 
-// Whatever takes the page away from its user ends a jog.
+// A jog ends as soon as its user cannot see or reach the page.
 addEventListener("blur", () => endJog("released"));
 addEventListener("hashchange", () => endJog("released"));
 addEventListener("pagehide", () => endJog("released"));

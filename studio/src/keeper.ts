@@ -60,7 +60,7 @@ export class JogKeeper {
         clearInterval(this.timer);
         this.released = true;
       } else if (this.released) {
-        // It began before its stop arrived.
+        // The jog started before its stop arrived.
         this.stop({ jog });
       } else {
         this.jog = jog;

@@ -57,7 +57,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   const { name, holder, port } = arm;
   const { alarms, asks, waits, job, lost } = marksOf(arm);
   const isMine = holder !== null && holder.session === store.session.value;
-  // It is unknown who has the arm of a station that is gone.
+  // The holder of an arm is unknown while its station is unreachable.
   const turn = store.socket.value === "up" ? turnOf(name) : null;
   const frozen = store.socket.value === "up" && frozenArms.value.includes(name);
   const who =

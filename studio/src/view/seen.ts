@@ -109,7 +109,7 @@ effect(() => {
       opacity: darkness(stroke),
     };
   });
-  // A surface that can be drawn on is a sheet. One that objects stand on is a mark on the table.
+  // A surface to draw on is a sheet. A surface for objects is a mark on the table.
   const isPaper = (world.value?.draws ?? null) !== null;
   const size = [x[1] - x[0], y[1] - y[0], 2];
   const top = {
