@@ -1,4 +1,5 @@
-// The page of docs/STATION-CLIENTS.md, served from elsewhere, as somebody would write it who knows the API alone.
+// Test of the page in docs/STATION-CLIENTS.md, served from elsewhere, as written by a user who
+// knows only the API.
 import assert from "node:assert/strict";
 import { once } from "node:events";
 import { readFileSync } from "node:fs";

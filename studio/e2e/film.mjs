@@ -1,4 +1,4 @@
-// The recording of the README: node e2e/film.mjs [FILE.gif]. Needs ffmpeg.
+// Records the animation of the README: node e2e/film.mjs [FILE.gif]. Needs ffmpeg.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync, statSync } from "node:fs";
@@ -10,7 +10,7 @@ import { Browser, is, Station } from "./bench.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const out = process.argv[2] ?? join(root, "docs/studio.gif");
-/** Pictures a second, how many a still lasts, and what a recording may weigh. */
+/** Frames per second, frames of a still, and largest size of the file, bytes. */
 const [RATE, STILL, MOST] = [6, 8, 2_000_000];
 
 const station = new Station(process.env.MAGICIAN ?? join(root, "target/debug/magician"), ["--port", "sim:4"]);

@@ -50,7 +50,7 @@ test("an upright drawing is as wide as it is along the arm's y", () => {
   );
   expect(sides[0]).toBeCloseTo(80);
   expect(sides[1]).toBeCloseTo(20);
-  // The text's middle is nearer to the arm than its position: above it.
+  // The item's middle is nearer to the arm than its position: above it.
   expect(middle[0]).toBeCloseTo(0);
   expect(middle[1]).toBeCloseTo(5);
 });
