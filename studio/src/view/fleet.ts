@@ -31,7 +31,7 @@ export interface Place {
 
 const NAMES = ["j1", "j2", "j3", "j4", "l"];
 const RADIANS = Math.PI / 180;
-/** Width of an arm's surroundings that its tile shows, mm. */
+/** Extent of an arm's surroundings along the shorter side of its tile, mm. */
 const SEEN = 440;
 /** Duration of the transition to a new state, ms. */
 const GLIDE = 320;

@@ -194,8 +194,8 @@ export const moved = (all: readonly number[], by: Point): number[] =>
   all.map((value, nth) => value + (by[nth % 3] ?? 0));
 
 /**
- * Tolerance for equal corners, mm, and largest coordinate, so that a rounded position fits into an
- * integer.
+ * Tolerance for equal corners, mm, and largest coordinate in these steps: three rounded coordinates
+ * then fit exactly into one number.
  */
 const [SAME, SPAN] = [0.01, 50_000];
 

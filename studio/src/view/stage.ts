@@ -48,7 +48,7 @@ const COARSE = 0.5;
 const TELLS = 250;
 /** Largest movement of a press on the table, px. */
 const STILL = 6;
-/** Distance beyond which the camera ignores work, mm. */
+/** Largest x and y of work that the camera frames, mm. Farther work is clamped to it. */
 const WORK = 330;
 export interface Drawn {
   /** Tip of the tool, CSS pixels from the upper left corner. */
