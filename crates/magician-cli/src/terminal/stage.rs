@@ -96,12 +96,14 @@ impl<M> Work<M> {
         let mut stale = false;
         while !stop.load(Ordering::Relaxed) {
             let begun = Instant::now();
+            // `|` instead of `||`, since both calls have effects.
             stale |= screen.follow_size()? | self.take();
             if let Some(model) = self.shown.as_ref().filter(|_| stale) {
                 screen.terminal.draw(|frame| draw(frame, model, theme))?;
                 stale = false;
             }
             self.tell(Told::Beat);
+            // Keys are read for the rest of the frame's time.
             while let Some(left) = FRAME.checked_sub(begun.elapsed()) {
                 match keyboard.wait(left)? {
                     Waited::Nothing => continue,

@@ -52,6 +52,8 @@ pub(super) async fn measure(
     figures: &mut Figures,
 ) -> Result<(Ring, CpParams), Failure> {
     let (_, capacity) = arm.stats().await?;
+    // Commands of other programs would falsify the figures, and must not be dropped without
+    // consent.
     if arm.queue().left_space().await? < capacity {
         let message = "commands of another program are in the arm's queue";
         return Err(Failure::invalid(message).hint(

@@ -153,6 +153,7 @@ fn find(
         }
     };
     let mut answer = CalibrationReport::new(&found, tool);
+    // The result is shown before the question whether to save it.
     if !context.global.json {
         answer.write(&mut context.out)?;
         context.out.flush()?;
@@ -165,6 +166,7 @@ fn find(
         let mut config = Config::load()?;
         found.keep(&mut config)?;
         answer.saved = true;
+        // Sheet and surface were touched with the old tool.
         if subject == Subject::Tool {
             answer.stale = ["sheet", "surface"]
                 .into_iter()

@@ -80,6 +80,7 @@ fn examine(file: &mut impl Read) -> io::Result<Nature> {
     if is_trace(&chunk) {
         return Ok(Nature::Capture);
     }
+    // A single character that does not fit makes the whole file binary.
     while first > 0 {
         if !test.accepts(&chunk[..first]) {
             return Ok(Nature::Bytes);
@@ -170,11 +171,13 @@ impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
             Nature::Text(parser) => {
                 let mut bytes = Vec::with_capacity(chunk.len() / 2 + 1);
                 let parsed = parser.push(chunk, &mut bytes);
+                // Bytes before a mistake are decoded before the mistake is reported.
                 self.decoder.push(Origin::default(), &bytes)?;
                 parsed.map_err(not_hex)?;
             }
             _ => self.decoder.push(Origin::default(), chunk)?,
         }
+        // Flushed after each chunk, so that a live stream is shown at once.
         self.decoder.flush()
     }
 

@@ -348,6 +348,7 @@ impl Jobs {
             self.tell(out)?;
             let started = waiting.is_empty() && self.starting.is_empty();
             let told = self.looking.is_empty();
+            // With `detach` one answer about each job is enough.
             if started && (detach && told || self.parts.values().all(Part::is_over)) {
                 return Ok(());
             }
@@ -356,6 +357,7 @@ impl Jobs {
                     self.look(at);
                 }
             }
+            // Jobs of absent stations are waited for only for a limited time.
             let left = self.parts.values().filter(|part| !part.is_over());
             let all_gone = started && left.clone().all(|part| part.is_gone);
             gone_since = all_gone.then(|| gone_since.unwrap_or_else(Instant::now));
@@ -368,6 +370,8 @@ impl Jobs {
                             (at, started)
                         });
                     }
+                    // Counts from the actual start, so that a late start does not shorten the next
+                    // pause.
                     next = Instant::now() + stagger;
                 }
                 Some(started) = self.starting.join_next() => {
@@ -383,6 +387,7 @@ impl Jobs {
                             part.is_gone = true;
                         }
                     }
+                    // A station that is back may have finished the job meanwhile.
                     SiteEvent::Arrived(at) => {
                         if self.parts.get(&at).is_some_and(|part| part.is_gone) {
                             self.look(&at);
@@ -503,6 +508,7 @@ impl Jobs {
                     }
                 }
             };
+            // A start without an answer may still take effect, and its job is not known here.
             let in_doubt = timeout(STOPPING, started).await.is_err();
             let mut stops = JoinSet::new();
             for (at, part) in self.parts.iter().filter(|(_, part)| !part.is_over()) {

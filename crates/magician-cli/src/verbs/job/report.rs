@@ -116,6 +116,8 @@ pub(super) fn failure(
     check: bool,
 ) -> Failure {
     let prepared = &made.prepared;
+    // A G-code file with the origin of another machine is refused at many places. Its message
+    // contains the remedy, so no other is given.
     let foreign = (prepared.format == Format::Gcode && prepared.is_raw())
         .then(|| foreign_coordinates(prepared.program.plan(), report))
         .flatten();

@@ -200,6 +200,7 @@ impl Replay {
             let work = async {
                 loop {
                     if let Some(packet) = session.packets().get(play.done()) {
+                        // In real time differences are shown as they occur.
                         if pace.is_slow() {
                             teller.flush()?;
                         }

@@ -44,6 +44,7 @@ impl Pace {
     pub(super) async fn wait(&mut self, time: u64) {
         self.packets += 1;
         let Some(times) = self.times else {
+            // Without delays nothing else yields to the runtime, so signals would not be seen.
             if self.packets.is_multiple_of(STRETCH) {
                 tokio::task::yield_now().await;
             }
@@ -54,6 +55,7 @@ impl Pace {
         let due = Duration::try_from_secs_f64(since).unwrap_or(Duration::MAX);
         match begun.checked_add(due) {
             Some(due) => sleep_until(due).await,
+            // A time beyond the range of the clock never comes.
             None => std::future::pending().await,
         }
     }

@@ -107,6 +107,7 @@ impl Session {
         known: Option<Plan>,
     ) -> Result<Self, Failure> {
         let mut console = Console::open(arm, saved).await?;
+        // The option takes precedence over the tool stored in the file.
         let wanted = tool.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
         if let Some(bias) = wanted {
             arm.set_any(&build::tool(bias)).await?;
