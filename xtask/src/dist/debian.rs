@@ -155,6 +155,7 @@ pub(super) fn installed<T>(
     if root.exists() {
         fs::remove_dir_all(root)?;
     }
+    // dpkg refuses a root without these parts of its database.
     for part in ["info", "updates", "triggers"] {
         fs::create_dir_all(root.join("var/lib/dpkg").join(part))?;
     }
@@ -175,6 +176,7 @@ pub(super) fn installed<T>(
     output(dpkg().arg("--install").arg(package))?;
     let done = meanwhile(&root.join("usr/bin/magician"))?;
     output(dpkg().args(["--purge", "magician"]))?;
+    // Purging must remove everything below `usr`.
     let left = root.join("usr");
     if left.exists() {
         let left = super::archive::files(root, "usr")?;

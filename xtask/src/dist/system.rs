@@ -136,6 +136,8 @@ impl Builder {
         system: &System,
         packages: &[&str],
     ) -> Result<PathBuf, Box<dyn Error>> {
+        // `CARGO_ENCODED_RUSTFLAGS` separates its arguments by the byte 0x1f, so that they may
+        // contain spaces.
         let mut flags = self.anonymous()?;
         let mut build = match system.family {
             Family::Windows => {

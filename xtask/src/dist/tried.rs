@@ -33,6 +33,7 @@ pub(super) fn unpacked(
         fs::remove_dir_all(room)?;
     }
     fs::create_dir_all(room)?;
+    // Python unpacks zip files on every machine that builds releases; `unzip` may be missing.
     let mut unpack = match system.ending() {
         "zip" => Command::new("python3"),
         _ => Command::new("tar"),
@@ -102,6 +103,7 @@ pub(super) fn installed(builder: &Builder, installer: &Path) -> Result<String, B
 
 /// Lets a program for the vendor's library load the one in an archive.
 fn drop_in(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
+    // Our Python module in place of the vendor's, on a virtual arm.
     let mut program = Command::new("python3");
     program.env("PYTHONPATH", folder.join("dobotdll/lib/dobotdll/v1"));
     program.env("MAGICIAN_PORT", "sim").arg("-B");

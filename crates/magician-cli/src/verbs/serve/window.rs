@@ -107,6 +107,8 @@ pub(super) fn open(url: &str) -> io::Result<()> {
     let mut profile_word = OsString::from("--user-data-dir=");
     profile_word.push(&profile);
     let mut window = Command::new(browser);
+    // `--app` shows no tabs or address bar. The other options suppress questions of a fresh
+    // profile, and give the window a size and a name.
     window.arg(format!("--app={url}")).arg(profile_word).args([
         "--no-first-run",
         "--no-default-browser-check",
