@@ -1,8 +1,8 @@
-"""A second, independent reading of the arm: kinematics and move times, in plain Python.
+"""Independent model of the arm in plain Python: kinematics and move times.
 
-Nothing here is taken from the Rust code; the numbers come from the published geometry of the arm and from the
-speed law of its controller, so that a mistake would have to be made twice to go unseen. Lengths in mm, angles in
-degrees, times in seconds.
+Nothing here is taken from the Rust code. The numbers come from the published geometry of the arm
+and from the speed law of its controller, so that a mistake would have to be made twice to remain
+unnoticed. Lengths are in mm, angles in degrees, times in seconds.
 """
 
 import math
@@ -17,14 +17,14 @@ MOVJ_INC, MOVL_INC, MOVJ_XYZ_INC, JUMP_MOVL_XYZ = range(6, 10)
 POWER_UP_JOINTS = (0.0, 45.0, 45.0, 0.0)
 # Index of the first queued command after power-up (model section 14).
 FIRST_INDEX = 2
-# How far the suction cup is in front of the flange: 59.7 to the nearest number that the wire has.
+# Distance from the flange to the suction cup: 59.7, rounded to binary32 as on the wire.
 SUCTION_CUP = struct.unpack("<f", struct.pack("<f", 59.7))[0]
-# The controller computes motion in periods, s (model section 7).
+# Control period of the controller, s (model section 7).
 PERIOD = 0.02
 
 
 def forward(joints, bias_x=SUCTION_CUP):
-    """x, y, z, r of four joint angles."""
+    """Returns x, y, z and r for four joint angles."""
     j1, j2, j3, j4 = joints
     a1, a2, a3 = math.radians(j1), math.radians(j2), math.radians(j3)
     reach = REAR_ARM * math.sin(a2) + FOREARM * math.cos(a3) + bias_x
@@ -33,7 +33,7 @@ def forward(joints, bias_x=SUCTION_CUP):
 
 
 def inverse(pose, bias_x=SUCTION_CUP):
-    """The four joint angles of x, y, z, r; elbow up."""
+    """Returns the four joint angles for x, y, z and r, with the elbow up."""
     x, y, z, r = pose
     out = math.hypot(x, y) - bias_x
     dist = math.hypot(out, z)
@@ -47,13 +47,13 @@ def inverse(pose, bias_x=SUCTION_CUP):
 
 
 def within_limits(joints):
-    """Whether the controller lets the arm stand there."""
+    """True if the controller permits these joint angles."""
     j1, j2, j3, j4 = joints
     return abs(j1) <= 135 and -5 <= j2 <= 90 and -15 <= j3 <= 90 and abs(j4) <= 150 and -70 <= j2 - j3 <= 55
 
 
 def trapezoid(distance, velocity, acceleration):
-    """Time of a move that starts and ends at rest: whole periods of the controller."""
+    """Returns the duration of a move between two rests, in whole control periods."""
     distance = abs(distance)
     if distance > velocity**2 / acceleration:
         seconds = distance / velocity + velocity / acceleration
@@ -63,7 +63,7 @@ def trapezoid(distance, velocity, acceleration):
 
 
 def arc_length(a, via, b):
-    """Length of the circular arc from a through via to b (points in space)."""
+    """Returns the length of the circular arc from a through via to b (points in space)."""
     u, v, w = ([q - p for p, q in zip(*ends)] for ends in ((a, via), (via, b), (a, b)))
     side_u, side_v, side_w = math.hypot(*u), math.hypot(*v), math.hypot(*w)
     cross = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
@@ -72,13 +72,13 @@ def arc_length(a, via, b):
     def angle_at(left, right, opposite):
         return math.acos((left**2 + right**2 - opposite**2) / (2 * left * right))
 
-    # An inscribed angle is half of the arc it looks at; the two arcs add up to the whole way.
+    # An inscribed angle is half of its central angle. The two arcs add up to the whole path.
     at_a, at_b = angle_at(side_u, side_w, side_v), angle_at(side_v, side_w, side_u)
     return 2 * radius * (at_a + at_b)
 
 
 class Arm:
-    """Where the arm stands and how long its point-to-point moves take."""
+    """State of the arm, and the durations of its point-to-point moves."""
 
     def __init__(self):
         self.joints = POWER_UP_JOINTS
@@ -115,7 +115,7 @@ class Arm:
         return self._vertical(start, lifted) + across + self._vertical(above, end)
 
     def move(self, mode, *args):
-        """Go there; answers the seconds it takes."""
+        """Moves to a target and returns the duration in seconds."""
         start, start_pose = self.joints, self.pose
         if mode in (JUMP_ANGLE, MOVJ_ANGLE, MOVL_ANGLE):
             end = tuple(args)

@@ -28,24 +28,26 @@ from sim import Sim
 from venvs import ROOT, TARGET, python_for
 
 RADIUS, SEGMENT = 10.0, 0.05
-# The fourfold as the arm has it at power-up: joints 0, 45, 45, 0.
+# Joint angles 0, 45, 45, 0, at which the arm is after power-up.
 START = (259.1041, 0.0, -8.4853)
 SPEEDS = ("plan_acc=1000", "junction_vel=100", "acc_or_period=1000", "real_time_track=0")
 # pydobotlab needs Python 3.11.
 LIBRARIES = {name: f"{name}.txt" for name in ("pydobot", "pydobotplus", "pydobotlab")[: 3 if sys.version_info >= (3, 11) else 2]}
 WINDOWS = (1, 4)
-# How many times as fast as a real arm the one on the line without a pace is: the line is to be what takes time.
+# Speed of the arm relative to a real one for the runs without a paced line, so that the line
+# remains the bottleneck.
 FAST = "20"
 
 
 def point(count):
-    """Where the pen is after so many segments."""
+    """Returns the position of the pen after a number of segments."""
     angle = count * SEGMENT / RADIUS
     return START[0] - RADIUS + RADIUS * math.cos(angle), START[1] + RADIUS * math.sin(angle), START[2]
 
 
 def client(library, port, segments, window):
-    """Draw with a library, inside its own interpreter; print the seconds, and those that this thread computed."""
+    """Draws with a library in its own interpreter. Prints the elapsed seconds, and the CPU time of
+    this thread."""
     begin = {"magician": package, "pydobotlab": lab}.get(library, command_by_command)
     draw = begin(library, port, segments, window)
     begun, computed = time.perf_counter(), time.thread_time()
@@ -64,7 +66,7 @@ def package(_, port, segments, window):
 
 
 def lab(_, port, segments, __):
-    """pydobotlab, without its panel; its settings are a file in the home directory."""
+    """pydobotlab without its panel. It stores its settings in the home directory."""
     os.environ["XDG_CONFIG_HOME"] = os.path.dirname(port)
     from pydobotlab import Magician
 
@@ -74,7 +76,7 @@ def lab(_, port, segments, __):
 
 
 def command_by_command(library, port, segments, _):
-    """A library that knows no more than one command at a time."""
+    """A library that sends one command at a time."""
     if library == "pydobot":
         from pydobot import Dobot
     else:
@@ -86,11 +88,12 @@ def command_by_command(library, port, segments, _):
 
 
 def drawn(segments, cp, current_index):
-    """What draws with a library, whose `cp` sends a segment and returns its index."""
+    """Returns a function that draws with a library. `cp` sends a segment and returns its index."""
 
     def draw():
         for count in range(1, segments + 1):
-            # Index 0 is a full queue's, which no library looks at: it would leave the segment out.
+            # A full queue answers with index 0. The libraries do not check for it and would omit
+            # the segment.
             while (last := cp(count)) == 0:
                 pass
         while current_index() < last:
@@ -100,8 +103,8 @@ def drawn(segments, cp, current_index):
 
 
 def draw(magician, client_on, turnaround, segments):
-    """One drawing on an arm of its own, by the command that `client_on` gives for its path; its seconds, and those of the
-    interpreter if it has one."""
+    """Makes one drawing on an arm of its own, with the command that `client_on` returns for the
+    arm's path. Returns the elapsed seconds, and the CPU time of the interpreter if there is one."""
     with tempfile.TemporaryDirectory(prefix="magician-") as home:
         path = f"{home}/arm"
         pace = [FAST] if turnaround is None else ["1", "--baud", "115200", "--turnaround", str(turnaround)]
@@ -121,7 +124,7 @@ def draw(magician, client_on, turnaround, segments):
 
 
 def compare(given, turnaround):
-    """All clients at one turnaround: what they spent, by name."""
+    """Returns the times of all clients at one turnaround, by name."""
     spent = {}
     ask = [__file__, "--client"]
     for window in WINDOWS:
@@ -148,7 +151,7 @@ def compare(given, turnaround):
 
 
 def goals(turnaround, package):
-    """(what, of whom, how many times as fast as whom, at least)."""
+    """Goals as (description, client, compared client, least factor)."""
     if turnaround is not None:
         yield "window 1 to pydobot", "window 1", "pydobot", 50.0
     yield "window 1 to pydobotplus", "window 1", "pydobotplus", 1.0
@@ -170,7 +173,7 @@ def goals(turnaround, package):
 
 
 def main():
-    """Draw, and print the figures."""
+    """Draws and prints the figures."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--magician", help="the program to test (otherwise it is built, optimised)")
     options.add_argument("--drawing", help="the example drawing (otherwise it is built, optimised)")
@@ -214,7 +217,7 @@ def main():
 
 
 def show(result, segments):
-    """One turnaround, for people."""
+    """Prints the result for one turnaround."""
     turnaround = result["turnaround_ms"]
     line = "a line without a pace" if turnaround is None else f"turnaround {turnaround} ms"
     print(f"{line}, {segments} segments", flush=True)

@@ -27,7 +27,7 @@ object = [
 
 
 def rate(seconds: float, act: Callable[[], int]) -> float:
-    """How often a second, after a first time that does not count."""
+    """Returns the number of calls per second, after a first call that is not counted."""
     act()
     begun, done = time.perf_counter(), 0
     while (passed := time.perf_counter() - begun) < seconds:

@@ -24,7 +24,7 @@ import xml.etree.ElementTree as ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SAMPLES = ROOT / "crates" / "magician-program" / "samples"
-# Four lines of the single-line font that is built in, about 4 mm high.
+# Four lines in the built-in single-line font, about 4 mm high.
 WORDS = (
     "The quick brown fox jumps over the",
     "lazy dog. Pack my box with five dozen",
@@ -39,7 +39,8 @@ TEXT = (
 
 
 def ring():
-    """A ring filled with lines 0.8 mm apart, as programs for hatching leave them: each by itself, all in the same direction."""
+    """A ring filled with lines 0.8 mm apart as hatching programs produce them: separate lines, all
+    in the same direction."""
     lines = []
     for nth in range(-49, 50):
         y = 0.8 * nth
@@ -53,7 +54,7 @@ def ring():
 
 
 RING = ring()
-# Name, what is drawn, and with which flags.
+# Name, file, and flags of each drawing.
 DRAWINGS = (
     ("curves", "curves.svg"),
     ("house", "house.svg", "--fit"),
@@ -67,7 +68,7 @@ DRAWINGS = (
     ("lake, dots", "landscape.png", "--image", "halftone", "--width", "80"),
 )
 PAPER = -60.0
-# At about so many points, and at all corners, lines are compared.
+# Approximate number of points, in addition to all corners, at which lines are compared.
 POINTS = 5000
 
 
@@ -79,7 +80,7 @@ def called(*words):
 
 
 def lines_of(plan):
-    """The lines of a plan, in the order in which they are drawn."""
+    """Returns the lines of a plan in drawing order."""
     lines, at = [], None
     for step in json.loads(plan.read_text())["steps"]:
         if "path" in step:
@@ -108,7 +109,7 @@ def write(lines, path):
 
 
 def read(path):
-    """The lines of an SVG of polylines and straight paths, as vpype writes them, in mm."""
+    """Returns the lines of an SVG of polylines and straight paths, as vpype writes them, in mm."""
     root = ElementTree.parse(path).getroot()
     width = float(re.match(r"[\d.]+", root.get("width"))[0]) * (
         25.4 / 2.54 if root.get("width").endswith("cm") else 1.0
@@ -131,7 +132,7 @@ def read(path):
 
 
 class Near:
-    """Straight pieces, found by the cell that they pass."""
+    """Index of straight segments by the grid cells that they pass."""
 
     CELL = 2.0
 
@@ -171,7 +172,8 @@ def along(lines, step):
 
 
 def off(one, other):
-    """How far the farthest point of either is from the other, mm."""
+    """Returns the largest distance of any point of one drawing from the other, mm (Hausdorff
+    distance)."""
     near, back = Near(other), Near(one)
     step = max(0.5, sum(math.dist(a, b) for line in one for a, b in zip(line, line[1:])) / POINTS)
     return max(max(map(near.off, along(one, step))), max(map(back.off, along(other, step))))
@@ -182,7 +184,7 @@ def travel(lines):
 
 
 def check(magician, path, *words):
-    """How long the arm takes, and in which lines it draws."""
+    """Returns the duration on the arm, and the lines it draws."""
     words = ("draw", path, "--surface", PAPER, "--port", "sim", "--system-fonts", "off", *words)
     begun = time.perf_counter()
     report = json.loads(called(magician, *words, "--check", "--json").splitlines()[-1])
@@ -210,7 +212,7 @@ def measured(magician, vpype, before, folder, name, file, words):
     def row(order, path, *words, spent=None, magician=magician):
         seconds, ours = check(magician, path, *words)
         lines = drawn(magician, path, plan, *words)
-        # Back onto the page, whose upper left corner is that of the lines.
+        # Translates back to the page, whose upper left corner is that of the lines.
         left, top = min(x for line in lines for x, _ in line), max(y for line in lines for _, y in line)
         page = [[(x - left, top - y) for x, y in line] for line in lines]
         rows.append(

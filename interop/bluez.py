@@ -1,10 +1,12 @@
-"""BlueZ's D-Bus interface, played: bluez.py ARM-TCP-PORT, with DBUS_SYSTEM_BUS_ADDRESS leading to a private bus
+"""Mock of BlueZ's D-Bus interface: bluez.py ARM-TCP-PORT, with DBUS_SYSTEM_BUS_ADDRESS leading to a
+private bus
 
-An adapter, devices around it, and one of them with the service of a Magician whose characteristics carry bytes to and
-from a virtual arm. Paths, interfaces, properties, errors and the order of signals are those of BlueZ's own
-documentation (doc/org.bluez.Adapter.rst, .Device.rst, .GattCharacteristic.rst). There is no radio.
+Provides an adapter and devices, one of which has the service of a Magician, whose characteristics
+carry bytes to and from a virtual arm. Paths, interfaces, properties, errors and the order of
+signals are those of BlueZ's own documentation (doc/org.bluez.Adapter.rst, .Device.rst,
+.GattCharacteristic.rst). There is no radio.
 
-Each line of stdin is a JSON object {"do": NAME, ...} and is answered with one of stdout.
+Each line of stdin is a JSON object {"do": NAME, ...}, answered with one line on stdout.
 """
 
 import json
@@ -24,14 +26,14 @@ UUID = "0003cdd{}-0000-1000-8000-00805f9b0131"
 
 
 class Failed(dbus.DBusException):
-    """An error as BlueZ names it."""
+    """Error with a name of BlueZ's."""
 
     def __init__(self, kind, message):
         super().__init__(message, name=f"org.bluez.Error.{kind}")
 
 
 def to_dbus(name, value):
-    """With the type that BlueZ gives the property."""
+    """Converts a value to the D-Bus type of its BlueZ property."""
     if name in ("Flags", "UUIDs"):
         return dbus.Array(value, signature="s")
     if name == "Value":
@@ -46,7 +48,7 @@ def to_dbus(name, value):
 
 
 class Object(dbus.service.Object):
-    """Something on the bus with the properties of one interface."""
+    """Object on the bus with the properties of one interface."""
 
     def __init__(self, world, path, interface, properties):
         self.world, self.path, self.interface, self.properties = world, path, interface, properties
@@ -144,7 +146,7 @@ class Adapter(Object):
         self.still()
 
     def hear(self):
-        """What is on the air is known from now on."""
+        """Reports the devices in range to the scanning client."""
         if self.client:
             for who in self.world.around:
                 path = f"{ROOM}/dev_{who['address'].replace(':', '_')}"
@@ -197,7 +199,7 @@ class Device(Object):
             self.line = Line(self)
             path = f"{self.path}/service0010"
             self.gatt.append(Object(self.world, path, SERVICE, {"UUID": UUID.format(0), "Primary": True, "Device": self.path}))
-            # A further characteristic, as such modules have them for their own settings.
+            # Such modules have a further characteristic, for their own settings.
             for number, flags in [*self.world.flags.items(), ("3", ["read", "write", "notify"])]:
                 char = f"{path}/char001{number}"
                 self.gatt.append(Characteristic(self, char, UUID.format(number), flags))
@@ -212,7 +214,7 @@ class Device(Object):
         self.part()
 
     def part(self):
-        """The link ends, by whomever."""
+        """Ends the connection, on behalf of either side."""
         if self.line:
             self.line.close()
             self.line = None
@@ -244,7 +246,7 @@ class Characteristic(Object):
         if self.busy:
             return fail(Failed("InProgress", "Operation already in progress"))
         if world.writes_left == 0:
-            # The device has gone and the computer is about to notice.
+            # The device is out of range, and the computer is about to notice.
             return GLib.timeout_add(20, world.vanish)
         world.writes_left -= 1
         world.written.append((self.properties["UUID"][7], kind, len(data)))
@@ -252,7 +254,7 @@ class Characteristic(Object):
             done()
             self.device.line.send(data)
         else:
-            # A request and its answer take a connection interval.
+            # A write request and its response take one connection interval.
             self.busy = True
             GLib.timeout_add(world.interval, self.answer, data, done)
 
@@ -277,7 +279,8 @@ class Characteristic(Object):
 
 
 class Line:
-    """From the module to the arm: what is written goes there, what comes is notified; both at every interval."""
+    """Connection from the module to the arm. Written bytes are forwarded and received bytes are
+    notified, both at every connection interval."""
 
     def __init__(self, device):
         self.device, self.world = device, device.world
@@ -312,13 +315,13 @@ class Line:
         GLib.source_remove(self.watch)
         if self.tick:
             GLib.source_remove(self.tick)
-        # What was written before the link ended has gone out.
+        # Bytes written before the end of the connection were already transmitted.
         self.socket.sendall(self.out)
         self.socket.close()
 
 
 class World:
-    """Everything, and what the session may do to it."""
+    """State of the mock, with the operations available to the session."""
 
     def __init__(self, bus, port, loop):
         self.bus, self.port, self.loop = bus, port, loop
@@ -334,7 +337,7 @@ class World:
             adapter.still()
 
     def set(self, adapter=True, powered=True, flags=None, mtu=None, interval=0, around=(), refuse=0, forbidden=False):
-        """Another world: what was known is forgotten."""
+        """Resets the mock to another configuration. Known devices are forgotten."""
         for one in reversed(list(self.objects.values())):
             if isinstance(one, Device) and one.properties["Connected"]:
                 one.part()
@@ -349,7 +352,7 @@ class World:
             Adapter(self, powered)
 
     def vanish(self):
-        """The arm is switched off, or carried away."""
+        """Simulates the arm being switched off or out of range."""
         self.writes_left = -1
         self.around = [who for who in self.near if not who.get("arm")]
         for one in list(self.objects.values()):
@@ -373,7 +376,7 @@ class World:
         self.objects[ROOM].change(Powered=on)
 
     def seen(self):
-        """What happened so far."""
+        """Returns the recorded events."""
         devices = [one for one in self.objects.values() if isinstance(one, Device)]
         connected = [one.who["address"] for one in devices if one.properties["Connected"]]
         adapter = self.objects.get(ROOM)
@@ -401,7 +404,7 @@ def main():
     dbus.mainloop.glib.DBusGMainLoop(set_as_default=True)
     bus, loop = dbus.SystemBus(), GLib.MainLoop()
     world = World(bus, int(sys.argv[1]), loop)
-    # Only now does anybody find it.
+    # The name is claimed last, so that clients find a complete service.
     name = dbus.service.BusName("org.bluez", bus)
     GLib.io_add_watch(sys.stdin.fileno(), GLib.IO_IN | GLib.IO_HUP, world.command)
     print("ready", flush=True)

@@ -23,7 +23,8 @@ TIME_LIMIT = 600
 
 
 def blocks(page):
-    """Each block with its line, its language, its text, and whether only empty lines are between it and the last."""
+    """Returns each block with its line, language, text, and a flag that is true if only empty lines
+    separate it from the previous block."""
     found, opened, follows = [], None, False
     for number, line in enumerate(page.splitlines(), 1):
         if line.startswith("```"):
@@ -40,7 +41,7 @@ def blocks(page):
 
 
 def script_line(line):
-    """A line for the shell; nothing if it installs, which is tried elsewhere."""
+    """Returns a line for the shell; empty for an installation, which is tested elsewhere."""
     command, _, comment = line.partition(" #")
     command = command.strip()
     if not command or re.match(r"(cargo|packaging/install-dobotdll) ", command):
@@ -53,7 +54,7 @@ def script_line(line):
 
 
 def script(page):
-    """The session of a page."""
+    """Returns the shell script of a page."""
     lines = ["set -e", "pids=", "trap 'test -z \"$pids\" || kill $pids; wait' EXIT"]
     for number, language, text, _ in page:
         if language == "bash":
@@ -62,12 +63,12 @@ def script(page):
 
 
 def plain(line):
-    """A line with one and the same number for each, and one space for several."""
+    """Normalises a line: every number becomes 0, repeated spaces become one."""
     return re.sub(r"-?\d+(\.\d+)?", "0", " ".join(line.split()))
 
 
 def missing(printed, said):
-    """The first line of a page that was not printed, in order."""
+    """Returns the first line of a page that is missing from the output, in order."""
     lines = iter([plain(line) for line in printed])
     for pattern in filter(str.strip, said):
         wanted = re.compile(".*".join(map(re.escape, plain(pattern).split("…"))))
@@ -77,7 +78,8 @@ def missing(printed, said):
 
 
 def surroundings(place, magician, prefix):
-    """A home with the library in it, and nothing that the caller has set."""
+    """Returns an environment with a home that contains the library, without the caller's
+    settings."""
     home = place / "home"
     home.mkdir()
     (home / ".local").symlink_to(prefix)
@@ -88,7 +90,7 @@ def surroundings(place, magician, prefix):
 
 
 def try_page(name, magician, prefix):
-    """How many blocks of a page were run, and its mistakes."""
+    """Returns the number of executed blocks of a page, and its mistakes."""
     page = blocks((ROOT / name).read_text(encoding="utf-8"))
     with tempfile.TemporaryDirectory(prefix="magician-book-") as folder:
         place = pathlib.Path(folder)

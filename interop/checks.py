@@ -1,26 +1,26 @@
-"""Counting checks: one printed line each, and a verdict at the end."""
+"""Checks that are counted: one printed line each, and a verdict at the end."""
 
 import re
 import struct
 import sys
 import traceback
 
-# How long something may take that takes no time, on a machine that does much else, in seconds: what is awaited ends at once
-# when it comes, and what never comes fails after this.
+# Timeout of operations that should complete at once, s. A success is noticed immediately, so only
+# failures wait this long. Generous, for a machine under load.
 PATIENCE = 60
 
 VERDICT = re.compile(r"(\d+) passed, (\d+) failed\n")
 
 
 class Checks:
-    """What passed and what failed."""
+    """Counts passed and failed checks."""
 
     def __init__(self):
         self.passed = 0
         self.failed = 0
 
     def ok(self, name, condition, detail=""):
-        """One check."""
+        """Checks a condition."""
         if condition:
             self.passed += 1
         else:
@@ -30,19 +30,20 @@ class Checks:
         return bool(condition)
 
     def equal(self, name, got, want):
-        """Exactly the wanted value."""
+        """Checks that a value equals the expected one."""
         shown = _short(got)
         return self.ok(name, got == want, shown if got == want else f"{shown}, want {_short(want)}")
 
     def near(self, name, got, want, tolerance=1e-3):
-        """Numbers, one or several, each within the tolerance."""
+        """Checks that one or several numbers are within the tolerance."""
         got, want = list(_iterable(got)), list(_iterable(want))
         good = len(got) == len(want) and all(abs(a - b) <= tolerance for a, b in zip(got, want))
         shown = " ".join(f"{v:.4f}" for v in got)
         return self.ok(name, good, shown if good else f"{shown}, want {' '.join(f'{v:.4f}' for v in want)}")
 
     def section(self, part, *arguments):
-        """Run some checks; when they break off, that counts as a failure and the rest goes on."""
+        """Runs a group of checks. An exception counts as a failure, and the remaining groups still
+        run."""
         try:
             part(self, *arguments)
         except (AssertionError, OSError, RuntimeError, ValueError, struct.error) as error:
@@ -50,7 +51,7 @@ class Checks:
             traceback.print_exc()
 
     def finish(self):
-        """The verdict; ends the program."""
+        """Prints the verdict and exits."""
         print(f"{self.passed} passed, {self.failed} failed", flush=True)
         sys.exit(1 if self.failed or not self.passed else 0)
 

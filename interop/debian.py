@@ -1,5 +1,5 @@
-"""A Python of Debian's, for another processor or newer than those here, in a folder, with nothing installed: apt-get with
-lists of its own."""
+"""Python interpreters of Debian, for another processor or newer than the installed ones, unpacked
+into a folder by apt-get with its own package lists. Nothing is installed."""
 
 import os
 import pathlib
@@ -7,7 +7,8 @@ import shutil
 import subprocess
 
 KEYS = pathlib.Path("/usr/share/keyrings/debian-archive-keyring.gpg")
-# The release: the minor version of its Python, and the names of some libraries there. The one that is to come has two.
+# Minor version of each release's Python, and the names of some libraries there. The next release
+# has two Pythons.
 SUITES = {
     "bookworm": (11, ("libssl3", "libffi8")),
     "trixie": (13, ("libssl3t64", "libffi8")),
@@ -33,8 +34,8 @@ SOURCES = "Types: deb\nURIs: http://deb.debian.org/debian\nSuites: {suite}\nComp
 
 
 class Debian:
-    """The Python of a release of Debian for a processor, in a folder of a home: for ARM emulated, for x86-64 with the release's
-    own loader and libraries."""
+    """Python of a Debian release for a processor, in a folder. For ARM it is emulated, for x86-64
+    it runs with the release's own loader and libraries."""
 
     def __init__(self, arch, suite, home, minor=None):
         self.arch, self.suite = arch, suite
@@ -45,14 +46,14 @@ class Debian:
         self.python = [QEMU[arch], "-L", self.home, program] if arch in QEMU else [program]
 
     def missing(self):
-        """What this computer lacks for it; nothing if it lacks nothing."""
+        """Returns the missing requirements; empty if all are present."""
         lacking = [name for name in (QEMU.get(self.arch, "patchelf"), "apt-get", "dpkg-deb") if not shutil.which(name)]
         if not KEYS.exists():
             lacking.append(str(KEYS))
         return f"this computer has no {', '.join(lacking)}" if lacking else ""
 
     def unpack(self):
-        """Fetches it, once."""
+        """Downloads and unpacks the interpreter, once."""
         if self.home.exists():
             return
         work = self.home.with_name(self.home.name + "-fetched")

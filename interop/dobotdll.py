@@ -1,7 +1,8 @@
-"""Calls to a DobotDll library in the way of the stock wrappers: no prototypes, ints for bools, structures too large.
+"""Calls to a DobotDll library as the stock wrappers make them: without prototypes, with ints for
+bools, and with structures that are too large.
 
-The structures here are those of the wrappers in the field, with their mistakes: a 21-byte PTPCmd in v1, an IOADC of 5
-bytes, HOMECmd as a float, a CircleCmd without its count.
+The structures are those of the wrappers in the field, including their mistakes: a 21-byte PTPCmd in
+v1, an IOADC of 5 bytes, HOMECmd as a float, a CircleCmd without its count.
 """
 
 import ctypes
@@ -15,12 +16,12 @@ SENTINEL = 7_777_777
 
 
 def structure(name, *fields):
-    """A packed structure."""
+    """Defines a packed structure."""
     return type(name, (ctypes.Structure,), {"_layout_": "ms", "_pack_": 1, "_fields_": list(fields)})
 
 
 def floats(name, count):
-    """A structure of floats."""
+    """Defines a structure of floats."""
     return structure(name, ("values", c_float * count))
 
 
@@ -42,21 +43,21 @@ ConnectInfo = structure("ConnectInfo", ("master", DevInfo), ("slave1", DevInfo),
 
 
 class Connected:
-    """What ConnectDobot came to."""
+    """Result of ConnectDobot."""
 
     def __init__(self, result, firmware, version, ids=(), kind=2):
         self.result, self.firmware, self.version, self.ids, self.kind = result, firmware, version, ids, kind
 
 
 class Stock:
-    """One library, called as the stock wrappers of its family do."""
+    """Library, called as the stock wrappers of its family do."""
 
     def __init__(self, family, path):
         self.family, self.path = family, str(path)
         self.api = ctypes.CDLL(self.path)
 
     def connect(self, port):
-        """ConnectDobot."""
+        """Calls ConnectDobot."""
         place = create_string_buffer(100)
         place.raw = port.encode()
         if self.family == "v3":
@@ -71,13 +72,13 @@ class Stock:
         return Connected(result, firmware.value.decode(), version.value.decode(), ids)
 
     def arm(self, ids=None):
-        """The functions of an arm; those of a first one that is not connected, unless told."""
+        """Functions of an arm. Without ids they are those of a first arm that is not connected."""
         first = {"v1": (), "v2": (0,), "v3": (c_int(0), c_int(0))}[self.family]
         return Arm(self, first if ids is None else ids)
 
 
 class Arm:
-    """An arm of a library."""
+    """Arm of a library."""
 
     def __init__(self, stock, ids):
         self.stock, self.ids, self.family = stock, ids, stock.family
@@ -86,21 +87,21 @@ class Arm:
         return getattr(self.stock.api, name)(*self.ids, *arguments)
 
     def disconnect(self):
-        """DisconnectDobot; v3 gives it one id only."""
+        """Calls DisconnectDobot. v3 passes only one id."""
         return self.stock.api.DisconnectDobot(*self.ids[:1])
 
     def set_timeout(self, milliseconds):
-        """SetCmdTimeout; v3 gives it one id only."""
+        """Calls SetCmdTimeout. v3 passes only one id."""
         return self.stock.api.SetCmdTimeout(*self.ids[:1], milliseconds)
 
     def pose(self):
-        """The code, and x y z r j1 j2 j3 j4."""
+        """Returns the code, and x y z r j1 j2 j3 j4."""
         pose = Pose((c_float * 8)(*[SENTINEL] * 8))
         code = self("GetPose", byref(pose))
         return code, list(pose.values)
 
     def index(self):
-        """Index of the last command that ended."""
+        """Returns the index of the last finished command."""
         index = c_uint64(SENTINEL)
         code = self("GetQueuedCmdCurrentIndex", byref(index))
         if code:
@@ -108,29 +109,30 @@ class Arm:
         return index.value
 
     def queued(self, name, *arguments, queued=0):
-        """A queued command, by default with isQueued 0; the code and the index."""
+        """Sends a queued command, by default with isQueued 0. Returns the code and the index."""
         index = c_uint64(SENTINEL)
         code = self(name, *arguments, queued, byref(index))
         return code, index.value
 
     def move(self, mode, *target, queued=0):
-        """SetPTPCmd."""
+        """Calls SetPTPCmd."""
         return self.queued("SetPTPCmd", byref(PTPCmd[self.family](mode, (c_float * 4)(*target))), queued=queued)
 
     def wait(self, milliseconds):
-        """SetWAITCmd."""
+        """Calls SetWAITCmd."""
         return self.queued("SetWAITCmd", byref(WAITCmd(milliseconds)), queued=1)
 
 
 def exported(path):
-    """Names of the functions that a library exports."""
+    """Returns the names of the functions that a library exports."""
     listed = subprocess.run(["nm", "-D", "--defined-only", path], capture_output=True, text=True, check=True).stdout
     names = {line.split()[2].split("@")[0] for line in listed.splitlines() if line.split()[1:2] == ["T"]}
     return {name for name in names if name[0].isupper()}
 
 
 def library(magician, family):
-    """The library of a family that was built beside the program, and where our own modules are."""
+    """Loads the library of a family that was built next to the program, and returns it with the
+    folder of our own modules."""
     root = pathlib.Path(__file__).resolve().parent.parent
     path = pathlib.Path(magician).resolve().parent / f"libdobotdll_{family}.so"
     if not path.exists():

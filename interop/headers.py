@@ -1,4 +1,4 @@
-"""What the C headers say, for a comparison with what Python declares."""
+"""Contents of the C headers, for comparison with the declarations in Python."""
 
 import ctypes
 import re
@@ -8,22 +8,22 @@ NUMBERS = {
     "uint16_t": ctypes.c_uint16, "uint32_t": ctypes.c_uint32, "uint64_t": ctypes.c_uint64, "float": ctypes.c_float,
     "char": ctypes.c_char,
 }
-# Structures that Python's users know by another name.
+# Structures with another name in Python.
 CALLED = {"EndEffectorParams": "EndTypeParams"}
 
 
 def plain(path):
-    """A header without its comments."""
+    """Returns a header without its comments."""
     return re.sub(r"/\*.*?\*/|//[^\n]*", "", path.read_text(), flags=re.S)
 
 
 def structures(path):
-    """Size of every structure, packed."""
+    """Returns the packed size of every structure."""
     sizes = {name: ctypes.sizeof(kind) for name, kind in NUMBERS.items()}
     known = set(sizes)
-    # Of a union one member counts.
+    # Any member of a union gives its size here.
     text = re.sub(r"\w*\s*union\s*\{\s*([^;]*;)[^}]*\};", r"\1", plain(path))
-    # The members of a nameless structure are as good as those of the one around it.
+    # The members of an anonymous structure are equivalent to members of the enclosing one.
     text = re.sub(r"struct\s*\{([^}]*)\}\s*\w+;", r"\1", text)
     for enum in re.findall(r"typedef enum.*?\}\s*(\w+);", text, re.S):
         sizes[enum] = 4
@@ -38,7 +38,7 @@ def structures(path):
 
 
 def functions(path):
-    """The types of the arguments of every function, as they are written."""
+    """Returns the argument types of every function as written."""
     found = {}
     for name, arguments in re.findall(r"DOBOTDLLSHARED_EXPORT int (\w+)\(([^)]*)\);", plain(path)):
         arguments = [] if arguments.strip() == "void" else arguments.split(",")
@@ -47,7 +47,7 @@ def functions(path):
 
 
 def fits(written, declared):
-    """Whether ctypes passes what C expects."""
+    """True if ctypes passes what C expects."""
     kind, stars = written
     if not stars:
         return declared is NUMBERS.get(kind, ctypes.c_int32)
@@ -55,7 +55,7 @@ def fits(written, declared):
         return declared is ctypes.c_char_p
     pointed = getattr(declared, "_type_", None)
     if kind in NUMBERS:
-        # Bytes may also come back into a string buffer.
+        # Bytes may also be returned into a string buffer.
         return pointed is NUMBERS[kind] or kind == "uint8_t" and declared is ctypes.c_char_p
     if isinstance(pointed, type) and issubclass(pointed, ctypes.Structure):
         return pointed.__name__ == CALLED.get(kind, kind)

@@ -1,7 +1,8 @@
-"""Serial ports at which a library that looks once for its answer finds it, on a machine that is slow to answer.
+"""Serial ports for pydobot that wait for a whole frame, for machines under load.
 
-pydobot looks 100 ms after it has asked, whatever there is, and for good is one answer behind when there is nothing. On a busy
-machine that says nothing about the arm. Here a look lasts until there is a whole frame; the library is as it is.
+pydobot reads once, 100 ms after its request. If no answer has arrived by then, it remains one
+answer behind for ever. On a busy machine that is not a fault of the arm. Here each read waits for a
+whole frame; the library itself is unmodified.
 """
 
 import time
@@ -9,15 +10,16 @@ import time
 try:
     import serial
 except ImportError:
-    # Ours in its place needs none.
+    # Our own replacement of the library needs no patch.
     serial = None
 
-# Some of pydobot's commands get no answer, for their checksum is wrong: they are waited for as long, s.
+# Timeout of a read, s. Some of pydobot's commands are never answered, because their checksum is
+# wrong.
 LONGEST = 5
 
 
 def read_all(port):
-    """What is there, from a whole frame on."""
+    """Reads until there is a whole frame."""
     data, end = b"", time.monotonic() + LONGEST
     while len(data) < 3 or len(data) < data[2] + 4:
         if time.monotonic() > end:

@@ -1,7 +1,8 @@
-"""The driver over Bluetooth, on BlueZ's interface played on a private D-Bus: session_ble.py PTY UDP TCP SPEED MAGICIAN
+"""The driver over Bluetooth, with a mock of BlueZ on a private D-Bus: session_ble.py PTY UDP TCP
+SPEED MAGICIAN
 
-The program is one that was built with Bluetooth. bluez.py is the computer's side of the air and the module in the
-arm; behind it is the arm that the runner serves.
+The program is one that was built with Bluetooth. bluez.py takes the part of the computer's
+Bluetooth stack and of the module in the arm. Behind it is the arm that the runner serves.
 """
 
 import json
@@ -24,12 +25,13 @@ OTHER = {"address": "AA:00:00:00:00:01", "name": "Pulse 5"}
 NAMELESS = {"address": "AA:00:00:00:00:02"}
 AROUND = [OTHER, ARM, NAMELESS]
 FAST, SLOW = ["write-without-response"], ["write"]
-# What an exit status says (`magician help exit-status`).
+# Exit statuses (`magician help exit-status`).
 PORT, UNEXPECTED = 4, 6
 
 
 def python_with_dbus():
-    """An interpreter that has dbus-python and PyGObject; they come with the system, not from PyPI."""
+    """Returns an interpreter with dbus-python and PyGObject, which come with the system instead of
+    PyPI."""
     for python in (sys.executable, "/usr/bin/python3"):
         found = subprocess.run([python, "-c", "import dbus, gi"], capture_output=True, check=False)
         if found.returncode == 0:
@@ -38,7 +40,7 @@ def python_with_dbus():
 
 
 class Air:
-    """A private bus with BlueZ on it."""
+    """Private bus with the BlueZ mock."""
 
     def __init__(self, home, tcp):
         self.address = f"unix:path={home}/bus"
@@ -69,7 +71,7 @@ class Air:
         return self.do("seen")
 
     def let_go(self):
-        """Whether nobody is connected and nobody scans, soon."""
+        """Waits until there is no connection and no scan. Returns false after a timeout."""
         end = time.monotonic() + PATIENCE
         while (seen := self.seen())["connected"] or seen["scanning"]:
             if time.monotonic() > end:
@@ -85,13 +87,13 @@ class Air:
 
 
 class Desk:
-    """The program, run in this air."""
+    """Runs the program against the mock."""
 
     def __init__(self, air, magician, tcp):
         self.air, self.magician, self.watcher = air, magician, Tcp(tcp)
 
     def run(self, *arguments, port="ble:Magician", script=None, environment=None):
-        """Exit status, the lines of stdout as JSON, and seconds."""
+        """Returns the exit status, the lines of stdout as JSON, and the elapsed seconds."""
         begin = time.monotonic()
         command = [self.magician, "--port", port, "--json", *arguments]
         ended = subprocess.run(
@@ -221,7 +223,7 @@ def cp(x, y):
 
 
 def pieces(written):
-    """How many frames of 23 bytes went out, as 20 and 3."""
+    """Returns the number of 23-byte frames that were written as 20 and 3 bytes."""
     sizes = [size for _, _, size in written]
     return sum(pair == (20, 3) for pair in zip(sizes, sizes[1:]))
 
@@ -242,7 +244,7 @@ def rates(checks, desk):
 
 
 class Shell:
-    """The program's shell, line by line, over one connection."""
+    """The program's shell over one connection."""
 
     def __init__(self, desk):
         command = [desk.magician, "--port", "ble:Magician", "--json", "shell", "--keep-going"]
@@ -251,7 +253,7 @@ class Shell:
         self.watchdog.start()
 
     def say(self, line):
-        """The answer as JSON."""
+        """Sends a line and returns the answer as JSON."""
         print(line, file=self.process.stdin, flush=True)
         while answer := self.process.stdout.readline():
             if answer.startswith("{"):
@@ -259,7 +261,7 @@ class Shell:
         raise AssertionError("the shell has ended")
 
     def until(self, line, good, seconds=PATIENCE):
-        """Say it until the answer is good; how long that took."""
+        """Repeats a line until the answer is good. Returns the elapsed time."""
         begin = time.monotonic()
         while not good(answer := self.say(line)):
             if time.monotonic() > begin + seconds:

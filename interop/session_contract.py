@@ -1,17 +1,18 @@
-"""What programs in the wild rely on, as raw bytes: session_contract.py PTY UDP_PORT TCP_PORT SPEED
+"""Behaviour that programs in the field rely on, as raw bytes: session_contract.py PTY UDP_PORT
+TCP_PORT SPEED
 
-No robot library is involved; every expectation is written here as bytes or as numbers from the independent model in
-arm.py. The sections carry the numbers of the facts they check:
+No robot library is involved. Every expectation is written here as bytes, or as numbers from the
+independent model in arm.py. The sections carry the numbers of the facts they check:
 
  1 one reply per request, in order, echoed, in one piece, nothing unsolicited, soon
  2 wrong checksum: no answer, no effect, the next frame is answered
  3 resynchronisation after noise and after a truncated frame, without a flush
- 4 the terminal: raw from creation, reopened at will, modem lines, a killed client, old bytes
+ 4 the terminal: raw from creation, can be reopened, modem lines, a killed client, old bytes
  5 queued replies hold exactly the index; indices step by one
- 6 current index = last finished, the pose is there when it shows, also with rw = 1
+ 6 current index = last finished, the pose is final when it is reported, also with rw = 1
  7 moves take time
  8 immediate motion moves and is answered empty
- 9 a queued jog is finished at once and goes on until command 0
+ 9 a queued jog is finished at once and continues until command 0
 10 the short, long and odd forms that hosts send
 11 UDP answers the sender's current port; terminal, UDP and TCP serve the same arm
 """
@@ -49,13 +50,13 @@ def cp(x, y, z, power=None, mode=1):
 
 
 def go(link, *target, mode=model.MOVJ_XYZ):
-    """Move and wait; the pose afterwards."""
+    """Moves, waits, and returns the pose afterwards."""
     link.wait(link.queue(PTP, ptp(mode, *target)))
     return link.pose()
 
 
 def rest(link, timeout=PATIENCE):
-    """Wait until two poses in a row are equal."""
+    """Waits until two consecutive poses are equal."""
     end, last, pose = time.monotonic() + timeout, None, link.pose()
     while pose != last:
         if time.monotonic() > end:
@@ -209,7 +210,8 @@ time.sleep(60)
 
 
 def exclusive_flag_bites():
-    """Whether the flag means anything to us: a privileged process is let through, and would prove nothing."""
+    """True if the exclusive flag affects this process. A privileged process may ignore it, and the
+    check would prove nothing."""
     master, slave = os.openpty()
     fcntl.ioctl(slave, termios.TIOCEXCL)
     try:
@@ -223,7 +225,7 @@ def exclusive_flag_bites():
 
 
 def killed_client(path, data):
-    """A client that takes the port for itself, sends, reads nothing and is killed."""
+    """Runs a client that opens the port exclusively, sends, reads nothing, and is killed."""
     child = subprocess.Popen([sys.executable, "-c", CLIENT, path, data.hex()], stdout=subprocess.PIPE, text=True)
     if child.stdout.readline().strip() != "open":
         raise AssertionError("the client could not open the port")
@@ -358,7 +360,7 @@ def current_index(checks, link):
         if seen == base:
             continue
         done = targets[indices.index(seen)]
-        # From a finished target on, the arm is between it and the next one, in order along y.
+        # After a finished target the arm is between that target and the next, in order along y.
         after = targets[indices.index(seen) + 1] if seen < indices[-1] else done
         late += pose[1] > done[1] + 1e-3
         early += pose[1] < after[1] - 1e-3

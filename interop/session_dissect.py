@@ -1,8 +1,15 @@
 """The Wireshark dissector against `magician decode`: session_dissect.py PTY UDP TCP SPEED MAGICIAN
 
+<<<<<<< HEAD
 Records a trace of an arm of its own, with every command in every form and with damage, and has tshark read it through
 docs/reference/wireshark/magician.lua: every frame must have the fields that `magician decode --json` gives it, with the same values.
 Then the same bytes as UDP datagrams of several frames and as TCP segments that are cut anywhere.
+=======
+Records a trace of an arm of its own, with every command in every form and with damaged frames, and
+lets tshark read it through docs/reference/wireshark/magician.lua. Every frame must have the fields and values
+that `magician decode --json` reports. Then the same bytes are tried as UDP datagrams of several
+frames, and as TCP segments cut at arbitrary positions.
+>>>>>>> t-cli
 """
 
 import json
@@ -19,8 +26,13 @@ from checks import PATIENCE, Checks
 from sim import Sim
 from wire import GET, QUEUED, SET, Tcp, frame, split
 
+<<<<<<< HEAD
 SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "docs" / "reference" / "wireshark" / "magician.lua"
 # Nobody's own settings and plugins.
+=======
+SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "docs" / "wireshark" / "magician.lua"
+# Ignores the user's own settings and plugins.
+>>>>>>> t-cli
 SURROUNDINGS = {**os.environ, "WIRESHARK_CONFIG_DIR": "/nonexistent"}
 ARM_PORT, HOST_PORT = 8899, 50000
 TCP_PROTOCOL, UDP_PROTOCOL = 6, 17
@@ -33,7 +45,7 @@ BLOCK_INTERFACE, BLOCK_PACKET = 1, 6
 
 
 def commands(magician):
-    """Every command as `magician commands` tells of it."""
+    """Returns every command as listed by `magician commands`."""
     run = subprocess.run([magician, "commands", "--json"], capture_output=True, check=True)
     return [json.loads(line) for line in run.stdout.splitlines()][0]["commands"]
 
@@ -44,7 +56,8 @@ def layouts(magician, ident):
 
 
 def counts(known):
-    """Numbers of parameter bytes to try: those of every layout, one less, one and eight more."""
+    """Returns the numbers of parameter bytes to try: those of every layout, one less, one more and
+    eight more."""
     sizes = {0, 1, 2, 3, 4, 8}
     for layout in known:
         fixed = layout["bytes"]
@@ -53,7 +66,8 @@ def counts(known):
 
 
 def parameters(rng, count, texts):
-    """Bytes that are text where text is expected, and anything elsewhere; floats of a sensible size among them."""
+    """Returns random bytes, with text where text is expected, and with some floats of reasonable
+    size."""
     if texts:
         return bytes(rng.choice(b"Dobi 3\xc3\xa4\0") if rng.random() < 0.05 else rng.randrange(32, 127) for _ in range(count))
     if rng.random() < 0.5:
@@ -63,7 +77,7 @@ def parameters(rng, count, texts):
 
 
 def drive(link, magician):
-    """Everything that an arm is asked; how many requests that are whole."""
+    """Sends every kind of request to the arm. Returns the number of complete requests."""
     rng, sent = random.Random(8899), 0
 
     def ask(data):
@@ -105,7 +119,7 @@ def drive(link, magician):
 
 
 def damage(link):
-    """What is no frame, and frames next to it."""
+    """Sends bytes that are no frame, each followed by a frame."""
     bad = bytearray(frame(PTP, QUEUED, struct.pack("<B4f", 1, 200, 50, 30, 0)))
     bad[-1] ^= 1
     for data in (b"M10\r\n", bytes(bad), b"Wrong \xaa data \r\n", b"\xaa\xaa\x01", b"\xaa\xaa\xff\x0a", bytes(40)):
@@ -117,7 +131,7 @@ def damage(link):
 
 
 def pairs(items):
-    """An object whose keys may come several times."""
+    """Collects the pairs of an object in which keys may repeat."""
     found = {}
     for key, value in items:
         found.setdefault(key, []).append(value)
@@ -125,7 +139,8 @@ def pairs(items):
 
 
 def fields(tree, into):
-    """All fields of a tree by name: what is shown, and the bytes, as often as they come."""
+    """Collects all fields of a tree by name, with the displayed text and the bytes of every
+    occurrence."""
     for key, values in tree.items():
         for value in values:
             if isinstance(value, dict):
@@ -139,10 +154,11 @@ def fields(tree, into):
 
 
 def dissected(path, *more):
-    """Every frame and every foreign thing in a file, as the fields that tshark gives it."""
+    """Returns every frame and every run of foreign bytes in a file, as the fields that tshark
+    reports."""
     command = ["tshark", "-n", "-X", f"lua_script:{SCRIPT}", *more, "-r", path, "-T", "json", "-x", "-J", "magician"]
     run = subprocess.run(command, capture_output=True, text=True, timeout=10 * PATIENCE, env=SURROUNDINGS)
-    # Told about in the same stream: a superuser who ought not to be one.
+    # tshark also writes a warning about the superuser to this stream.
     wrong = [line for line in run.stderr.splitlines() if "Lua" in line or "rror" in line]
     packets = json.loads(run.stdout, object_pairs_hook=pairs)
     found = []
@@ -165,7 +181,8 @@ def is_frame(tree):
 
 
 def same_number(shown, raw, value):
-    """Whether a field has the value: as text within the rounding of the text, and as bytes exactly."""
+    """True if a field has a value: as text within the rounding of the text, and as bytes
+    exactly."""
     if isinstance(value, str) and value.lower() in ("nan", "inf", "-inf"):
         return math.isnan(float(value)) and "nan" in shown.lower() or float(shown) == float(value)
     if isinstance(value, float) and len(raw) == 8:
@@ -175,7 +192,7 @@ def same_number(shown, raw, value):
 
 
 def same_field(tree, name, value):
-    """Whether a field of a frame is there with the value that `decode` gives."""
+    """True if a frame has a field with the value that `decode` reports."""
     shown, raw = tree.get(name, []), tree.get(f"{name}_raw", [])
     if isinstance(value, list) and value and isinstance(value[0], dict):
         of = lambda part: [int(text) for text in tree.get(f"{name}.{part}", [])]
@@ -191,7 +208,7 @@ def same_field(tree, name, value):
 
 
 def differences(tree, line):
-    """In what a frame is not the same to both; and the number of its fields."""
+    """Returns the differences between the two readings of a frame, and the number of its fields."""
     wrong, count = [], 0
 
     def check(what, kept):
@@ -222,7 +239,7 @@ def differences(tree, line):
 
 
 def compare(checks, what, trees, lines):
-    """Every frame against its line, in their order."""
+    """Compares all frames with their lines, in order."""
     frames, wanted = [tree for tree in trees if is_frame(tree)], [line for line in lines if "id" in line]
     checks.equal(f"{what}: number of frames", len(frames), len(wanted))
     wrong, count = [], 0
@@ -246,7 +263,7 @@ def compare_damage(checks, trees, lines):
 
 
 def packets(path):
-    """The packets of a trace: (whether it is the arm's, bytes)."""
+    """Packets of a trace as (true if sent by the arm, bytes)."""
     data, at = pathlib.Path(path).read_bytes(), 0
     while at < len(data):
         kind, length = struct.unpack_from("<II", data, at)
@@ -258,7 +275,7 @@ def packets(path):
 
 
 def network(path, protocol, pieces):
-    """Writes pieces, (whether it is the arm's, bytes), as IPv4 packets of a protocol."""
+    """Writes pieces, (true if sent by the arm, bytes), as IPv4 packets of a protocol."""
     sequence = {True: 1000, False: 2000}
     with open(path, "wb") as file:
         file.write(struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 1 << 18, RAW_IP))
@@ -276,7 +293,7 @@ def network(path, protocol, pieces):
 
 
 def streams(path):
-    """The bytes of each direction, frames only: what a network carries without loss."""
+    """Returns the bytes of each direction, frames only, as a lossless network carries them."""
     found = {True: b"", False: b""}
     for reply, data in packets(path):
         if data[:2] == b"\xaa\xaa" and len(data) > 5 and sum(data[3:]) & 0xFF == 0:

@@ -1,7 +1,8 @@
-"""The vendor's C interface, called as programs call it: session_dobotdll.py PTY UDP TCP SPEED MAGICIAN FAMILY
+"""The vendor's C interface as programs call it: session_dobotdll.py PTY UDP TCP SPEED MAGICIAN
+FAMILY
 
-Raw ctypes calls as the stock wrappers make them, against the simulator behind its terminal and against a virtual arm in
-this process. What the wrappers on top do is in session_dobottype.py.
+Raw ctypes calls as the stock wrappers make them, against the simulator behind its terminal and
+against a virtual arm in this process. The wrappers themselves are tested in session_dobottype.py.
 """
 
 import ctypes
@@ -51,7 +52,7 @@ def before_connecting(checks, stock):
     checks.equal("SetPTPCmd and its index", (code, index), (DUE[stock.family], SENTINEL))
     checks.equal("SetQueuedCmdStartExec", arm("SetQueuedCmdStartExec"), DUE[stock.family])
     checks.equal("DisconnectDobot", arm.disconnect(), 0)
-    # Three of them would wait 3 s each for an arm that does not answer.
+    # Three of these calls would wait 3 s each for an arm that does not answer.
     checks.ok("all at once", time.monotonic() - begin < 5)
     checks.equal("DobotExec returns at once", stock.api.DobotExec(), 0)
     checks.equal("and so does PeriodicTask", stock.api.PeriodicTask(), 0)
@@ -123,7 +124,7 @@ def queueing(checks, arm):
     finish(arm, last)
     checks.near("a move ends where it should", arm.pose()[1], (*target, *model.inverse(target)))
     if arm.family != "v1":
-        # The wrappers of these families know no count: 32 bytes.
+        # The wrappers of these families have no count: 32 bytes.
         circle = CircleCmd((c_float * 8)(220, 60, 20, 5, 220, 40, 20, 5))
         code, last = arm.queued("SetCircleCmd", byref(circle))
         checks.equal("SetCircleCmd with 32 bytes", code, 0)
@@ -131,12 +132,12 @@ def queueing(checks, arm):
 
 
 def ptp(arm, mode, *target):
-    """A PTPCmd as the family's wrapper has it."""
+    """Returns a PTPCmd as the family's wrapper declares it."""
     return PTPCmd[arm.family](mode, (c_float * 4)(*target))
 
 
 def finish(arm, index, timeout=2 * PATIENCE):
-    """Poll as everybody does."""
+    """Polls the index, as all programs do."""
     end = time.monotonic() + timeout
     while arm.index() < index:
         if time.monotonic() > end:
@@ -202,7 +203,7 @@ def threads(checks, arm):
 
 
 def session(checks, stock, port):
-    """All of it at one port."""
+    """Runs all checks at one port."""
     arm = connects(checks, stock, port)
     reading(checks, arm)
     queueing(checks, arm)
@@ -243,7 +244,7 @@ def silence(checks, stock, magician):
         code, values = arm.pose()
         took = time.monotonic() - begin
         checks.equal("GetPose times out", (code, values), (2, [SENTINEL] * 8))
-        # Without its own time it is 3 s.
+        # The default timeout would be 3 s.
         checks.ok("in its time", 0.25 < took < 2.9, f"{took:.2f} s")
         sim.process.send_signal(signal.SIGCONT)
         arm.set_timeout(PATIENCE * 1000)
@@ -259,7 +260,7 @@ def silence(checks, stock, magician):
 
 
 class Wire(threading.Thread):
-    """The other end of a terminal: what comes is kept, and answered by a function."""
+    """Far end of a terminal: records what arrives, and answers with a function."""
 
     def __init__(self, answer):
         super().__init__(daemon=True)
@@ -279,8 +280,8 @@ class Wire(threading.Thread):
                 os.write(self.master, reply)
 
     def close(self):
-        # Nobody holds the other end any more, which ends the thread. With the master closed before, it might read on from the
-        # next one, which gets the same number.
+        # No other process has this end open, so closing it ends the thread. If the master were
+        # closed first, the thread might continue with the next terminal that gets the same number.
         os.close(self.slave)
         self.join(10)
         os.close(self.master)

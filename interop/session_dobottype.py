@@ -1,7 +1,8 @@
 """Our DobotDllType.py as programs use it: session_dobottype.py PTY UDP TCP SPEED MAGICIAN FAMILY
 
-The contract of the stock files (names, parameters, shapes), what ours does instead of waiting for ever, every function
-against every export, a script of DobotStudio's in the shim, and a pick-and-place program as its user starts it.
+Checks the contract of the stock files (names, parameters, shapes), the errors that replace their
+endless waits, every function against every export, a script of DobotStudio's in the shim, and a
+pick-and-place program as its user starts it.
 """
 
 import ast
@@ -26,7 +27,8 @@ from dobotdll import exported, library
 from sim import Sim
 
 STANDING = (*model.forward(model.POWER_UP_JOINTS), *model.POWER_UP_JOINTS)
-# Functions that programs in the field call most, as the stock files declare them after `api` and the ids.
+# Functions that programs in the field call most often, as the stock files declare them after `api`
+# and the ids.
 COMMON = """
 ConnectDobot(portName, baudrate)  SearchDobot(maxLen=1000)  SetQueuedCmdStartExec()  SetQueuedCmdClear()
 SetPTPCmd(ptpMode, x, y, z, rHead, isQueued=0)  SetPTPCmdEx(ptpMode, x, y, z, rHead, isQueued=0)
@@ -52,12 +54,12 @@ SetPTPWithLCmd(ptpMode, x, y, z, rHead, l, isQueued=0)
 SetQueuedCmdStartDownload(totalLoop, linePerLoop)  GetInfraredSensor(infraredPort)  GetColorSensorEx(index)
 SetAngleSensorStaticError(rearArmAngleError, frontArmAngleError)  SetWIFIIPAddress(dhcp, addr1, addr2, addr3, addr4)
 """
-# No DobotDllType has these: `GetPoseEx` is a function of another kind there.
+# Missing from every DobotDllType: there `GetPoseEx` is a function of another kind.
 NOT_WRAPPED = {"GetPoseEx"}
 
 
 def imported(place):
-    """DobotDllType.py as a module."""
+    """Imports DobotDllType.py as a module."""
     spec = importlib.util.spec_from_file_location("DobotDllType", place)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -65,7 +67,7 @@ def imported(place):
 
 
 class Program:
-    """A session of the module, with the id of v2 put in."""
+    """Session of the module, with the id of v2 filled in."""
 
     def __init__(self, dType, family):
         self.dType, self.family, self.api, self.ids = dType, family, dType.load(), ()
@@ -129,7 +131,8 @@ def header(checks, dType, include):
         if len(written[name]) != len(declared) or not all(map(headers.fits, written[name], declared))
     ]
     checks.equal("declared otherwise", wrong, [])
-    # All families have one header of structures, and a module those that its functions need.
+    # All families share one header of structures. A module contains the structures that its
+    # functions need.
     mine = {name: getattr(dType, headers.CALLED.get(name, name), None) for name in sizes}
     mine = {name: ctypes.sizeof(kind) for name, kind in mine.items() if kind}
     checks.equal("of another size", {name for name, size in mine.items() if size != sizes[name]}, set())
@@ -208,7 +211,7 @@ def shapes(checks, program, port):
     while program.GetQueuedCmdCurrentIndex()[0] < unit:
         dType.dSleep(1)
     seconds = time.monotonic() - seconds
-    # A thousand times as much would be 10 s.
+    # With a unit 1,000 times as large it would take 10 s.
     checks.ok("the unit of SetWAITCmd", seconds < 9, f"{seconds:.2f} s at 20 times")
     program.SetHOMECmdEx(0)
     program.SetPTPCmdEx(dType.PTPMode.PTPMOVLXYZMode, 220, 20, 30, 5)
@@ -226,7 +229,7 @@ def allowed(checks, program):
 
 
 def failure(program, call):
-    """The DobotError that a call raises."""
+    """Returns the DobotError that a call raises."""
     try:
         value = call()
     except program.dType.DobotError as error:
@@ -272,7 +275,7 @@ def limits(checks, program):
 
 
 def asked_for(checks, program):
-    """The wait that most programs write themselves, while an alarm stands."""
+    """Tests the waiting loop that most programs contain themselves, during an alarm."""
     dType = program.dType
     last = program.SetPTPCmd(1, 220, 0, 30, 0)[0]
 
@@ -303,7 +306,7 @@ def long_waits(checks, program):
     stop = threading.Timer(2.0, program.SetQueuedCmdForceStopExec)
     stop.start()
     dType, ids = program.dType, program.ids
-    # What every function does that waits; v3 alone has one for triggers.
+    # The wait shared by all functions that block. Only v3 has one for triggers.
     dType._finish(program.api, (dType.masterId, dType.slaveId) if program.family == "v3" else ids, "a trigger", index)
     stop.join()
     took = time.monotonic() - begin
@@ -332,7 +335,7 @@ def unplugged(checks, program, magician):
 
 
 class Recorder:
-    """An `api` that is no library: what a Python package would be."""
+    """An `api` that is not a library, as a Python package would be."""
 
     def __init__(self):
         self.calls = []
@@ -359,7 +362,7 @@ def other_doors(checks, dType, family):
     checks.equal("what was called", api.calls, ["GetPose", "GetKinematics"])
 
 
-# What people give to the shim: what it is, its bytes, the exit status, what is printed.
+# Scripts for the shim: description, bytes, exit status, output.
 ODD_SCRIPTS = [
     ("with the mark of Windows", b"\xef\xbb\xbfprint('marked')\n", 0, "marked"),
     ("in another encoding", b"# -*- coding: gbk -*-\nprint(len('\xc4\xe3'), 'character')\n", 0, "1 character"),
@@ -374,7 +377,7 @@ ODD_SCRIPTS = [
 def studio(checks, capi, family, port):
     print("a script of DobotStudio")
     if family == "v2":
-        # Its functions want a dobotId, which no script of DobotStudio has.
+        # This family's functions need a dobotId, which scripts of DobotStudio do not have.
         return
     def script(place, path=capi / "samples" / "studio_script.py"):
         command = [sys.executable, "-B", capi / "python" / "studio.py", path]
@@ -440,7 +443,7 @@ def interrupt(checks, dType):
     print("Ctrl-C")
     surroundings = {**os.environ, "PYTHONPATH": os.path.dirname(dType.__file__)}
     command = [sys.executable, "-B", "-c", INTERRUPTED]
-    # The runner may be in the background, where a shell has SIGINT ignored.
+    # The runner may be in the background, where a shell ignores SIGINT.
     program = subprocess.Popen(
         command, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
@@ -451,7 +454,7 @@ def interrupt(checks, dType):
     program.send_signal(signal.SIGINT)
     rest, errors = program.communicate(timeout=PATIENCE)
     checks.equal("a wait is left", (rest, errors.splitlines()[-1]), ("interrupted\n", "KeyboardInterrupt"))
-    # The wait is one of a minute.
+    # The interrupted wait is one of a minute.
     checks.ok("at once", time.monotonic() - begin < 40, f"{time.monotonic() - begin:.2f} s")
 
 

@@ -1,7 +1,8 @@
-"""DobotDllType on our Python package beside DobotDllType on our C library: session_doors.py PTY UDP TCP SPEED MAGICIAN FAMILY
+"""DobotDllType on our Python package beside DobotDllType on our C library: session_doors.py PTY UDP
+TCP SPEED MAGICIAN FAMILY
 
-Every function of the module is called on both, with the same arguments, each on a virtual arm of its own; what they give back,
-and which of them fail with which code, is compared.
+Every function of the module is called on both with the same arguments, each on a virtual arm of its
+own. Results, and codes of failures, are compared.
 """
 
 import ctypes
@@ -13,12 +14,12 @@ import tempfile
 from checks import Checks
 from venvs import TARGET
 
-# What does not come from the arm, or is about time.
+# Functions whose results do not come from the arm, or depend on time.
 HOST = {
     "ConnectDobot", "DisconnectDobot", "DobotExec", "DobotSleep", "GetDeviceTime", "MagicianAllow", "MagicianLastError",
     "PeriodicTask", "SearchDobot", "SetCmdTimeout", "SetDebugEnable", "dSleep", "gettime", "load", "output",
 }  # fmt: skip
-# Arguments that mean something, by name; all others are 1.
+# Meaningful arguments by name. All others are 1.
 MEANING = {
     "x": 220.0, "y": 20.0, "z": 30.0, "r": 5.0, "rHead": 5.0, "ptpMode": 1, "cpMode": 1, "isQueued": 1, "l": 0.0,
     "cirPoint": (200, 20, 30, 0), "toPoint": (210, 0, 30, 0), "parallelCmd": [(50, 2, 1)], "waitTime": 0.01, "str": "name",
@@ -29,13 +30,13 @@ MEANING = {
 
 
 def given(function, ids):
-    """Arguments for a function of the module, after `api` and the ids."""
+    """Returns arguments for a function of the module, after `api` and the ids."""
     names = list(inspect.signature(function).parameters)[1 + ids :]
     return [MEANING.get(name, 1) for name in names]
 
 
 def outcome(function, api, ids, arguments):
-    """What a call gives back, or how it fails."""
+    """Returns the result of a call or its failure."""
     try:
         return function(api, *ids, *arguments)
     except Exception as error:
@@ -43,14 +44,14 @@ def outcome(function, api, ids, arguments):
 
 
 def plain(value):
-    """What can be compared, and read."""
+    """Converts a value into one that can be compared and printed."""
     if isinstance(value, ctypes.Array):
         return bytes(value)
     return [plain(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
 def connected(dType, api, family):
-    """The ids of a virtual arm in the process of the caller."""
+    """Returns the ids of a virtual arm in this process."""
     answer = dType.ConnectDobot(api, "sim", 115200)
     if answer[0]:
         raise AssertionError(f"no connection: {answer}")
@@ -71,7 +72,7 @@ def main():
         os.chdir(home)
         first, ids = connected(ours, door, family)
         second, _ = connected(ours, library, family)
-        # The time that the arm has been on for is not the same.
+        # The time since the arm's power-up differs.
         checks.equal("ConnectDobot", first[:7], second[:7])
         functions = [
             (name, function)

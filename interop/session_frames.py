@@ -1,10 +1,12 @@
-"""The same calls with a library and through our stand-in for it: session_frames.py PTY UDP TCP SPEED MAGICIAN
+"""The same calls with a library and through our replacement for it: session_frames.py PTY UDP TCP
+SPEED MAGICIAN
 
-Every program runs under its own library on a pseudo-terminal, and with `python -m magician.compat` on a fresh arm; what each
-writes to the arm is compared frame by frame. Left out are the looks that are repeated until an arm has come somewhere: at the
-queue's index, and at the pose while the library waits.
+Every program runs with its own library on a pseudo-terminal, and with `python -m magician.compat`
+on a fresh arm. The requests to the arm are compared frame by frame, except those that are repeated
+until the arm reaches a state: queries of the queue's index, and of the pose while the library
+waits.
 
-It runs in an interpreter that has our package.
+Runs in an interpreter that has our package.
 """
 
 import difflib
@@ -15,8 +17,8 @@ from checks import Checks
 from sim import run_on_sim
 from venvs import HERE, python_for
 
-# Both say each frame on stderr, as id, Ctrl and parameters; but what pydobotlab's `wait_for` asks again and again, which is the
-# index and the alarms.
+# Both print each frame to stderr, as id, Ctrl and parameters, without the queries that pydobotlab's
+# `wait_for` repeats (index and alarms).
 THEIRS = """
 import sys
 sys.path.insert(0, sys.argv[2])
@@ -67,7 +69,7 @@ dobot.get_alarms()
 dobot.get_pose()
 dobot.close()
 """
-# What pydobot2 fails at by itself, or does not have.
+# Calls at which pydobot2 itself fails or which it does not have.
 PLUS = """
 dobot.conveyor_belt(0.5)
 dobot.conveyor_belt(0)
@@ -85,7 +87,7 @@ dobot.jog_x(-10)
 dobot.jog_x(0)
 dobot.close()
 """
-# Its settings are a file in the home directory.
+# The library stores its settings in the home directory.
 LAB = """
 import os
 os.environ["XDG_CONFIG_HOME"] = os.path.dirname(PORT)
@@ -154,7 +156,7 @@ with Magician(PORT, require_panel=False, verbose=False) as bot:
     bot.get_device_version()
     bot.queued_cmd_left_space()
 """
-# Its conveyor belt goes one way only, and `close()` closes the gripper.
+# The library's conveyor belt runs in one direction only, and `close()` closes the gripper.
 API = """
 from dobotapi import Dobot
 from dobotapi.dobot_interfaces import MODE_PTP, Position
@@ -177,8 +179,8 @@ dobot.get_pose()
 dobot.wait(10)
 dobot.close()
 """
-# Left out is what the library cannot do: frames whose checksum is 0 or 255 (names, the serial number) have another one there, so
-# that no arm answers; and inputs are asked for without their pin.
+# Without calls that the library cannot do: frames whose checksum is 0 or 255 (names, the serial
+# number) get a wrong one, so that no arm answers, and inputs are requested without their pin.
 WRAPPER = """
 import asyncio
 from dobotWrapperPy import DobotApi, DobotAsync, DobotConnection
@@ -262,13 +264,13 @@ dobot.close()
 
 
 def frames(said):
-    """The frames that a program said, without the looks."""
+    """Returns the frames that a program printed, without the polling."""
     found = [(int(id), int(ctrl), params) for id, ctrl, params in re.findall(r"^## (\d+) (\d+) ?(\w*)$", said, re.M)]
     return [frame for frame in found if frame[0] not in (CURRENT_INDEX, POSE)]
 
 
 def run(magician, command, program):
-    """A program on an arm of its own: what it wrote, and how it ended."""
+    """Runs a program on an arm of its own. Returns the frames it wrote, and how it ended."""
     ended, _, _ = run_on_sim(magician, command, f"import sys\nPORT = sys.argv[1]\n{program}")
     if ended.returncode:
         print(ended.stderr)

@@ -1,6 +1,7 @@
-"""A job of the command, paused, moved aside, resumed and killed, which Python goes on with: session_jobs.py PTY UDP TCP SPEED MAGICIAN
+"""A job of the command that is paused, moved aside, resumed and killed, and then continued by
+Python: session_jobs.py PTY UDP TCP SPEED MAGICIAN
 
-The job is on the pseudo-terminal; another program moves the arm over TCP while it is paused.
+The job is on the pseudo-terminal. Another program moves the arm over TCP while it is paused.
 """
 
 import json
@@ -20,7 +21,7 @@ LAST = (*CORNERS[-1], 20.0)
 
 
 def plan_file(home):
-    """The plan as a file, the same for both."""
+    """Writes the plan file, the same for both."""
     steps = [{"move": [x, y, 20.0, 0.0], "by": "line"} for x, y in CORNERS * ROUNDS]
     path = home / "square.plan.json"
     path.write_text(json.dumps({"format": "magician-plan", "version": 1, "title": "square", "steps": steps}))
@@ -28,7 +29,7 @@ def plan_file(home):
 
 
 class Command:
-    """A `magician run` whose lines are read, and who is told lines."""
+    """A `magician run` with lines on stdin and stdout."""
 
     def __init__(self, program, port, path):
         line = [program, "--port", port, "--json", "run", path]
@@ -39,7 +40,7 @@ class Command:
         self.process.stdin.flush()
 
     def until(self, event, step=0):
-        """The next of these events, at that step or behind it."""
+        """Reads until an event, at a given step or later."""
         for line in self.process.stdout:
             said = json.loads(line)
             if said.get("event") == event and said.get("step", step) >= step:
@@ -48,7 +49,7 @@ class Command:
 
 
 def told(program, port, *arguments):
-    """What a command says."""
+    """Returns the output of a command as JSON."""
     line = [program, "--port", port, "--json", *arguments]
     return json.loads(subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, check=True).stdout)
 

@@ -1,8 +1,9 @@
 """Programs for DobotLink on a station: session_link.py PTY UDP TCP SPEED MAGICIAN rpc|edu|kit
 
-`rpc` is DobotRPC 4.8.8, `edu` DobotEDU 2.2.2 on top of it (websockets 10.4), `kit` dobotkit 0.2.0, all unmodified. The station serves the
-virtual arm of the session, which stands behind TCP. What DobotRPC and DobotEDU import and what installs no more, or is for clouds and cameras, is
-an empty module here.
+`rpc` is DobotRPC 4.8.8, `edu` DobotEDU 2.2.2 on top of it (websockets 10.4), `kit` dobotkit 0.2.0,
+all unmodified. The station serves the virtual arm of the session over TCP. Modules that DobotRPC
+and DobotEDU import but that can no longer be installed, or are for clouds and cameras, are replaced
+by empty modules.
 """
 
 import importlib.machinery
@@ -17,12 +18,12 @@ import types
 from checks import PATIENCE, Checks
 from station import serving
 
-# Imported by DobotRPC and DobotEDU, used by neither for the arm.
+# Imported by DobotRPC and DobotEDU, but not used for the arm.
 STAND_INS = {"demjson", "cv2", "scipy", "sounddevice", "soundfile", "playsound", "requests", "tkinter"}
 
 
 class StandIns:
-    """Finds empty modules of these names, whose attributes are there and do nothing."""
+    """Import finder for empty modules of these names, whose attributes exist and do nothing."""
 
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in STAND_INS:
@@ -46,7 +47,7 @@ class Station:
         self.process, self.ready = serving(words, os.environ)
 
     def report(self):
-        """The calls so far, as GET /api/v1/link has them."""
+        """Returns the calls so far, as reported by GET /api/v1/link."""
         import urllib.request
 
         with urllib.request.urlopen(self.ready["url"] + "api/v1/link", timeout=PATIENCE) as answer:
@@ -58,14 +59,14 @@ class Station:
 
 
 def pose(magician, udp):
-    """Where the arm is, asked without the station."""
+    """Returns the pose of the arm, requested without the station."""
     done = subprocess.run([magician, "--port", f"udp:127.0.0.1:{udp}", "--json", "pose"], capture_output=True, text=True)
     found = json.loads(done.stdout)
     return [found[axis] for axis in "xyz"]
 
 
 def rpc(checks, magician, udp, station):
-    """The transport alone, against another port than the usual one."""
+    """Tests the transport alone, against a port other than the default."""
     import asyncio
 
     loop = asyncio.new_event_loop()
@@ -98,7 +99,7 @@ def rpc(checks, magician, udp, station):
 
 
 def edu(checks, magician, udp, station):
-    """The package as its users import it: it wants ports 9090 and 10001."""
+    """Tests the package as its users import it. It requires ports 9090 and 10001."""
     from DobotEDU import dobot_edu, dobot_magician as arm
 
     dobot_edu.set_portname(arm.search_dobot()[0]["portName"])
@@ -126,7 +127,7 @@ def edu(checks, magician, udp, station):
 
 
 def kit(checks, magician, udp, station):
-    """dobotkit's arm, which asks for the Lite by name nowhere on the wire."""
+    """Tests dobotkit's arm, whose requests do not name the Lite."""
     from dobotkit.arm import MagicianLite
 
     host, port = station.ready["link"].removeprefix("ws://").rsplit(":", 1)
@@ -141,7 +142,7 @@ def kit(checks, magician, udp, station):
         arm.cmds.set_io_multiplexing(17, 1)
         arm.cmds.set_io_do(17, 1)
         checks.equal("a pin is high", arm.cmds._call("GetIODO", port=17)["level"], 1)
-        # That of the start: dobotkit clears none.
+        # The alarm from the start remains: dobotkit does not clear it.
         checks.equal("no other alarm stands", sum(arm.cmds.get_alarms_state()["state"]), 1)
     odd = station.report()[0]["unknown_params"]
     checks.ok("its other names are reported", "Magician.SetIODO.address" in odd, odd)
@@ -151,7 +152,7 @@ def main():
     _path, udp, tcp, _speed, magician, which = sys.argv[1:]
     sys.meta_path.insert(0, StandIns())
     magician = os.path.abspath(magician)
-    # DobotRPC leaves a log where it is.
+    # DobotRPC writes a log into the working directory.
     os.chdir(tempfile.mkdtemp(prefix="magician-"))
     checks = Checks()
     flags = ["--link", "--link-image"] if which == "edu" else ["--link=localhost:0"]
@@ -163,7 +164,7 @@ def main():
     finally:
         checks.equal("the station ends", station.end(), 0)
     sys.stdout.flush()
-    # DobotRPC's client waits for its socket when it is collected.
+    # The destructor of DobotRPC's client blocks on its socket, so the process exits without it.
     print(f"{checks.passed} passed, {checks.failed} failed", flush=True)
     os._exit(1 if checks.failed or not checks.passed else 0)
 

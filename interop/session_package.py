@@ -1,6 +1,7 @@
-"""Our Python package on a pseudo-terminal and in process: session_package.py PTY UDP TCP SPEED MAGICIAN
+"""Our Python package on a pseudo-terminal and in process: session_package.py PTY UDP TCP SPEED
+MAGICIAN
 
-Poses are compared with arm.py, indices with what an observer sees over UDP.
+Poses are compared with arm.py, indices with those that an observer reads over UDP.
 """
 
 import asyncio
@@ -19,7 +20,7 @@ MOVES = [(220.0, 60.0, 40.0, 15.0), (240.0, -50.0, 10.0, -20.0), (200.0, 80.0, 2
 
 
 def eight(pose):
-    """The numbers of a pose."""
+    """Returns the numbers of a pose."""
     return pose.x, pose.y, pose.z, pose.r, pose.j1, pose.j2, pose.j3, pose.j4
 
 
@@ -45,7 +46,7 @@ def drive(checks, arm, reference):
 
 
 def refuses_unhomed(checks, port):
-    """A drawing on an arm that was switched on and not homed."""
+    """Checks that a drawing is refused on an arm that was not homed after power-up."""
     with tempfile.TemporaryDirectory() as folder, magician.Arm(port) as arm:
         file = pathlib.Path(folder, "pen.gcode")
         file.write_text("G21 G90\nG0 X220 Y0 Z10\nG1 Z-10 F900\nG1 X230\n")

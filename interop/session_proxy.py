@@ -1,7 +1,9 @@
-"""pydobot 1.3.2 through `magician proxy` while `magician pose --watch` looks on: session_proxy.py PTY UDP_PORT TCP_PORT SPEED MAGICIAN
+"""pydobot 1.3.2 through `magician proxy` during a `magician pose --watch`: session_proxy.py PTY
+UDP_PORT TCP_PORT SPEED MAGICIAN
 
-Each of the two has a terminal of its own. The library reads once after 100 ms and never resynchronises, so an answer
-that belongs to the other, or that comes late, would put it one answer behind for good.
+Each of the two has a terminal of its own. The library reads once after 100 ms and never
+resynchronises, so that a late answer, or an answer to the other client, would put it one answer
+behind for ever.
 """
 
 import json
@@ -23,7 +25,7 @@ RATE = 200
 
 
 class Watcher:
-    """`magician pose --watch` in the background; what it said."""
+    """Background `magician pose --watch` with its output."""
 
     def __init__(self, magician, port):
         command = [magician, "--port", port, "--timeout", str(PATIENCE), "pose", "--watch", "--rate", str(RATE), "--json"]
@@ -52,7 +54,7 @@ class Watcher:
 
 
 class Proxy:
-    """A `magician proxy` of its own with two terminals; what it showed."""
+    """A `magician proxy` with two terminals, and its output."""
 
     def __init__(self, magician, port, home):
         self.paths = [os.path.join(home, name) for name in ("A", "B")]
@@ -83,7 +85,7 @@ class Proxy:
 
 
 def order(checks, shown, path):
-    """Every request of a client is followed by its answer, in its order."""
+    """Checks that every request of a client is followed by its answer, in order."""
     waiting, matched = [], 0
     for event in shown:
         if event.get("link") != path or event["event"] not in ("request", "reply", "unanswered"):
@@ -102,7 +104,7 @@ def order(checks, shown, path):
 
 
 def drive(checks, proxy, watcher, udp):
-    """What the library does, and what the watcher saw of it."""
+    """Drives the library, and checks the poses of the watcher."""
     observer = Observer(udp)
     dobot = Dobot(proxy.paths[0])
     arm = model.Arm()
@@ -117,7 +119,8 @@ def drive(checks, proxy, watcher, udp):
     checks.ok("the watcher lives", watcher.process.poll() is None, "".join(watcher.complaints).strip())
     watcher.stop()
     poses = watcher.poses
-    # How many depends on the machine; one that is not served between the library's requests sees a handful.
+    # The number depends on the machine. A watcher that is starved by the library's requests would
+    # see a handful.
     checks.ok("it saw many poses", len(poses) > 100, len(poses))
     checks.ok("of an arm on its way", len({round(pose["x"], 1) for pose in poses}) > 30)
     last = poses[-1]
@@ -144,7 +147,8 @@ def main():
         kinds = [event["event"] for event in proxy.shown if event.get("note") != "its program disconnected"]
         for kind in ("dropped", "noise"):
             checks.equal(f"nothing was {kind}", kinds.count(kind), 0)
-        # The watcher asks again when the machine is slow, and its first question is then nobody's; the library never does.
+        # On a slow machine the watcher repeats a request, and the answer to the first is dropped.
+        # The library never repeats one.
         unanswered = [event["link"] for event in proxy.shown if event["event"] == "unanswered"]
         checks.equal("nothing that the library asked was unanswered", unanswered.count(proxy.paths[0]), 0)
         most = len(unanswered) + kinds.count("own")

@@ -1,7 +1,7 @@
-"""pydobot 1.3.2 as its users have it, driving the virtual arm: session_pydobot.py PTY UDP_PORT
+"""pydobot 1.3.2, unmodified, driving the virtual arm: session_pydobot.py PTY UDP_PORT
 
-The library sleeps 100 ms around every frame, reads once, never resynchronises and waits for its own index by equality.
-Poses and times are compared with the independent model in arm.py.
+The library sleeps 100 ms around every frame, reads once, never resynchronises, and waits for its
+own index by equality. Poses and times are compared with the independent model in arm.py.
 """
 
 import struct
@@ -21,27 +21,28 @@ HOME, WAIT, GRIPPER, SUCTION, MULTIPLEX = 31, 110, 63, 62, 130
 
 
 def message(ident, ctrl=0, params=b""):
-    """A frame that the library has no function for."""
+    """Returns a frame for which the library has no function."""
     msg = Message()
     msg.id, msg.ctrl, msg.params = ident, ctrl, bytearray(params)
     return msg
 
 
 def index_of(reply):
-    """The queue index in the reply to a queued command; the reply must hold exactly that."""
+    """Returns the queue index in the reply to a queued command. The reply must contain exactly
+    that."""
     if len(reply.params) != 8:
         raise AssertionError(f"queued reply with {len(reply.params)} parameter bytes")
     return struct.unpack("<Q", bytes(reply.params))[0]
 
 
 def read_floats(dobot, ident):
-    """A parameter set read back."""
+    """Reads a parameter set back."""
     params = bytes(dobot._send_command(message(ident)).params)
     return list(struct.unpack(f"<{len(params) // 4}f", params))
 
 
 def until(dobot, index):
-    """The library's way of waiting, for commands it does not wait for."""
+    """Waits in the library's way, for commands for which it does not wait itself."""
     end = time.monotonic() + 2 * PATIENCE
     while (now := dobot._get_queued_cmd_current_index()) != index:
         if time.monotonic() > end:

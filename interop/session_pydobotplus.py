@@ -1,8 +1,8 @@
-"""pydobotplus 0.1.2 as its users have it, driving the virtual arm: session_pydobotplus.py PTY UDP_PORT
+"""pydobotplus 0.1.2, unmodified, driving the virtual arm: session_pydobotplus.py PTY UDP_PORT
 
-The library has no read timeout: a missing reply blocks it for ever. It polls the index as fast as it can, waits by
-equality in move_to and by >= elsewhere, and reads the first four bytes of a queue index.
-Poses and times are compared with the independent model in arm.py.
+The library has no read timeout: a missing reply blocks it for ever. It polls the index without a
+pause, waits by equality in move_to and by >= elsewhere, and reads the first four bytes of a queue
+index. Poses and times are compared with the independent model in arm.py.
 """
 
 import struct
@@ -21,25 +21,27 @@ MULTIPLEX, IO_OUTPUT, LASER, SUCTION, GRIPPER = 130, 131, 61, 62, 63
 
 
 def request(dobot, ident, ctrl=0, params=b""):
-    """A frame that the library has no function for; the parameters of its reply."""
+    """Sends a frame for which the library has no function, and returns the parameters of the
+    reply."""
     msg = Message()
     msg.id, msg.ctrl, msg.params = ident, ctrl, bytearray(params)
     return bytes(dobot._send_command(msg).params)
 
 
 def read_floats(dobot, ident):
-    """A parameter set read back."""
+    """Reads a parameter set back."""
     params = request(dobot, ident)
     return list(struct.unpack(f"<{len(params) // 4}f", params))
 
 
 def joined(pose):
-    """The library's nested pose, flat."""
+    """Flattens the library's nested pose."""
     return (*pose.position, *pose.joints)
 
 
 class Picture:
-    """As much of an array as engrave() asks for; the library leaves the choice of the array to its caller."""
+    """The part of an array's interface that engrave() uses. The library lets its caller choose the
+    array."""
 
     def __init__(self, rows):
         self.rows = rows
@@ -186,7 +188,7 @@ def tools(checks, dobot):
     dobot.conveyor_belt(0.5)
     dobot.conveyor_belt(0.0)
     checks.equal("conveyor_belt_distance()", dobot.conveyor_belt_distance(50, 10), index + 6)
-    # It has finished when the belt has run so far.
+    # This command finishes when the belt has travelled its distance.
     dobot.wait_for_cmd(index + 6)
 
 

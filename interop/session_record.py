@@ -1,6 +1,7 @@
-"""Recordings of the virtual arm, read with the Python library for MCAP: session_record.py PTY UDP TCP SPEED MAGICIAN
+"""Recordings of the virtual arm, read with the Python library for MCAP: session_record.py PTY UDP
+TCP SPEED MAGICIAN
 
-The arm that the runner serves is left alone; each part serves its own and drives it, ends it and reads the file.
+The runner's arm is not used. Each part serves its own arm, drives it, ends it and reads the file.
 """
 
 import json
@@ -41,12 +42,12 @@ TOPICS = {
 
 
 def f32(value):
-    """To the nearest number that the wire has."""
+    """Rounds to binary32 as on the wire."""
     return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
 class Recording:
-    """The messages of a finished file by topic, as (time on the arm's clock in ns, value)."""
+    """Messages of a finished file by topic, as (time on the arm's clock in ns, value)."""
 
     def __init__(self, path):
         with open(path, "rb") as file:
@@ -61,12 +62,12 @@ class Recording:
 
 
 def off_the_grid(times):
-    """The instants that are not 20 ms after the one before, from 0 on."""
+    """Returns the first times that are not 20 ms after the previous one, starting at 0."""
     return [(k, at) for k, at in enumerate(times) if at != k * PERIOD][:3]
 
 
 def pose_of(value):
-    """x y z r in mm and degrees."""
+    """Returns x y z r in mm and degrees."""
     position, turn = value["pose"]["position"], value["pose"]["orientation"]
     r = math.degrees(2 * math.atan2(turn["z"], turn["w"]))
     return (*(position[axis] * 1000 for axis in "xyz"), r)
@@ -81,7 +82,8 @@ def move(mode, *target):
 
 
 def drive(link):
-    """Something of everything; the index of the last command, and the poses that were answered on the way."""
+    """Sends commands of every kind. Returns the index of the last one, and the poses that were
+    answered meanwhile."""
     link.ask(CLEAR, SET)
     link.ask(START, SET)
     link.queue(PTP, move(model.MOVJ_XYZ, 220, 60, 40, 15))
@@ -93,7 +95,7 @@ def drive(link):
     while link.index() < last:
         poses.append(link.pose())
         time.sleep(0.002)
-    # And from a rest that is sure to hold two samples.
+    # And during a rest long enough for two samples.
     came = link.time()
     while link.time() < came + 100:
         time.sleep(0.002)
@@ -107,7 +109,7 @@ def finished(checks, magician, home, speed):
     sim = Sim(magician, os.path.join(home, "arm"), speed, "--record", path)
     link = Tcp(sim.tcp)
     last, poses = drive(link)
-    # Out of reach: an alarm, and the queue goes no further.
+    # Out of reach: an alarm, and the queue stops.
     refused = link.queue(PTP, move(model.MOVJ_XYZ, 400, 0, 0, 0))
     link.wait(refused)
     alarms = link.ask(ALARMS)
@@ -126,7 +128,7 @@ def finished(checks, magician, home, speed):
 
 
 def seen(checks, recording):
-    """The frames lead to the tip, and each link is in one of them."""
+    """Checks that the frames lead to the tip, and that each link is attached to one of them."""
     topics = recording.topics
     poses = {at: pose_of(v) for at, v in topics["/pose"]}
     frames, off, told = {}, [], 0
@@ -266,7 +268,7 @@ def killed(checks, magician, home, speed):
     link = Tcp(sim.tcp)
     drive(link)
     clock = link.time()
-    # Four seconds of the arm's clock: what is a second old is in the file.
+    # Four seconds of the arm's clock: samples one second old are in the file by then.
     while link.time() < clock + 4000:
         time.sleep(0.01)
     sim.end(signal.SIGKILL)

@@ -1,10 +1,12 @@
 """Recordings of a station, counted by three readers: session_ring.py PTY UDP TCP SPEED MAGICIAN
 
-A station has an arm on a line of its own. What it keeps of the last minutes, what it records, and what it writes when an alarm comes is read by
-PyPI's `mcap`, by the MCAP reader of PyPI's `rosbags`, and by `magician replay`: they agree on every count. Then the station is killed.
+A station has an arm on a line of its own. Its ring buffer of the last minutes, its recordings, and
+the file written on an alarm are read by PyPI's `mcap`, by the MCAP reader of PyPI's `rosbags`, and
+by `magician replay`. All counts must agree. Then the station is killed.
 
-`rosbags` reads bags of ROS 2 alone: it refuses a file whose profile is not `ros2`, and schemas that are not in its languages. Told to go on, its
-reader finds chunks, topics and counts, and gives every message as bytes, which it cannot decode: they are JSON.
+`rosbags` reads bags of ROS 2 only. It refuses a file whose profile is not `ros2`, and schemas in
+other languages. With these checks disabled, its reader finds chunks, topics and counts, and returns
+every message as bytes. It cannot decode them, as they are JSON.
 """
 
 import collections
@@ -30,7 +32,7 @@ from station import Client, Station, now
 
 
 class AnyProfile(storage_mcap.McapReader):
-    """The reader of `rosbags`, told to take JSON for a bag."""
+    """The reader of `rosbags`, modified to accept JSON."""
 
     def open(self):
         plain, first = storage_mcap.read_string, [True]
@@ -49,7 +51,7 @@ class AnyProfile(storage_mcap.McapReader):
 
 
 def by_mcap(path):
-    """Counts by topic: of the messages, and what the summary says."""
+    """Returns counts by topic: of the messages, and those in the summary."""
     counts = collections.Counter()
     with open(path, "rb") as file:
         reader = make_reader(file, validate_crcs=True)
@@ -76,7 +78,7 @@ def by_rosbags(path):
 
 
 def by_replay(magician, path):
-    """Frames that are explained, and requests that are sent to a virtual arm."""
+    """Returns the number of explained frames, and of requests sent to a virtual arm."""
     replay = lambda *more: subprocess.run(
         [magician, "replay", path, "--json", *more], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE
     )
@@ -106,7 +108,7 @@ def counted(checks, magician, path, what):
 
 
 def waited(client, event):
-    """What an event says."""
+    """Waits for an event and returns its parameters."""
     until = now() + PATIENCE
     while now() < until:
         message = client.read()

@@ -1,11 +1,11 @@
-"""The example programs that come with the libraries: session_scripts.py PTY UDP TCP SPEED MAGICIAN
+"""Example programs of the libraries: session_scripts.py PTY UDP TCP SPEED MAGICIAN
 
-pydobot, pydobotplus and pydobot2 have an example in the description that is published with them. Each runs as it is
-through `python -m magician.compat`, on a pseudo-terminal and in process, and under its own library on a pseudo-terminal;
-where the arm ends, and at which index, is compared with the other and with arm.py. Two of the three cannot run under their
-own library as they are: what has to be put right for that is written at them.
+pydobot, pydobotplus and pydobot2 have an example in their published description. Each runs
+unmodified through `python -m magician.compat`, on a pseudo-terminal and in process, and with its
+own library on a pseudo-terminal. The final pose and index are compared with each other and with
+arm.py. Two of the three fail with their own library, and the corrections are listed with them.
 
-It runs in an interpreter that has our package.
+Runs in an interpreter that has our package.
 """
 
 import re
@@ -19,7 +19,7 @@ from sim import run_on_sim
 from venvs import HERE, python_for
 from wire import Pty
 
-# Runs a program with a list of ports that has the arm at each of the first places.
+# Runs a program with a list of ports in which the arm is at each of the first positions.
 UNDER_THE_LIBRARY = """
 import sys
 sys.path.insert(0, sys.argv[2])
@@ -35,28 +35,28 @@ START = model.forward(model.POWER_UP_JOINTS)
 PARAMETERS = model.FIRST_INDEX + 3
 
 EXAMPLES = {
-    # Two lines there and back.
+    # Two lines, there and back.
     "pydobot": ([], [], START, PARAMETERS + 2),
-    # It uses what it does not import; and its library's module is not called so.
+    # The example uses a name that it does not import, and the module has another name.
     "pydobotplus": (
         [(r"import Dobot\b", "import Dobot, CustomPosition")],
         [(r"from dobotplus\b", "from pydobotplus")],
         (200.0, 50.0, 50.0, 0.0),
         PARAMETERS + 4,
     ),
-    # Its library's move_to() does not take `wait`.
+    # The library's move_to() has no parameter `wait`.
     "pydobot2": ([], [(r",\s*wait=(True|False)", "")], START, PARAMETERS + 2),
 }
 
 
 def example(library, python):
-    """The first program in the description of a library."""
+    """Returns the first program in the description of a library."""
     said = subprocess.run([python, "-c", DESCRIPTION, library], check=True, capture_output=True, text=True).stdout
     return re.search(r"```python\n(.*?)```", said, re.DOTALL)[1]
 
 
 def put_right(program, repairs):
-    """The program with what its own library does not let pass."""
+    """Returns the program with the corrections that its own library needs."""
     for wrong, right in repairs:
         program, count = re.subn(wrong, right, program)
         if not count:
@@ -65,26 +65,27 @@ def put_right(program, repairs):
 
 
 class Ended:
-    """What a program said, and how the arm stands once it stands."""
+    """Output of a program, and the final state of the arm."""
 
     def __init__(self, magician, command, program):
         self.run, self.seconds, (self.pose, self.index) = run_on_sim(magician, command, program, standing)
 
     def is_good(self):
-        """Whether it ended well; what it said if not."""
+        """True if the program succeeded. Prints its output otherwise."""
         if self.run.returncode:
             print(self.run.stderr)
         return self.run.returncode == 0
 
     @property
     def sent(self):
-        """The frames that it says it has sent, without their checksum, and without the looks at the index."""
+        """Returns the frames that it reports as sent, without checksums and without queries of the
+        index."""
         lines = [line for line in self.run.stdout.splitlines() if line.startswith("pydobot: >>")]
         return [line.rpartition(":")[0] for line in lines if ":246:" not in line]
 
 
 def standing(path):
-    """Pose and index when neither changes any more."""
+    """Returns pose and index once both are constant."""
     line = Pty(path)
     try:
         last, since = None, time.monotonic()

@@ -1,4 +1,4 @@
-"""A `magician sim` to talk to."""
+"""A running `magician sim`."""
 
 import os
 import re
@@ -13,7 +13,8 @@ from checks import PATIENCE
 
 
 class Sim:
-    """A `magician sim` of its own, from `ready` to a clean end. It takes its ports itself, so that no neighbour has them."""
+    """A `magician sim` of its own, from `ready` to a clean end. It chooses its ports itself, so
+    that no other process can have them."""
 
     def __init__(self, magician, path, speed, *more, quiet=False):
         self.path, self.quiet = path, quiet
@@ -38,7 +39,7 @@ class Sim:
                 print(line.decode(errors="replace"), end="", file=sys.stderr, flush=True)
 
     def says(self, what):
-        """Wait until it has said a line in which a pattern is found; the match."""
+        """Waits for an output line that matches a pattern, and returns the match."""
         with self.more:
             found = lambda: next(filter(None, (re.search(what, line) for line in self.said)), None)
             if match := self.more.wait_for(found, PATIENCE):
@@ -49,7 +50,7 @@ class Sim:
         return int(self.says(rb"serving %b:.*:(\d+)" % kind)[1])
 
     def end(self, sign=signal.SIGTERM):
-        """End it; whether it does, and what was left on its stdout."""
+        """Ends the process. Returns true if it ended, and the rest of its stdout."""
         self.process.send_signal(sign)
         try:
             self.process.wait(timeout=PATIENCE)
@@ -62,7 +63,7 @@ class Sim:
         return ended, self.process.stdout.read()
 
     def stop(self, sign=signal.SIGTERM):
-        """End it; a list of (what was promised, whether it was kept)."""
+        """Ends the process. Returns a list of (expectation, true if met)."""
         alive = self.process.poll() is None
         ended, rest = self.end(sign)
         return [
@@ -74,8 +75,9 @@ class Sim:
 
 
 def run_on_sim(magician, command, program, look=lambda path: None):
-    """Run a program on a virtual arm of its own, at 20 times the speed of a real one; `command` takes the arm's path and the
-    program's file. How it ended, its seconds, and what `look` then sees at the arm's path."""
+    """Runs a program on a virtual arm of its own, at 20 times the speed of a real one. `command`
+    receives the arm's path and the program's file. Returns the result, the elapsed seconds, and the
+    result of `look` at the arm's path."""
     with tempfile.TemporaryDirectory(prefix="magician-") as home:
         script = os.path.join(home, "program.py")
         with open(script, "w") as file:

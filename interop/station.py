@@ -1,4 +1,5 @@
-"""A `magician serve` whose arm is a `magician sim` in another process: what a client says, and what passes on the arm's line."""
+"""A `magician serve` whose arm is a `magician sim` in another process, with access to the traffic
+on the arm's line."""
 
 import base64
 import json
@@ -19,7 +20,8 @@ def now():
 
 
 class Line(threading.Thread):
-    """The arm's line: bytes go both ways, and what sets something or stops the arm is noted as it passes."""
+    """The arm's line: forwards bytes in both directions, and records frames that set something or
+    stop the arm."""
 
     def __init__(self, arm):
         super().__init__(daemon=True)
@@ -56,7 +58,7 @@ class Line(threading.Thread):
                     return
 
     def look(self, data):
-        """Note the frames of the station; what is not whole yet."""
+        """Records the station's frames. Returns the incomplete rest."""
         while len(data) >= 4:
             if data[:2] != b"\xaa\xaa":
                 data = data[1:]
@@ -77,7 +79,7 @@ class Line(threading.Thread):
         return data
 
     def stop_after(self, when, patience=3.0):
-        """How long after an instant the next stop passes; None if none does."""
+        """Returns the time from an instant to the next stop; None if there is none."""
         until = now() + patience
         with self.noted:
             while True:
@@ -89,10 +91,11 @@ class Line(threading.Thread):
 
 
 class Client:
-    """A session of a station over a WebSocket."""
+    """Session of a station over a WebSocket."""
 
     def __init__(self, port, name, host=None):
-        """`host` is the port that the station knows as its own, where another leads to it."""
+        """`host` is the port that the station regards as its own, if it is reached through another
+        one."""
         self.socket = socket.create_connection(("127.0.0.1", port))
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         key = base64.b64encode(os.urandom(16)).decode()
@@ -116,7 +119,7 @@ class Client:
         return sent
 
     def read(self):
-        """The next message, or None for one that is no text."""
+        """Returns the next message, or None if it is not text."""
         head = self.file.read(2)
         if len(head) < 2:
             raise ConnectionError("the station hung up")
@@ -147,7 +150,7 @@ class Client:
 
 
 class Station:
-    """A virtual arm, its line, and the station that has it."""
+    """A virtual arm, its line, and the station that owns it."""
 
     def __init__(self, magician, state, *flags):
         environment = {**os.environ, "XDG_STATE_HOME": state, "MAGICIAN_CONFIG": f"{state}/none.toml"}
@@ -164,7 +167,8 @@ class Station:
 
 
 def started(words, environment, says):
-    """A program that is ready, and what it says after some words."""
+    """Starts a program and waits until it is ready. Returns it, and the text it prints after some
+    words."""
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, env=environment, text=True)
     if process.stdout.readline() != "ready\n":
         sys.exit(f"{words}: {process.stderr.read()}")
@@ -176,7 +180,7 @@ def started(words, environment, says):
 
 
 def serving(words, environment):
-    """A station that is ready, and what it says of itself, with its port."""
+    """Starts a station and waits until it is ready. Returns its description, with its port."""
     process = subprocess.Popen([*words, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, env=environment, text=True)
     line = process.stdout.readline()
     if not line:

@@ -1,4 +1,4 @@
-"""Virtual environments with other people's libraries, under target/interop, pinned by hash."""
+"""Virtual environments with third-party libraries, under target/interop, pinned by hash."""
 
 import fcntl
 import hashlib
@@ -14,7 +14,8 @@ TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resol
 
 
 def python_for(requirements):
-    """The interpreter with the library in it; made once, and again when the pins change."""
+    """Returns the interpreter with the library. The environment is made once, and again when the
+    pins change."""
     if requirements is None:
         return sys.executable
     pins = (HERE / requirements).read_bytes()
@@ -22,7 +23,7 @@ def python_for(requirements):
     stamp, want = home / "stamp", hashlib.sha256(pins + sys.version.encode()).hexdigest()
     python = home / "bin" / "python"
     home.parent.mkdir(parents=True, exist_ok=True)
-    # Sessions run at once, and some want the same library.
+    # Sessions run in parallel, and some use the same library.
     with open(home.with_suffix(".lock"), "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (stamp.exists() and stamp.read_text() == want):

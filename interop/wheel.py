@@ -1,7 +1,7 @@
-"""What an installed package must do anywhere: wheel.py SAMPLE
+"""Checks for an installed package on any platform: wheel.py SAMPLE
 
-Prints nothing but a verdict for each check. Runs under the Python that the package is installed for, which may be one of
-another system or processor: it needs nothing but that package and checks.py.
+Prints only a verdict for each check. Runs in the Python for which the package is installed,
+possibly of another system or processor, and needs only the package and checks.py.
 """
 
 import asyncio
@@ -77,7 +77,8 @@ def looks(checks):
 
 
 def leaves_a_thread():
-    """A thread that is in a call when the interpreter ends: its stack is unwound, through ours."""
+    """Leaves a thread in a call when the interpreter ends. Its stack is unwound through our
+    code."""
     arm = magician.Arm("sim:1")
     arm.clear_alarms()
 
@@ -91,7 +92,7 @@ def leaves_a_thread():
 
 def main():
     checks = Checks()
-    # The module platform asks Windows what Wine does not know.
+    # The module platform asks Windows for information that Wine does not have.
     machine = os.uname().machine if hasattr(os, "uname") else ""
     print(f"  Python {sys.version.split()[0]}, {sys.platform} {machine}".rstrip())
     checks.section(drives)

@@ -1,13 +1,15 @@
-/* Stands in for two things that Windows has and Wine 8.0 lacks. Built as bcryptprimitives.dll, beside the program.
+/* Provides two features of Windows that Wine 8.0 lacks. Built as bcryptprimitives.dll, next to the
+ * program.
  *
  * 1. ProcessPrng, which every Rust program imports from bcryptprimitives.dll.
  *
- * 2. The meaning of one setting of a serial port's time limits: ReadIntervalTimeout and ReadTotalTimeoutMultiplier both
- *    MAXDWORD, and ReadTotalTimeoutConstant between 0 and MAXDWORD. On Windows a read then ends with whatever has come
- *    as soon as anything has. Wine 8.0 knows no such thing and lets it wait until the whole buffer is full, so that no
- *    answer is ever seen. Here the call of the program, and of DobotDll.dll where that is loaded, is led past this file,
- *    which asks for the nearest that Wine knows instead: a read ends 1 ms after the last byte that came. Everything
- *    else about the port is as the program has it.
+ * 2. One combination of a serial port's timeouts: ReadIntervalTimeout and ReadTotalTimeoutMultiplier
+ *    both MAXDWORD, and ReadTotalTimeoutConstant between 0 and MAXDWORD. On Windows a read then
+ *    returns as soon as there is any data. Wine 8.0 does not implement this and waits until the whole
+ *    buffer is full, so that no answer is ever received. Here the call of the program, and of
+ *    DobotDll.dll if that is loaded, is redirected to this file, which requests the nearest setting
+ *    that Wine supports: a read ends 1 ms after the last received byte. All other settings of the port
+ *    remain as requested by the program.
  */
 #include <windows.h>
 
@@ -28,7 +30,7 @@ static BOOL WINAPI set_comm_timeouts(HANDLE port, COMMTIMEOUTS *wanted) {
     return SetCommTimeouts(port, &known);
 }
 
-/* Has the imports of `name` that a program or library has, from whatever other, lead to `instead`. */
+/* Redirects a module's imports of `name`, from any library, to `instead`. */
 static void lead(BYTE *program, const char *name, void *instead) {
     IMAGE_DOS_HEADER *dos = (IMAGE_DOS_HEADER *)program;
     IMAGE_NT_HEADERS *headers = (IMAGE_NT_HEADERS *)(program + dos->e_lfanew);

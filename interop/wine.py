@@ -1,4 +1,4 @@
-"""A Windows of its own: Wine, with what it lacks stood in for.
+"""Windows environment of its own: Wine, with replacements for what it lacks.
 
 `interop/wine.py PROGRAM ARGUMENT...` runs one program there.
 """
@@ -17,7 +17,8 @@ TIME_LIMIT = 300
 
 
 def tool(*names):
-    """The first of some programs that is here; Debian keeps Wine's where no path leads."""
+    """Returns the first of these programs that is installed. Debian keeps Wine's outside the
+    path."""
     for name in names:
         if found := shutil.which(name) or shutil.which(name, path="/usr/lib/wine"):
             return found
@@ -25,7 +26,7 @@ def tool(*names):
 
 
 class Windows:
-    """A Windows of its own, and the folder of what runs in it."""
+    """A Wine prefix of its own, and the folder of the programs in it."""
 
     def __init__(self):
         self.home = TARGET / "windows"
@@ -39,15 +40,16 @@ class Windows:
         self.process = None
 
     def start(self):
-        """Begin; again after a stop, which is when Wine looks at its list of ports."""
-        # In the foreground and with no output: in Debian's build it lists on stderr all that it held when it ends.
+        """Starts it, or restarts it: Wine reads its list of ports at the start."""
+        # In the foreground and without output: in Debian's build the server lists its open handles
+        # on stderr when it ends.
         command = [self.server, "-f", "-p"]
         self.process = subprocess.Popen(command, env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         subprocess.run([self.wine, "wineboot"], env=self.environment, check=True, timeout=300,
                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def stop(self):
-        """End everything in it."""
+        """Ends all processes in it."""
         subprocess.run([self.server, "-k"], env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             self.process.wait(10)
@@ -56,27 +58,27 @@ class Windows:
             self.process.wait()
 
     def register(self, key, name, text):
-        """Put a text into the registry."""
+        """Writes a string into the registry."""
         command = [self.wine, "reg", "add", key, "/v", name, "/d", text, "/f"]
         subprocess.run(command, env=self.environment, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=300)
 
     def bring(self, file, name):
-        """A copy of a file beside the stand-in, which programs and libraries look for where they are."""
+        """Copies a file next to the replacement, where programs and libraries look for it."""
         return pathlib.Path(shutil.copyfile(file, self.home / name))
 
     def run(self, program, *arguments):
-        """Run a program; its status and what it printed, ends of lines as they are."""
+        """Runs a program. Returns its status and output, with line endings unchanged."""
         return run([self.wine, program, *arguments], self.environment)
 
 
 def run(command, environment=None):
-    """Status, stdout, stderr."""
+    """Returns status, stdout and stderr."""
     done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIME_LIMIT)
     return done.returncode, done.stdout.decode(), done.stderr.decode()
 
 
 def main():
-    """Run a program; its output and its status are passed on."""
+    """Runs a program, and passes on its output and status."""
     windows = Windows()
     program = windows.bring(sys.argv[1], pathlib.Path(sys.argv[1]).name)
     windows.start()

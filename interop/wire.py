@@ -1,4 +1,4 @@
-"""Frames of the protocol as bytes, and the ways to send them, with nothing between the test and the line."""
+"""Frames of the protocol as bytes, and transports that send them without any layer in between."""
 
 import errno
 import os
@@ -19,13 +19,14 @@ INDEX = 246
 
 
 def frame(ident, ctrl=GET, params=b""):
-    """One frame with its checksum."""
+    """Returns one frame with its checksum."""
     body = bytes([ident, ctrl]) + bytes(params)
     return b"\xaa\xaa" + bytes([len(body)]) + body + bytes([-sum(body) & 0xFF])
 
 
 def split(data):
-    """The frames in a run of bytes, as (id, ctrl, params), and the bytes left over. Foreign bytes are an error."""
+    """Splits bytes into frames, as (id, ctrl, params), and the remaining bytes. Foreign bytes are
+    an error."""
     frames = []
     while len(data) >= 3 and len(data) >= data[2] + 4:
         whole, data = data[: data[2] + 4], data[data[2] + 4 :]
@@ -36,22 +37,22 @@ def split(data):
 
 
 def floats(params, count=None):
-    """Little-endian 32-bit floats."""
+    """Decodes little-endian 32-bit floats."""
     return struct.unpack(f"<{count or len(params) // 4}f", params)
 
 
 class Link:
-    """Requests and replies over something that carries bytes."""
+    """Requests and replies over a byte transport."""
 
     def send(self, data):
         raise NotImplementedError
 
     def read(self, timeout):
-        """What one read gives, or nothing when the time is up."""
+        """Returns the bytes of one read; empty after a timeout."""
         raise NotImplementedError
 
     def replies(self, count, timeout=PATIENCE):
-        """The next replies; fewer if the time is up first."""
+        """Returns the next replies; fewer after a timeout."""
         frames, data, end = [], b"", time.monotonic() + timeout
         while len(frames) < count and (left := end - time.monotonic()) > 0:
             data += self.read(left)
@@ -62,7 +63,7 @@ class Link:
         return frames
 
     def ask(self, ident, ctrl=GET, params=b"", timeout=PATIENCE):
-        """The reply to one request; id and Ctrl must be its own."""
+        """Returns the reply to one request. Its id and Ctrl must match."""
         self.send(frame(ident, ctrl, params))
         found = self.replies(1, timeout)
         if not found:
@@ -72,8 +73,8 @@ class Link:
         return found[0][2]
 
     def send_apart(self, pieces):
-        """Send pieces of a frame one by one; False if this machine took so long over it that the arm, which gives up a
-        beginning after 50 ms, may have done so."""
+        """Sends the pieces of a frame one by one. Returns false if this machine was so slow that
+        the arm may have discarded the beginning, as it does after 50 ms."""
         begin = time.monotonic()
         for piece in pieces:
             self.send(piece)
@@ -81,29 +82,29 @@ class Link:
         return time.monotonic() - begin < 0.04
 
     def quiet(self, seconds):
-        """Whatever comes unasked within this time."""
+        """Returns the unsolicited bytes within a time."""
         return self.read(seconds)
 
-    # The few requests that nearly every check needs.
+    # Requests that nearly every check needs.
 
     def pose(self):
-        """x y z r j1 j2 j3 j4"""
+        """Returns x y z r j1 j2 j3 j4."""
         return floats(self.ask(POSE), 8)
 
     def index(self):
-        """Index of the last finished queued command."""
+        """Returns the index of the last finished queued command."""
         return struct.unpack("<Q", self.ask(INDEX))[0]
 
     def time(self):
-        """The arm's clock in ms."""
+        """Returns the arm's clock in ms."""
         return struct.unpack("<I", self.ask(TIME))[0]
 
     def queue(self, ident, params=b"", ctrl=QUEUED):
-        """Put one command into the queue; its index."""
+        """Queues one command and returns its index."""
         return struct.unpack("<Q", self.ask(ident, ctrl, params))[0]
 
     def wait(self, index, timeout=2 * PATIENCE):
-        """Until the command with this index has finished."""
+        """Waits until the command with this index has finished."""
         end = time.monotonic() + timeout
         while (now := self.index()) < index:
             if time.monotonic() > end:
@@ -113,7 +114,7 @@ class Link:
 
 
 class Pty(Link):
-    """A terminal opened by its path, as a serial port is."""
+    """A terminal opened by its path, like a serial port."""
 
     def __init__(self, path, raw=True):
         self.fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
@@ -137,7 +138,7 @@ class Pty(Link):
 
 
 class Udp(Link):
-    """Datagrams, as the Wi-Fi module of the arm takes them."""
+    """Datagrams, as the arm's Wi-Fi module accepts them."""
 
     def __init__(self, port):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -181,8 +182,8 @@ class Tcp(Link):
 class Observer:
     """Watches queue and clock over UDP while another host drives the arm.
 
-    Every look asks for clock, index, clock in this order, so that the moment at which an index was reached is
-    bracketed by two readings of the arm's own clock however slow this machine is.
+    Every poll requests clock, index, clock in this order, so that the time at which an index was
+    reached is enclosed by two readings of the arm's own clock, however slow this machine is.
     """
 
     def __init__(self, port):
@@ -208,7 +209,8 @@ class Observer:
             self.error = error
 
     def reached(self, index):
-        """Clock readings (ms) surely before and surely after the command finished."""
+        """Returns clock readings (ms) that are certainly before and after the end of the
+        command."""
         end = time.monotonic() + PATIENCE
         # A library that does not sleep may know it before the observer does.
         while (found := self._bracket(index)) is None:
@@ -226,7 +228,8 @@ class Observer:
         return None
 
     def duration(self, index):
-        """The shortest and longest time in seconds that the command can have taken after the one before it."""
+        """Returns the shortest and longest possible duration of the command after the previous one,
+        in seconds."""
         lo0, hi0 = self.reached(index - 1)
         lo1, hi1 = self.reached(index)
         return max(0, lo1 - hi0) / 1000, (hi1 - lo0) / 1000
@@ -238,12 +241,13 @@ class Observer:
 
 
 def check_durations(checks, observer, timed):
-    """Moves that followed each other without a pause took the time that the speed law gives them.
+    """Checks that consecutive moves without a pause took the time given by the speed law.
 
     `timed` is a list of (name, index, expected seconds) in queue order.
     """
     slack = 0.005
-    # A motion begins with a period of 20 ms, and a way in binary32 that ends at the border of one may end in the one beside.
+    # A motion starts at a control period of 20 ms, and a path that ends at the border of one may,
+    # in binary32, end in the adjacent one.
     border = 0.02
     for name, index, want in timed:
         least, most = observer.duration(index)
@@ -261,7 +265,7 @@ def check_durations(checks, observer, timed):
 
 
 def open_eventually(path, seconds=PATIENCE):
-    """Open a terminal; a port that is still busy is tried again for a while."""
+    """Opens a terminal. A busy port is retried for a while."""
     end = time.monotonic() + seconds
     while True:
         try:

@@ -1,4 +1,4 @@
-// The pages of the book that the page shows beside itself, as HTML without pictures.
+// Pages of the book that the studio shows as help, as HTML without pictures.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
@@ -8,14 +8,17 @@ import PAGES from "./src/help/pages.json" with { type: "json" };
 
 const BOOK = pathToFileURL(`${join(import.meta.dirname, "../docs")}/`);
 
-/** The route of the page that a link of the book leads to, or null. */
+/** Route of the studio to which a link of the book leads; null without one. */
 function routeOf(href: string, from: string): string | null {
   const to = new URL(href, new URL(`${from}.md`, BOOK)).pathname;
   const found = Object.entries(PAGES).find(([, page]) => to === new URL(`${page}.md`, BOOK).pathname);
   return found?.[0] ?? null;
 }
 
-/** A page of the book, in HTML. Links to other pages of the book lead to help of their routes; others are text. */
+/**
+ * Converts a page of the book to HTML. Links to other pages of the book lead to the help of their
+ * routes; all others become text.
+ */
 export function helpOf(page: string): string {
   const renderer = {
     image: () => "",
@@ -31,7 +34,7 @@ export function helpOf(page: string): string {
   return String(new Marked({ renderer, async: false }).parse(text));
 }
 
-/** Gives each page of the table as `assets/help.json`: HTML by route. */
+/** Vite plugin that writes the pages of the table as `assets/help.json`: HTML by route. */
 export const help = (): Plugin => ({
   name: "help",
   generateBundle() {

@@ -1,6 +1,6 @@
-// Leaves out of three what the page's pictures never use: headsets, reflections of surroundings, and the
-// shaders of physical materials. three is one file, so that a bundler cannot; its version is pinned, and a
-// text that is not found fails the build.
+// Removes from three.js what the page's pictures never use: headsets, reflections of surroundings,
+// and the shaders of physical materials. three.js is one file, so a bundler cannot do this. Its
+// version is pinned, and a text that is not found fails the build.
 import type { Plugin } from "vite";
 
 const HEADSET =
@@ -12,7 +12,7 @@ const REPLACED: ReadonlyArray<readonly [text: string, by: string]> = [
   ["m_uniforms.dfgLUT.value = getDFGLUT();", ""],
 ];
 
-/** Shader texts of materials and lights that no picture has. */
+/** Shader texts of materials and lights that the pictures do not use. */
 const UNUSED = [
   "lights_physical_pars_fragment",
   "lights_physical_fragment",

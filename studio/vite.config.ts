@@ -1,13 +1,17 @@
-// The bundle is committed and rebuilt byte for byte: fixed names, no source maps, no hashes.
+// The bundle is committed and must be reproducible byte for byte: fixed names, no source maps, no
+// hashes.
 import { defineConfig, type Plugin } from "vite";
 import { help } from "./help.ts";
 import { leanThree } from "./three.lean.ts";
 
-/** What every page begins with; the panels of other routes and the picture come when they are opened. */
+/**
+ * Modules needed at the start of every page. Panels of other routes and the picture are loaded when
+ * they are opened.
+ */
 const SHELL =
   /src.(?!main|worker|reader|files|site|gallery.|help.|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|reach|layers|seen|fence|tint)).*\.tsx?$/;
 
-/** The style of the frame is in the page itself: it is painted as soon as the page is there, without a second request. */
+/** Inlines the style of the frame into the page, so that it is painted without a second request. */
 const inlineStyle: Plugin = {
   name: "inline-style",
   enforce: "post",
@@ -55,7 +59,7 @@ export default defineConfig({
         },
         chunkFileNames: ({ facadeModuleId }) =>
           facadeModuleId?.includes("/said/") ? "assets/said-[name].js" : "assets/[name].js",
-        // What the page begins with is `app`, what a panel brings has the panel's name.
+        // The initial style is `app`, and the style of a panel has the panel's name.
         assetFileNames: ({ names }) => (names.includes("index.css") ? "assets/app.css" : "assets/[name][extname]"),
       },
     },

@@ -1,5 +1,6 @@
 #![no_main]
-//! A Blockly workspace of any bytes: refused, or followed to its end in bounded work, the same way each time.
+//! Blockly workspace of arbitrary bytes: refused, or executed in bounded work, with the same result
+//! each time.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::{Format, ReadOptions, read};

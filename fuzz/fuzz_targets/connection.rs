@@ -1,7 +1,7 @@
 #![no_main]
-//! The host against a hostile device: any bytes, any time, answers that are true, false, late and
-//! doubled, requests of every kind, stops and withdrawals. Nothing panics, time does not stand
-//! still, and every request ends once, by its deadline.
+//! Host against a hostile device: arbitrary bytes and times, replies that are correct, wrong, late
+//! and duplicated, requests of every kind, stops and cancellations. The host must not panic, time
+//! must advance, and every request must end exactly once, by its deadline.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -9,11 +9,11 @@ use libfuzzer_sys::fuzz_target;
 use magician::connection::{Connection, Event, Priority, Request, Settings, Ticket};
 use magician_protocol::{Ctrl, FrameBuf};
 
-/// Ids worth asking for: reads of the queue, its steering, motions, parameters, one unknown.
+/// Ids of the requests: reads of the queue, queue control, motions, parameters, one unknown id.
 const IDS: [u8; 16] = [
     10, 20, 31, 73, 80, 84, 91, 110, 131, 240, 242, 245, 246, 247, 3, 255,
 ];
-/// Rounds without time passing after which it counts as standing still.
+/// Rounds at one instant after which time counts as stuck.
 const STANDING: u32 = 10_000;
 
 struct Bench<'a> {
@@ -23,7 +23,7 @@ struct Bench<'a> {
     /// Deadlines of the requests that have not ended.
     open: HashMap<Ticket, u64>,
     tickets: Vec<Ticket>,
-    /// What went out lately.
+    /// Frames sent recently.
     sent: VecDeque<FrameBuf>,
     index: u64,
 }
@@ -52,7 +52,7 @@ impl Bench<'_> {
         self.tickets.push(ticket);
     }
 
-    /// The answer to something that went out, more or less as it should be.
+    /// Sends a reply to one of these frames, more or less correct.
     fn answer(&mut self) {
         let (which, how) = (self.byte(), self.byte());
         let Some(request) = self.sent.get(usize::from(which) % self.sent.len().max(1)) else {
@@ -86,7 +86,7 @@ impl Bench<'_> {
         self.host.receive(self.now, bytes);
     }
 
-    /// All that comes out; requests end once, and by their deadlines.
+    /// Takes all output. Asserts that requests end once and by their deadlines.
     fn drain(&mut self) {
         let mut out = 0;
         while let Some(frame) = self.host.poll_transmit(self.now) {
@@ -105,7 +105,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Lets time pass, from one instant that the connection names to the next.
+    /// Advances time, from one timeout of the connection to the next.
     fn pass(&mut self, end: u64) {
         let mut standing = 0;
         loop {

@@ -1,6 +1,6 @@
 #![no_main]
-//! A hostile host at the virtual arm: no panic, no end that never comes, an arm that still takes orders, and the same story
-//! to the bit however time is cut.
+//! Virtual arm against a hostile host: it must not panic or run for ever, must still accept
+//! commands, and must give bit-equal results however time is split.
 
 use libfuzzer_sys::fuzz_target;
 

@@ -1,5 +1,5 @@
 #![no_main]
-//! A frame of any id, Ctrl and parameters: read, explained, written back, printed, read again.
+//! Frame of any id, Ctrl and parameters: decoded, described, encoded, printed and parsed again.
 
 use libfuzzer_sys::fuzz_target;
 use magician_protocol::{
@@ -33,7 +33,7 @@ fn write_back(frame: &Frame<'_>) {
     }
 }
 
-/// A value as the command line takes it; `None` when its text does not say all of it.
+/// Returns a value in the command line's notation; `None` if its text does not contain all of it.
 fn argument(value: &FieldValue<'_>) -> Option<String> {
     let plain = |value: &FieldValue<'_>| !matches!(value, FieldValue::Float(x) if x.is_nan());
     match value {
@@ -68,7 +68,7 @@ fn explain(frame: &Frame<'_>, direction: Direction) {
     }
     let count = writer.finish().expect("it came in a frame");
     let padded = |field: &magician_protocol::Field| field.ty.size().is_none();
-    // Text may have come without its NUL or with several.
+    // A text may have come without its NUL or with several.
     if !description.layout.fields.iter().any(padded) {
         assert_eq!((result, &params[..count]), (Ok(()), frame.params()));
     }

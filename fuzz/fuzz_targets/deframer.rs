@@ -1,15 +1,16 @@
 #![no_main]
-//! Any bytes in any split: no panic, true frames, and events that tile the stream.
+//! Arbitrary bytes in any split: no panic, only real frames, and events that cover the stream
+//! without gaps.
 
 use libfuzzer_sys::fuzz_target;
 use magician_protocol::{Deframer, Event, Frame};
 
-/// What the events have covered of the stream.
+/// Part of the stream that events have covered.
 #[derive(Default)]
 struct Cover {
-    /// Everything before it has been reported.
+    /// End of the reported part.
     reported: usize,
-    /// Everything before it belongs to a frame or to noise.
+    /// End of the part that has been assigned to a frame or to noise.
     settled: usize,
 }
 

@@ -1,5 +1,6 @@
 #![no_main]
-//! A DXF file of any bytes: refused with a place in it, or lines of finite points, each with the place that it came from.
+//! DXF file of arbitrary bytes: refused with a place in the file, or lines of finite points, each
+//! with its origin.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::{Content, Format, ReadOptions, read};

@@ -1,5 +1,6 @@
 #![no_main]
-//! A flash file of any bytes: refused, or an arm that has it, runs its program and writes the same flash again.
+//! Flash file of arbitrary bytes: refused, or an arm starts with it, runs its program and writes
+//! the same flash again.
 
 use libfuzzer_sys::fuzz_target;
 use magician_sim::world::Press;

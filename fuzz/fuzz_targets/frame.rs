@@ -1,5 +1,5 @@
 #![no_main]
-//! Bytes as a state of an arm: no panic, and what is read is written as it was.
+//! Arbitrary bytes as the state of an arm: no panic, and a decoded state encodes to the same bytes.
 
 use libfuzzer_sys::fuzz_target;
 use magician_station::StateFrame;

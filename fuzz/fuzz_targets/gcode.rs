@@ -1,5 +1,5 @@
 #![no_main]
-//! G-code: nothing panics, what is refused says where, and every command of what is accepted is made of numbers.
+//! G-code: no panic, refusals with a place, and accepted commands of finite numbers.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::{Content, Format, Lines, ReadOptions, read};

@@ -1,5 +1,5 @@
 #![no_main]
-//! HPGL: nothing panics, and what is accepted is made of numbers and says where it came from.
+//! HPGL: no panic, and accepted steps of finite numbers with their origin.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::{Content, Format, ReadOptions, read};

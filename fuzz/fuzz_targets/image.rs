@@ -1,11 +1,11 @@
 #![no_main]
-//! An image file of any bytes: refused, or engraved in every tone and traced.
+//! Image file of arbitrary bytes: refused, or engraved in every tone and traced.
 
 use libfuzzer_sys::fuzz_target;
 use magician_program::raster::{Engrave, Grid, Size, Tone, Trace};
 use magician_program::{Action, Content, Format, Raster, ReadOptions, Surface, read};
 
-/// So small that each input takes little time, mm.
+/// Width of the engraving, mm; small, so that each input takes little time.
 const WIDTH: f64 = 12.0;
 
 fn engrave(image: &Raster, tone: Tone) {

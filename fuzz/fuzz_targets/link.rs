@@ -1,5 +1,6 @@
 #![no_main]
-//! A program for DobotLink that sends anything, and a station that answers anything: no panic, each call answered once, an end.
+//! Program for DobotLink that sends anything, and a station that answers anything: no panic,
+//! exactly one answer per call, and an end.
 
 use libfuzzer_sys::fuzz_target;
 use magician_link::LinkOptions;

@@ -1,5 +1,6 @@
 #![no_main]
-//! A plan file of any bytes: refused with a place in it, or written back so that it is read the same, and checked.
+//! Plan file of arbitrary bytes: refused with a place in the file, or written, read again with the
+//! same result, and checked.
 
 use libfuzzer_sys::fuzz_target;
 use magician::preflight::Preflight;
@@ -17,7 +18,7 @@ fuzz_target!(|bytes: &[u8]| {
     let Some(first) = plan(bytes) else { return };
     let json = first.to_json();
     let again = plan(json.as_bytes()).expect("what we have written");
-    // NaN equals nothing, so that the texts are compared.
+    // Compared as text, since NaN does not equal itself.
     assert_eq!(again.to_json(), json);
     let report = check(&first, &Preflight::at(JointAngles::HOME, ToolBias::NONE));
     assert_eq!(report.steps, first.steps.len());

@@ -1,6 +1,6 @@
 #![no_main]
-//! A playback file of any bytes: refused with a place in it, or written back the same, and followed to a plan whose plan-made
-//! file is read again.
+//! Playback file of arbitrary bytes: refused with a place in the file, or written back unchanged
+//! and converted to a plan, whose own playback file can be read.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::formats::playback::Playback;

@@ -1,5 +1,6 @@
 #![no_main]
-//! A list of points of any bytes: refused with a place in it, or steps that are made of numbers and say where they came from.
+//! List of points of arbitrary bytes: refused with a place in the file, or steps of finite numbers
+//! with their origin.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::{Content, Format, ReadOptions, read};

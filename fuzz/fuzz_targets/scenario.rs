@@ -1,11 +1,12 @@
 #![no_main]
-//! A scenario file of any bytes: refused with a place in it, or a world that an arm lives in for a while.
+//! Scenario file of arbitrary bytes: refused with a place in the file, or a world in which an arm
+//! runs for a while.
 
 use libfuzzer_sys::fuzz_target;
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::{Controller, LinkId, Profile, Scenario, World};
 
-/// A host that uses what a scenario can have: the belt, the sensors, the tools, and moves.
+/// Host that uses everything a scenario can have: the belt, the sensors, the tools, and moves.
 fn host(arm: &mut Controller) {
     let mut order = |id, ctrl, params: &[u8]| {
         let frame = FrameBuf::new(id, ctrl, params).expect("it is short");

@@ -1,6 +1,6 @@
 #![no_main]
-//! Clients and arms that do anything to a station: no panic, each request answered once, bounded memory, and no order that
-//! moves an arm but for the holder of its lease.
+//! Station with hostile clients and arms: no panic, exactly one answer per request, bounded memory,
+//! and only the lease holder moves an arm.
 
 use libfuzzer_sys::fuzz_target;
 

@@ -1,5 +1,6 @@
 #![no_main]
-//! SVG: nothing panics, and what is accepted is made of numbers, says where it came from, and is still all there in order.
+//! SVG: no panic, accepted steps of finite numbers with their origin, and nothing lost when lines
+//! are reordered.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::artwork::Order;

@@ -1,5 +1,6 @@
 #![no_main]
-//! Text and fonts: the first line is text, what follows the file of a font; nothing panics, and what is accepted is made of numbers.
+//! Text and fonts: the first line is the text, the rest a font file. No panic, and accepted steps
+//! of finite numbers.
 
 use libfuzzer_sys::fuzz_target;
 use magician_formats::{Content, FontChoice, Format, ReadOptions, read};

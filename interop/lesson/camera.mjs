@@ -1,5 +1,5 @@
 #!/usr/bin/env node
-// A picture of the hub's arms as a teacher's tablet shows them: camera.mjs URL FILE
+// Takes a screenshot of the hub's arms at the size of a teacher's tablet: camera.mjs URL FILE
 import { createRequire } from "node:module";
 
 const { chromium } = createRequire(new URL("../../studio/package.json", import.meta.url))("playwright-core");
@@ -11,7 +11,7 @@ try {
   await page.addInitScript(() => localStorage.setItem("magician.name", "Ms Lee"));
   await page.goto(`${url}#/arms`);
   await page.locator("body[data-link=up]").waitFor({ timeout: 20_000 });
-  // States of all arms come within a second.
+  // The states of all arms arrive within a second.
   await page.waitForTimeout(2500);
   await page.screenshot({ path: file });
 } finally {

@@ -1,4 +1,8 @@
+<<<<<<< HEAD
 """What `scale` has measured, as a picture and as a table of docs/guide/SITE.md."""
+=======
+"""Measurements of `scale` as a figure and as a table of docs/guide/SITE.md."""
+>>>>>>> t-cli
 
 import math
 
@@ -34,7 +38,7 @@ def table(result):
 
 
 def draw(rows):
-    """Cores against the number of arms."""
+    """Draws the CPU load in cores over the number of arms."""
     most = max(row["moving"]["moving"] for row in rows)
     lines = [(f"stations, {most} move", BLUE, [row["moving"]["stations_cores"] for row in rows]),
              ("stations, arms stand", GREEN, [row["still"]["stations_cores"] for row in rows]),

@@ -1,6 +1,7 @@
 #!/usr/bin/env node
-// Pages of a hub for `page`: page.mjs URL PIN [--pictures] [--built DIR]. A line of JSON on stdin is a command, and is answered by one on stdout:
-// {"open": N, "arms": M}: until there are N pages, each of which shows M arms; {"measure": SECONDS}; {"stop": true}: presses Stop all.
+// Pages of a hub for `page`: page.mjs URL PIN [--pictures] [--built DIR]. Each line of JSON on stdin
+// is a command, answered by one line on stdout: {"open": N, "arms": M} opens pages until there are N,
+// each of which shows M arms; {"measure": SECONDS}; {"stop": true} presses Stop all.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
@@ -11,7 +12,7 @@ const [url, pin] = process.argv.slice(2);
 const pictures = process.argv.includes("--pictures");
 const built = process.argv.includes("--built") ? process.argv[process.argv.indexOf("--built") + 1] : null;
 const drawn = pictures ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
-// A page in the background is throttled; here each stands for one on a screen of its own.
+// Browsers throttle pages in the background, but each of these represents one on its own screen.
 const shown = ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding", "--disable-background-timer-throttling"];
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", ...drawn, ...shown] });
 const pages = [];
@@ -19,7 +20,7 @@ const pages = [];
 async function open(arms) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 860 } });
   const page = await context.newPage();
-  // With the hub's own headers, which say what the page may do.
+  // With the hub's own headers, which contain the content security policy.
   if (built !== null) await page.route(/assets.(?!worker)\w+\.js$/, async (route) => {
     const response = await route.fetch();
     const { "content-encoding": _, "content-length": __, ...headers } = response.headers();
@@ -27,22 +28,22 @@ async function open(arms) {
   });
   await page.addInitScript(() => localStorage.setItem("magician.name", "Ms Lee"));
   await page.goto(`${url}#/class`);
-  // At a hub it is open: teachers alone sign in there.
+  // At a hub the form is open, since only teachers sign in there.
   await page.getByTestId("class-teacher").waitFor();
   if (!(await page.getByTestId("class-pin").isVisible())) await page.getByTestId("class-teacher").click();
   await page.getByTestId("class-pin").fill(pin);
   await page.getByTestId("class-pin-signin").click();
-  // Those that have no state by then are counted as silent.
+  // Arms without a state by then count as silent.
   const shows = page.waitForFunction((arms) => document.querySelectorAll(".tile[data-t]").length === arms, arms, { timeout: 30_000, polling: 500 });
   await shows.catch(() => {});
-  // As a teacher looks at them.
+  // The view that a teacher uses.
   await page.getByTestId("stop-all").evaluate((button) => button.scrollIntoView({ block: "start" }));
   const metrics = await context.newCDPSession(page);
   await metrics.send("Performance.enable");
   pages.push({ page, metrics });
 }
 
-/** The ages of what the tiles show, s: of those in view and of the others. */
+/** Ages of the states shown by the tiles, s: of those in view and of the others. */
 const ages = (page, seconds) => page.evaluate(async (seconds) => {
   const inView = new Set();
   const watcher = new IntersectionObserver((entries) => {
@@ -74,7 +75,7 @@ function shares(values) {
   return { p50: at(0.5), p99: at(0.99), max: at(1) };
 }
 
-/** Bytes of memory of the processes that have the pages. */
+/** Memory of the processes that render the pages, bytes. */
 async function memory() {
   const session = await browser.newBrowserCDPSession();
   const { processInfo } = await session.send("SystemInfo.getProcessInfo");

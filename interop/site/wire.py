@@ -1,7 +1,7 @@
-"""When stops came to the lines of arms, read from their recordings: wire.py BEGAN FILE...
+"""Times at which stops reached the lines of arms, read from recordings: wire.py BEGAN FILE...
 
-Prints the milliseconds from BEGAN (Unix seconds) to the first SetQueuedCmdForceStopExec of each file behind it, as JSON; null where
-there is none. Needs PyPI's `mcap`.
+Prints, as JSON, the milliseconds from BEGAN (Unix seconds) to the first SetQueuedCmdForceStopExec
+of each file after it; null if there is no such frame. Needs PyPI's `mcap`.
 """
 
 import json

@@ -1,11 +1,13 @@
-/* Calls every function of a family in every way that a program may: every LIBRARY [planted NAME]
+/* Calls every function of a family with all kinds of arguments: every LIBRARY [planted NAME]
  *
- * For the address sanitizer and memcheck, and to be run plainly where there is neither. What is handed over lies in
- * memory of just the size that the headers say, so that one byte too much is seen; it is freed after the call, so that a
- * late write is seen too. What is looked at here: a code of the interface, 0 and zeros from what is not for this arm, 3 for
- * a null pointer where a value belongs, and results left alone unless 0 was returned.
+ * For the address sanitizer and memcheck, or without either. Arguments are in memory of exactly the
+ * size declared in the headers, so that an access one byte beyond is detected. The memory is freed
+ * after the call, so that a late write is detected too. Checked here: a code of the interface; 0 and
+ * zeros from functions that do not concern this arm; 3 for a null pointer in place of a value; and
+ * unchanged results unless 0 was returned.
  *
- * With `planted`, the function of that name gets memory one byte too short: whoever watches has to see that.
+ * With `planted`, the function of that name gets memory one byte too short, which the tool must
+ * report.
  */
 #include "library.h"
 
@@ -17,13 +19,13 @@ struct call {
     int (*call)(void);
 };
 
-/* How arguments are made. */
+/* Kinds of arguments. */
 enum way {
     PLAIN,  /* zeros and small numbers */
     ODD,    /* the same at odd addresses */
-    NOISE,  /* any bytes and numbers */
-    BORDER, /* the ends of numbers, long texts */
-    NULLS,  /* null wherever a pointer goes */
+    NOISE,  /* random bytes and numbers */
+    BORDER, /* extreme numbers, long texts */
+    NULLS,  /* null for every pointer */
     WAYS
 };
 static const char *const WAY[] = {"plain", "odd", "noise", "border", "nulls"};
@@ -34,7 +36,7 @@ static bool who_is_there;
 static enum way way;
 static bool short_by_one;
 
-/* What the call at hand was given. */
+/* Arguments of the current call. */
 static struct {
     unsigned char *start, *at;
     size_t size;
@@ -77,7 +79,7 @@ static void *part(size_t size, bool result, bool index) {
     return start + shift;
 }
 
-/* Memory that is read. */
+/* Memory that the function reads. */
 static void *new_given(size_t size) {
     bool was = short_by_one;
     unsigned char *made;
@@ -88,14 +90,14 @@ static void *new_given(size_t size) {
     return made;
 }
 
-/* Memory that is written. */
+/* Memory that the function writes. */
 static void *new_wanted(size_t size) {
     unsigned char *made = part(size, true, false);
     result_bytes += made ? size : 0;
     return made;
 }
 
-/* The same, where the caller says in the first byte what it is about: the first pin, or anything. */
+/* The same for a structure whose first byte is an input that selects the pin: the first, or any. */
 static void *new_asked(size_t size) {
     unsigned char *made = new_wanted(size);
     if (made && size > 1) {
@@ -110,7 +112,7 @@ static void *new_index(void) {
 }
 
 static void *new_listed(size_t size, int count) {
-    /* Nobody has memory for these: that they are too many has to be seen before the memory is looked at. */
+    /* Too many for any memory: the function must check the count before it accesses them. */
     bool sane = count >= 0 && count <= 64;
     return part(size * (sane ? (size_t)count : 1), false, false);
 }
@@ -120,13 +122,13 @@ static int new_count(void) {
     return way == NOISE || way == BORDER ? counts[noise() % 8] : 2;
 }
 
-/* How much is said to fit. */
+/* Size of a buffer as passed to the function. */
 static uint32_t new_room(void) {
     static const uint32_t rooms[] = {0, 1, 2, 3, 15, 16, 17, 255, 0xFFFFFFFF, 0x80000000};
     return short_by_one ? 1 : way == NOISE || way == BORDER ? rooms[noise() % 10] : 32;
 }
 
-/* And what does: nobody has more than this, and nothing is longer. */
+/* Actual size: limited to this, as no result is longer. */
 static size_t fits(uint32_t said) {
     return said < 8192 ? said : 8192;
 }
@@ -172,7 +174,7 @@ static void complain(const struct call *of, int code, const char *about) {
     wrong++;
 }
 
-/* Whether all results are of one byte over and over. */
+/* True if all results consist of one repeated byte. */
 static bool all(unsigned char byte, bool with_index) {
     for (int at = 0; at < used; at++) {
         for (size_t place = parts[at].asked; parts[at].result && (with_index || !parts[at].index) && place < parts[at].size; place++) {
@@ -223,7 +225,7 @@ static void one(const struct call *of) {
     }
 }
 
-/* An arm that takes commands, at whatever the last ones left it. */
+/* Prepares the arm to accept commands, in whatever state the previous ones left it. */
 static void calm(void) {
     OF(from, SetCmdTimeout)(MASTER(who) 300);
     OF(from, ClearAllAlarmsState)(ONLY(who));
@@ -232,7 +234,7 @@ static void calm(void) {
     OF(from, SetQueuedCmdStartExec)(ONLY(who));
 }
 
-/* What would end the session, or make all this slow. */
+/* Functions that would end the session or slow the program down. */
 static bool skipped(const char *name) {
     static const char *const once_connected[] = {"ConnectDobot", "DisconnectDobot", "SearchDobot"};
     for (int at = 0; at < 3; at++) {
@@ -252,7 +254,8 @@ int main(int count, char **words) {
     from = open_library(words[1]);
     size_t functions = sizeof CALLS / sizeof *CALLS;
 
-    /* Before there is a connection; a null name connects to MAGICIAN_PORT, and stays connected in families with ids. */
+    /* Before a connection exists. A null name connects to MAGICIAN_PORT, and remains connected in
+     * families with ids. */
     for (way = 0; way < WAYS && !planted; way++) {
         for (size_t at = 0; at < functions; at++) {
             if (!skipped(CALLS[at].name) && CALLS[at].kind == Host) {
@@ -282,7 +285,7 @@ int main(int count, char **words) {
     }
     int left = OF(from, DisconnectDobot)(ONLY_MASTER(who));
 
-    /* And after: nobody is connected. */
+    /* And after the connection has ended. */
     for (way = NOISE; way < WAYS && !planted; way++) {
         for (size_t at = 0; at < functions; at++) {
             if (!skipped(CALLS[at].name)) {

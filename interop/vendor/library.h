@@ -1,7 +1,7 @@
-/* The vendor's library, ours, opened by its file's name while the program runs, on Linux and on Windows; or linked, with
- * LINKED.
+/* Access to our replacement of the vendor's library: loaded by its file name at run time, on Linux and
+ * on Windows, or linked, with LINKED.
  *
- * FAMILY is 1, 2 or 3; the family's own DobotDll.h says what is called with what.
+ * FAMILY is 1, 2 or 3. The family's own DobotDll.h declares the functions.
  */
 #ifndef LIBRARY_H
 #define LIBRARY_H
@@ -25,7 +25,7 @@ typedef void *library;
 #define nap(ms) usleep((ms) * 1000)
 #endif
 
-/* The ids that a function begins with: none, the arm's, or the arm's without the slave's. */
+/* First arguments of a function: no id, the arm's ids, or the arm's id without the slave's. */
 #if FAMILY == 1
 #define ARM(who)
 #define ONLY(who)
@@ -73,14 +73,14 @@ static inline void *symbol(library from, const char *name) {
     return found;
 }
 
-/* The function of that name, of the type that the header gives it. */
+/* Function with that name, with the type declared in the header. */
 #ifdef LINKED
 #define OF(from, name) ((void)(from), &name)
 #else
 #define OF(from, name) ((__typeof__(&name))(uintptr_t)symbol(from, #name))
 #endif
 
-/* Connects; the arm's id goes to `who`. What ConnectDobot returns. */
+/* Connects and stores the arm's id in `who`. Returns the result of ConnectDobot. */
 static inline int connect_arm(library from, const char *port, int *who) {
     *who = 0;
 #if FAMILY == 3

@@ -1,7 +1,8 @@
-/* How long some calls take: rate LIBRARY PORT GETS MOVES; prints the seconds of each lot. `cargo xtask bench door` runs it.
+/* Measures the duration of calls: rate LIBRARY PORT GETS MOVES. Prints the seconds of each batch.
+ * `cargo xtask bench door` runs it.
  *
- * A lot is done when a line asks for it, `g` for GetPose and `m` for SetPTPCmd, and it is connected only meanwhile, so that
- * another driver can take turns at the same line.
+ * A line on stdin starts a batch, `g` for GetPose and `m` for SetPTPCmd. The library is connected
+ * only during a batch, so that another driver can alternate on the same line.
  */
 #include "library.h"
 

@@ -1,6 +1,7 @@
-/* Libraries that come and go in one process: reload LIBRARY COPY
+/* Loads and unloads libraries in one process: reload LIBRARY COPY
  *
- * COPY is the same library in a file of another name: programs with several arms load such copies. Linux only.
+ * COPY is the same library under another file name: programs with several arms load such copies.
+ * Linux only.
  */
 #include "library.h"
 
@@ -17,7 +18,7 @@ static void check(const char *what, bool kept) {
     failed += !kept;
 }
 
-/* How many entries a folder of /proc has: threads, or open files. */
+/* Number of entries in a folder of /proc: threads or open files. */
 static int entries(const char *path) {
     DIR *folder = opendir(path);
     int count = 0;
@@ -40,7 +41,7 @@ static bool answers(library from, int who) {
     return OF(from, GetPose)(ARM(who) &pose) == 0;
 }
 
-/* Load, connect, use, disconnect, unload, over and over: nothing is left over. */
+/* Load, connect, use, disconnect and unload repeatedly must leak nothing. */
 static void again_and_again(const char *file) {
     int threads = 0, files = 0;
     bool good = true;
@@ -56,7 +57,7 @@ static void again_and_again(const char *file) {
         }
     }
     check("loaded, connected, used, disconnected, unloaded: 12 times", good);
-    /* A thread that has been joined may be listed for a moment longer. */
+    /* The kernel may list a joined thread for a moment. */
     for (int tries = 0; tries < 6000 && entries("/proc/self/task") > threads; tries++) {
         nap(10);
     }
@@ -64,7 +65,7 @@ static void again_and_again(const char *file) {
     check("no open file is left over", entries("/proc/self/fd") == files);
 }
 
-/* Unloaded with an arm connected: its threads go on, and so must their code. */
+/* Unloaded with an arm connected: its threads continue, so their code must remain mapped. */
 static void unloaded_too_early(const char *file) {
     library from = open_library(file);
     int who;
@@ -78,7 +79,7 @@ static void unloaded_too_early(const char *file) {
     dlclose(from);
 }
 
-/* A copy in another file is another library, with another arm. */
+/* A copy in another file is a separate library with its own arm. */
 static void two_copies(const char *file, const char *copy) {
     library one = open_library(file), two = open_library(copy);
     int first, second;
@@ -97,7 +98,7 @@ static void two_copies(const char *file, const char *copy) {
     dlclose(two);
 }
 
-/* A child that was forked from a connected parent has no arm, and nothing waits for ever. */
+/* A child forked from a connected parent has no arm, and its calls must return. */
 static void forked(const char *file) {
     library from = open_library(file);
     int who;
@@ -106,10 +107,10 @@ static void forked(const char *file) {
     if (child == 0) {
         alarm(120);
         double began = seconds();
-        /* An arm that does not answer is waited for for 3 s. */
+        /* Timeout for an arm that does not answer: 3 s. */
         bool refused = !answers(from, who) && seconds() - began < 2.9;
         bool left = OF(from, DisconnectDobot)(ONLY_MASTER(who)) == 0;
-        /* With all that runs at the end of a process. */
+        /* Runs the exit handlers of the process. */
         exit(refused && left ? 0 : 1);
     }
     int status = -1;
@@ -120,7 +121,7 @@ static void forked(const char *file) {
     dlclose(from);
 }
 
-/* A child that connects to an arm of its own, its parent having had none. */
+/* A child that connects to an arm of its own, forked from a parent that was not connected. */
 static void forked_before(const char *file) {
     library from = open_library(file);
     pid_t child = fork();
@@ -145,7 +146,7 @@ int main(int count, char **words) {
     unloaded_too_early(words[1]);
     two_copies(words[1], words[2]);
     forked(words[1]);
-    /* The end of a process with an arm connected. */
+    /* The process ends with an arm connected. */
     library from = open_library(words[1]);
     int who;
     check("connected to the end", connect_arm(from, "sim", &who) == 0);

@@ -1,7 +1,7 @@
-/* One session as programs in the field have it, at whatever port: session LIBRARY PORT
+/* Runs one typical session of programs in the field, at any kind of port: session LIBRARY PORT
  *
- * Connects, sets speeds, homes, moves through the queue, looks where the arm is, fills the queue while it stands, gives
- * outputs, disconnects and connects again. Runs on Linux of any processor and on Windows.
+ * Connects, sets speeds, homes, moves through the queue, reads the pose, fills the stopped queue,
+ * sets outputs, disconnects and connects again. Runs on Linux on any processor and on Windows.
  */
 #include "library.h"
 
@@ -16,7 +16,7 @@ static void check(const char *what, bool kept) {
     failed += !kept;
 }
 
-/* Whether the arm comes to have ended the command of that index. */
+/* Waits until the arm has finished the command with that index; false after a timeout. */
 static bool ended(library from, int who, uint64_t index) {
     (void)who;
     for (int tries = 0; tries < 12000; tries++) {
@@ -58,7 +58,8 @@ static void moves(library from, int who) {
     for (int at = 0; at < 3; at++) {
         PTPCmd move = {1, places[at][0], places[at][1], places[at][2], places[at][3]};
         Pose pose;
-        /* Not queued, says the caller; the vendor's library queues it all the same, and programs wait for the index. */
+        /* The caller asks for an immediate command. The vendor's library queues it nevertheless, and
+         * programs wait for the index. */
         bool moved = OF(from, SetPTPCmd)(ARM(who) &move, false, &index) == 0 && ended(from, who, index);
         bool looked = OF(from, GetPose)(ARM(who) &pose) == 0;
         float got[4];
@@ -67,7 +68,7 @@ static void moves(library from, int who) {
     }
 }
 
-/* A queue that stands takes as many as it has room for, then says so; nothing waits for ever. */
+/* A stopped queue accepts commands until it is full, then reports that. No call blocks for ever. */
 static void fills(library from, int who) {
     (void)who;
     WAITCmd wait = {1};

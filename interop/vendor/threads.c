@@ -1,9 +1,10 @@
-/* Many threads on one library: threads LIBRARY [planted]
+/* Runs many threads on one library: threads LIBRARY [planted]
  *
- * For helgrind, memcheck and the thread sanitizer. Some threads call, some fill the queue, one connects and disconnects,
- * one changes the timeout, and with families that have ids there is a second arm. What is looked at: every call returns
- * one of the interface's codes, a result is whole, and what was written for one thread is not another's. With `planted`
- * two threads also count together without a lock: whoever watches has to see that.
+ * For helgrind, memcheck and the thread sanitizer. Some threads call, some fill the queue, one
+ * connects and disconnects, one changes the timeout, and families with ids have a second arm. Checked:
+ * every call returns one of the interface's codes, results are not torn, and a result written for one
+ * thread never reaches another. With `planted`, two threads also increment a counter without a lock,
+ * which the tool must report.
  */
 #include "library.h"
 
@@ -16,7 +17,7 @@
 static library from;
 static int arms[2];
 static int planted;
-static int done; /* Under the lock, but for the planted fault. */
+static int done; /* Protected by the lock, except in the planted fault. */
 static int wrong;
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 
@@ -30,13 +31,13 @@ static void note(bool good) {
     }
 }
 
-/* A call that is under way when its arm is disconnected returns 0 and nothing, as with the vendor's library. In families
- * with ids nobody takes an arm away from others here. */
+/* A call in flight when its arm is disconnected returns 0 and writes no result, as with the vendor's
+ * library. In families with ids no thread disconnects the arm of another here. */
 static bool taken_away(void) {
     return FAMILY == 1;
 }
 
-/* Reads, over and over; an answer is a pose, or there is none and nothing was written. */
+/* Reads repeatedly. An answer is a complete pose; without an answer nothing may be written. */
 static void *reads(void *of) {
     int who = arms[(intptr_t)of % 2];
     (void)who;
@@ -56,7 +57,7 @@ static void *reads(void *of) {
     return NULL;
 }
 
-/* Queues: indices of one thread go up. */
+/* Queues commands. The indices of one thread increase. */
 static void *queues(void *of) {
     int who = arms[(intptr_t)of % 2];
     uint64_t last = 0;
@@ -74,7 +75,7 @@ static void *queues(void *of) {
     return NULL;
 }
 
-/* Whatever a program may change meanwhile. */
+/* Settings that a program may change meanwhile. */
 static void *changes(void *unused) {
     (void)unused;
     for (int round = 0; round < ROUNDS; round++) {
@@ -87,7 +88,7 @@ static void *changes(void *unused) {
     return NULL;
 }
 
-/* Comes and goes: with ids a third arm, without ids the one that all others are using. */
+/* Connects and disconnects: with ids a third arm, without ids the one that all threads use. */
 static void *comes_and_goes(void *unused) {
     (void)unused;
     for (int round = 0; round < ROUNDS / 8; round++) {

@@ -1,4 +1,5 @@
-"""What the checks of the vendor's library have in common: built libraries, compiled programs, programs that are run."""
+"""Shared by the checks of the vendor's library: building libraries, compiling and running
+programs."""
 
 import os
 import pathlib
@@ -16,26 +17,27 @@ HEADERS = ROOT / "crates" / "magician-capi" / "include"
 FAMILIES = ("v1", "v2", "v3")
 HOST = "x86_64-unknown-linux-gnu"
 WARNINGS = ["-g", "-O1", "-Wall", "-Wextra", "-Werror"]
-# Longer than anything takes here, under valgrind too: what hangs has to end, and count.
+# Longer than any of these runs, including those under valgrind. A program that hangs must be ended,
+# and counts as a failure.
 TIME_LIMIT = 900
 
 
 def have(*programs):
-    """Whether all of some programs are here."""
+    """True if all of the programs are installed."""
     return all(shutil.which(program) for program in programs)
 
 
 def cargo(*words, **environment):
-    """Run cargo; what it says of warnings and errors is passed on."""
+    """Runs cargo and passes on its warnings and errors."""
     subprocess.run(["cargo", *words], cwd=ROOT, env={**os.environ, **environment}, check=True, stdin=subprocess.DEVNULL)
 
 
-# Nobody steps through what is built for these checks alone: the names of functions stay, lines go.
+# Builds for these checks are not debugged: function names are enough, line tables are omitted.
 LEAN = {"CARGO_PROFILE_DEV_DEBUG": "0"}
 
 
 def build(*triples, families=FAMILIES, **environment):
-    """The libraries, for this system or for others in one go."""
+    """Builds the libraries, for this system or for several others at once."""
     linkers = {"CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER": "aarch64-linux-gnu-gcc",
                "CARGO_TARGET_ARMV7_UNKNOWN_LINUX_GNUEABIHF_LINKER": "arm-linux-gnueabihf-gcc"}
     targets = [word for triple in triples for word in ("--target", triple)]
@@ -43,15 +45,17 @@ def build(*triples, families=FAMILIES, **environment):
 
 
 def packages(families):
-    """Words for cargo."""
+    """Returns the arguments for cargo."""
     return [word for family in families for word in ("--package", f"magician-capi-{family}")]
 
 
 def build_watched(sanitizer, families=FAMILIES):
-    """The libraries with a sanitizer's eyes in them, for this system; whether the toolchain can do that.
+    """Builds the libraries with a sanitizer, for this system. Returns false if the toolchain
+    cannot.
 
-    Sanitizers are not yet a stable part of Rust, but their runtimes come with the stable toolchain. The one for threads
-    has to see the standard library's locks, too, and so that is built along.
+    Sanitizers are not yet stable in Rust, but their runtimes are part of the stable toolchain. The
+    thread sanitizer must observe the standard library's locks too, so the standard library is built
+    as well.
     """
     if not list(rust_libraries().glob(f"librustc-*_rt.{sanitizer[0]}san.a")):
         return False
@@ -62,25 +66,25 @@ def build_watched(sanitizer, families=FAMILIES):
 
 
 def rust_libraries():
-    """Where the toolchain's own libraries for this system are."""
+    """Returns the folder of the toolchain's own libraries for this system."""
     root = subprocess.run(["rustc", "--print", "sysroot"], check=True, capture_output=True, text=True).stdout.strip()
     return pathlib.Path(root, "lib", "rustlib", HOST, "lib")
 
 
 def library(family, triple=None, folder=TARGET):
-    """Where cargo puts a family's library."""
+    """Returns the path at which cargo puts a family's library."""
     place = folder / triple / "debug" if triple else folder / "debug"
     windows = triple and "windows" in triple
     return place / (f"dobotdll_{family}.dll" if windows else f"libdobotdll_{family}.so")
 
 
 def watched(family, sanitizer):
-    """Where a family's library with a sanitizer is."""
+    """Returns the path of a family's library with a sanitizer."""
     return library(family, HOST, TARGET / f"vendor-{sanitizer}")
 
 
 def staged(family, file, name, room="here"):
-    """A copy under the name that programs ask for."""
+    """Copies a library to the name that programs load."""
     place = HOME / room / family / name
     place.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(file, place)
@@ -88,11 +92,11 @@ def staged(family, file, name, room="here"):
 
 
 def calls(family, xtask):
-    """The part of `every.c` that the table makes; the folder that it is in."""
+    """Generates the part of `every.c` that comes from the table. Returns its folder."""
     folder = HOME / "calls" / family
     folder.mkdir(parents=True, exist_ok=True)
     told = subprocess.run([*xtask, "vendor-functions", "calls", family], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    # In one go: another check may be reading it.
+    # Written atomically, as another check may be reading it.
     made = folder / f"calls.{os.getpid()}"
     made.write_text(told)
     made.replace(folder / "calls.h")
@@ -100,7 +104,7 @@ def calls(family, xtask):
 
 
 def compiled(source, family, *words, compiler="cc", name=None):
-    """A program made of one of the sources here, for a family."""
+    """Compiles one of the sources here into a program for a family."""
     program = HOME / "programs" / family / (name or pathlib.Path(source).stem)
     program.parent.mkdir(parents=True, exist_ok=True)
     subprocess.run([compiler, *WARNINGS, f"-DFAMILY={family[1:]}", f"-I{HEADERS / family}", HERE / source, "-o", program, *words],
@@ -109,7 +113,7 @@ def compiled(source, family, *words, compiler="cc", name=None):
 
 
 def run(*command, **environment):
-    """Status and all that it said; a program that does not end counts as status -1."""
+    """Returns the status and all output. A program that does not end counts as status -1."""
     try:
         done = subprocess.run([str(word) for word in command], env={**os.environ, "MAGICIAN_LOG": "off", "MAGICIAN_PORT": "sim", **environment},
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIME_LIMIT)
@@ -119,7 +123,7 @@ def run(*command, **environment):
 
 
 def verdict(checks, what, result, want=0):
-    """One check: the program ended as it should; what it said, if not."""
+    """Checks that a program ended as expected. Shows its output otherwise."""
     status, said = result
     good = (status == want) if isinstance(want, int) else status in want
     last = said.strip().splitlines()[-1] if said.strip() else ""

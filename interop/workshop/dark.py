@@ -1,13 +1,16 @@
-"""When the laser is dark: an engraving is framed, paused, stopped and left in every way, judged by the frames that reach the arm.
+"""Laser safety: an engraving is framed, paused, stopped and left in every way, judged by the frames
+that reach the arm.
 
-The arm is a virtual one at the speed of a real one, in another process, which records every frame and its laser on its own clock. An
-engraving of a line at 200 mm/min is under way when somebody asks for the end. Then
+The arm is a virtual one at the speed of a real one, in another process, which records every frame
+and its laser on its own clock. While an engraving of a line at 200 mm/min runs, its end is
+requested. Then
 
-* a frame that stops the arm comes within PROMPT of that, and after it none that burns: no CPLECmd with power, no laser switched on;
-* no piece that was sent burns for longer than a second;
-* the laser is dark within DARK, and stays so until the recording ends.
+* a frame that stops the arm arrives within PROMPT, and no frame after it burns: no CPLECmd with
+  power, no laser switched on;
+* no segment that was sent burns for longer than a second;
+* the laser is dark within DARK, and remains so until the recording ends.
 
-After kill -9 no frame can come; what is in the arm ends within the same time.
+After kill -9 no frame can arrive; the segments in the arm end within the same time.
 """
 
 import contextlib
@@ -24,9 +27,9 @@ from lab import HERE, PATIENCE, Program, Terminal, recorded
 sys.path.insert(0, str(HERE.parent))
 from station import Client, serving  # noqa: E402
 
-# How long after the wish the first frame of it may come, s; and the light go out.
+# Time from the request to the first frame of the stop, and to the laser being dark, s.
 PROMPT, DARK = 0.5, 1.5
-# The laser has to be dark for so long afterwards.
+# Time for which the laser must remain dark afterwards, s.
 WATCHED = 2.0
 FEED = 200 / 60
 STOPS = ("SetQueuedCmdStopExec", "SetQueuedCmdForceStopExec")
@@ -34,7 +37,8 @@ BURN = "magician engrave burn.gcode --surface -50 --yes --unhomed"
 
 
 def burning(lab):
-    """Wait until it is in the middle of its first line. The arm's own word for the laser says nothing of pieces that burn."""
+    """Waits until the arm is in the middle of the first line. The arm's own laser state does not
+    cover burning segments."""
     end = time.monotonic() + PATIENCE
     while True:
         pose = lab.look("pose")
@@ -45,8 +49,8 @@ def burning(lab):
 
 
 class Deed:
-    """What a way to end an engraving came to: when it was asked for, whether frames may stop it, how long the wish itself may take, and
-    what has to be cleared away."""
+    """Result of a way to end an engraving: the time of the request, a flag that is true if frames
+    may stop it, the duration of the request itself, and a cleanup."""
 
     def __init__(self, asked, after=lambda: None, stops=True, takes=0.0):
         self.asked, self.after, self.stops, self.takes = asked, after, stops, takes
@@ -115,7 +119,7 @@ START = {"format": "gcode", "setup": {"work": "engrave", "surface": -50}, "yes":
 
 
 def starts(client, lab):
-    """A client of a station that burns."""
+    """Starts an engraving as a client of a station."""
     client.call("lease.acquire", wait_s=10)
     job = client.call("job.start", text=(lab.dir / "burn.gcode").read_text(), **START)["job"]
     burning(lab)
@@ -154,7 +158,7 @@ def socket_closes(lab):
 
 
 def client_is_killed(lab):
-    """A program of its own holds the lease, and is killed."""
+    """Kills a client program that holds the lease."""
     process, ready = station(lab)
     words = [sys.executable, "-B", __file__, str(ready["port"]), str(lab.dir / "burn.gcode")]
     client = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
@@ -172,7 +176,7 @@ def client_is_killed(lab):
 
 
 def page_closes(kill):
-    """The studio in Chromium: its page starts the engraving and is closed, or the browser is killed."""
+    """Studio in Chromium: the page starts the engraving and is closed, or the browser is killed."""
 
     def scene(lab):
         process, ready = station(lab)
@@ -199,14 +203,14 @@ def page_closes(kill):
             process.kill()
             process.wait()
 
-        # A browser on a busy machine closes a page in its own time.
+        # On a busy machine a browser takes its time to close a page.
         return Deed(asked, ends, takes=2.0)
 
     return scene
 
 
 def framed(lab):
-    """All of it: a frame of what would burn, round once."""
+    """Frames the engraving once, complete."""
     asked = time.time()
     done = lab.run("magician frame burn.gcode --tool laser --surface -50 --speed 60 --unhomed")
     assert done.code == 0, done
@@ -229,12 +233,12 @@ DEEDS = {
     "the browser is killed (-9)": page_closes(True),
     "the command is killed (-9)": program_is_killed,
 }
-# Those that want a browser.
+# Cases that need a browser.
 PAGES = ("the page is closed", "the browser is killed (-9)")
 
 
 def burns(frame):
-    """Whether a frame lights the laser, or is a piece that burns."""
+    """True if a frame lights the laser, or is a segment that burns."""
     params = frame["params"]
     if frame["command"] == "SetCPLECmd":
         return params["velocity_or_power"] > 0
@@ -242,18 +246,18 @@ def burns(frame):
 
 
 class Log:
-    """What a recording of the arm says of an instant."""
+    """Recording of the arm, relative to the time of a request."""
 
     def __init__(self, path, asked):
         topics = recorded(path)
         frames = [(at - asked, frame) for at, frame in topics["/frames"] if frame["direction"] == "request" and frame.get("write")]
-        # The arm's clock and the wall's agree to that.
+        # Tolerance between the arm's clock and the wall clock.
         self.after = [(at, frame) for at, frame in frames if at >= -0.1]
         self.stop = next((at for at, frame in self.after if frame["command"] in STOPS), None)
         self.burns = [at for at, frame in frames if burns(frame)]
         self.off = next((at for at, frame in self.after if frame["command"] == "SetEndEffectorLaser" and not frame["params"]["on"]), None)
         self.lit = [(at - asked, value["laser"]) for at, value in topics["/io"]]
-        # Between two pieces it may be dark for a moment: what counts is the last time that it went out.
+        # Between two segments it may be dark for a moment. The last time it went out counts.
         last = max((nth for nth, (_, lit) in enumerate(self.lit) if lit), default=None)
         self.dark = next((at for at, _ in self.lit[last + 1 :]), None) if last is not None else None
         self.end = max(at for at, _ in topics["/pose"]) - asked
@@ -262,7 +266,7 @@ class Log:
 
 
 def longest(frames):
-    """The longest piece that burns, s."""
+    """Returns the duration of the longest burning segment, s."""
     at, most = None, 0.0
     for _, frame in frames:
         params = frame["params"]
@@ -277,9 +281,9 @@ def longest(frames):
 
 
 def judged(lab, name):
-    """Do it; the line of the table, and what is wrong."""
+    """Runs a case. Returns its line of the table, and the faults."""
     arm = lab.arm("1", homed=False, recorded=True)
-    # As long as homing takes at the speed of a real arm.
+    # Homing takes as long as at the speed of a real arm.
     assert lab.run("magician alarms --clear").code == 0
     deed = DEEDS[name](lab)
     framing = DEEDS[name] is framed
@@ -322,7 +326,7 @@ def line(name, log):
 
 
 def client(port, path):
-    """What `client_is_killed` starts."""
+    """Program that `client_is_killed` starts."""
     one = Client(port, "killed")
     one.call("lease.acquire", wait_s=10)
     one.call("job.start", text=open(path).read(), **START)

@@ -1,4 +1,5 @@
-"""A folder to work in, virtual arms on TCP (which count as real), and the command as a person or a program runs it."""
+"""Working folder, virtual arms on TCP (which count as real), and the command as run by a user or a
+program."""
 
 import contextlib
 import errno
@@ -21,7 +22,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SAMPLES = ROOT / "crates/magician-program/samples"
-# How long something may take that takes no time, on a machine that does much else, s.
+# Timeout of operations that should complete at once, on a machine under load, s.
 PATIENCE = 60
 
 
@@ -33,12 +34,12 @@ class Done:
 
     @property
     def lines(self):
-        """The objects of stdout, one a line."""
+        """Returns the JSON objects of stdout, one per line."""
         return [json.loads(line) for line in self.out.splitlines() if line.startswith("{")]
 
     @property
     def one(self):
-        """The last object, also one that is written over several lines."""
+        """Returns the last object, including one that spans several lines."""
         try:
             return json.loads(self.out)
         except ValueError:
@@ -53,7 +54,7 @@ class Done:
 
 
 class Lab:
-    """A folder with the files of the table and the samples, and no settings of anybody."""
+    """Folder with the files of the table and the samples, without a user's settings."""
 
     def __init__(self, magician, files):
         self.magician = str(Path(magician).resolve())
@@ -78,7 +79,7 @@ class Lab:
         self.arms = []
 
     def arm(self, speed="max", homed=True, recorded=False):
-        """A virtual arm on TCP, which this folder's commands have from now on."""
+        """Starts a virtual arm on TCP, which this folder's commands use from now on."""
         arm = Arm(self, speed, self.dir / "arm.mcap" if recorded else None)
         self.arms.append(arm)
         self.environment["MAGICIAN_PORT"] = f"tcp:127.0.0.1:{arm.port}"
@@ -89,7 +90,7 @@ class Lab:
         return arm
 
     def run(self, words, stdin=None):
-        """A line of the shell; without a terminal, and without stdin unless given."""
+        """Runs a shell line without a terminal, and without stdin unless it is given."""
         process = subprocess.Popen(
             ["bash", "-c", words],
             cwd=self.dir,
@@ -109,11 +110,12 @@ class Lab:
         return Done(process.returncode, out, err)
 
     def look(self, what):
-        """What the arm says, over a connection of its own."""
+        """Returns the state reported by the arm, over a connection of its own."""
         return self.run(f"magician {what} --json").one
 
     def writes(self, trace):
-        """The commands in a trace of the command that set something or were queued, as (name, parameters)."""
+        """Returns the commands in a trace that were queued or set something, as (name,
+        parameters)."""
         found = self.run(f"magician decode {trace} --json").lines
         return [(one["command"], one["params"]) for one in found if one.get("direction") == "request" and one.get("write")]
 
@@ -148,7 +150,7 @@ class Arm:
 
 
 class Terminal:
-    """A command at a terminal of 100 by 30, as a shell starts it: with job control."""
+    """A command at a terminal of 100 by 30, with job control as a shell provides it."""
 
     def __init__(self, lab, words, stdin=None):
         self.lab, self.seen, self.at = lab, "", 0
@@ -174,7 +176,7 @@ class Terminal:
         return bool(data)
 
     def until(self, pattern, patience=PATIENCE):
-        """Read on until a pattern is there, after what was found before."""
+        """Reads until a pattern is found after the previous match."""
         end = time.monotonic() + patience
         while not (found := re.compile(pattern, re.S).search(self.seen, self.at)):
             if time.monotonic() > end or not self._read(0.2):
@@ -189,7 +191,7 @@ class Terminal:
         os.kill(self.pid, getattr(signal, name))
 
     def stopped(self):
-        """Wait until it has stopped itself."""
+        """Waits until the command has stopped itself."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             pid, status = os.waitpid(self.pid, os.WNOHANG | os.WUNTRACED)
@@ -202,12 +204,12 @@ class Terminal:
         raise AssertionError(f"it does not stop: {self.seen}")
 
     def is_restored(self):
-        """Whether the terminal has lines and echo, as before."""
+        """True if the terminal is back in line mode with echo."""
         modes = termios.tcgetattr(self.fd)[3]
         return modes & termios.ICANON and modes & termios.ECHO
 
     def ended(self, patience=PATIENCE):
-        """Read it to its end; its status."""
+        """Reads to the end of the command and returns its status."""
         end = time.monotonic() + patience
         while self.status is None:
             if time.monotonic() > end:
@@ -229,7 +231,7 @@ class Terminal:
 
 
 class Program:
-    """A command with `--json`, led by lines on stdin as a program does."""
+    """A command with `--json`, controlled by lines on stdin."""
 
     def __init__(self, lab, words):
         self.process = subprocess.Popen(
@@ -258,7 +260,7 @@ class Program:
             self.err += line
 
     def says(self, **fields):
-        """Wait for the next object with these fields."""
+        """Waits for the next object with these fields."""
 
         def found():
             for at, (_, event) in enumerate(self.events[self.at :], self.at):
@@ -273,7 +275,7 @@ class Program:
             return self.events[self.at - 1][1]
 
     def reaches(self, step):
-        """Wait until so many steps are done."""
+        """Waits until a number of steps is done."""
         while self.says(event="progress")["step"] < step:
             pass
 
@@ -292,7 +294,8 @@ class Program:
 
 
 def recorded(path):
-    """The messages of an uncompressed MCAP file, by topic, as (seconds on the arm's clock, value)."""
+    """Returns the messages of an uncompressed MCAP file by topic, as (seconds on the arm's clock,
+    value)."""
     data, channels, topics = Path(path).read_bytes(), {}, {}
 
     def records(data, at):

@@ -1,6 +1,7 @@
-// A page of the studio that starts an engraving and is closed: node page.mjs URL FILE
+// Opens a page of the studio that starts an engraving and is then closed: node page.mjs URL FILE
 //
-// Prints `burns PID` (of the browser) once the station has begun; closes the page at a line on stdin, and the browser at its end.
+// Prints `burns PID` (of the browser) once the station has started the job. Closes the page after a
+// line on stdin, and the browser at the end of stdin.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { createInterface } from "node:readline";

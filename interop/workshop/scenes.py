@@ -1,4 +1,5 @@
-"""Promises about a job under way, as a person at a terminal or a program with `--json` meets them."""
+"""Guarantees for running jobs, as experienced by a user at a terminal or a program with
+`--json`."""
 
 import os
 import re
@@ -14,7 +15,7 @@ BURN_M4 = BURN.replace("burn", "burn4", 1)
 
 
 def at_rest(lab):
-    """Nothing waits in the arm, the pen is up and the laser off."""
+    """Checks that the arm's queue is empty, the pen is up and the laser off."""
     queue, pose, info = lab.look("queue"), lab.look("pose"), lab.look("info")
     assert queue["left_space"] == 32, queue
     assert info["laser"] is False, info
@@ -22,7 +23,7 @@ def at_rest(lab):
 
 
 def drawing(lab, words=DRAW, speed="5"):
-    """A drawing that has begun, at a terminal."""
+    """Starts a drawing at a terminal and waits until it has begun."""
     lab.arm(speed)
     terminal = Terminal(lab, words)
     terminal.until(r"[3-9]/\d+ steps done|[3-9] of \d+ steps done")
@@ -249,12 +250,12 @@ def a_file_on_stdin_is_not_obeyed(lab):
 
 
 def speeds_after_kill(lab):
-    """kill -9, then a look, then a move."""
+    """kill -9, then a query, then a move."""
     lab.arm("5")
     lab.run("magician set PTPCommonParams velocity_ratio=77 acceleration_ratio=66")
     job = Program(lab, f"{DRAW} --speed-ratio 20 --json")
     job.reaches(4)
-    # While it lives another verb leaves them alone.
+    # While the job lives, other commands do not restore the speeds.
     done = lab.run("magician suction off")
     assert "restore" not in done.err, done
     job.close()
@@ -293,7 +294,7 @@ def second_interrupt_moves_nothing(lab):
     terminal = Terminal(lab, f"{DRAW} --lift 60")
     terminal.until(r"[4-9]/\d+ steps done|[4-9] of \d+ steps done")
     terminal.types("\x03")
-    # One that comes sooner is a bounce.
+    # A sooner second press would be taken for a bounce.
     time.sleep(0.55)
     terminal.types("\x03")
     assert terminal.ended() == 130

@@ -1,4 +1,5 @@
-// The window of its own, which is the program to its user; and the code that lets a tablet in.
+// Tests of the studio in a separate window, which is all that its user sees of the program, and of
+// the code that admits a tablet.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -8,7 +9,7 @@ import { delimiter, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { is, Station } from "./bench.mjs";
 
-/** `magician studio --app`, whose browser only writes down what it was to show. */
+/** Starts `magician studio --app` with a fake browser that only records its arguments. */
 async function started(program, ...words) {
   const home = mkdtempSync(join(tmpdir(), "studio-app-"));
   const asked = join(home, "asked");

@@ -1,4 +1,4 @@
-// A class: thirty virtual arms, a teacher on a tablet, and two who share an arm.
+// Tests of a class: thirty virtual arms, a teacher on a tablet, and two pupils who share an arm.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
@@ -9,7 +9,7 @@ import { findings } from "./looks.mjs";
 
 const SEATS = Array.from({ length: 30 }, (_, seat) => `seat${String(seat + 1).padStart(2, "0")}`);
 const TABLET = { viewport: { width: 1024, height: 768 } };
-/** A line on the paper. */
+/** Plan with one line on the paper. */
 const LINE = JSON.stringify({
   format: "magician-plan",
   version: 1,
@@ -22,7 +22,7 @@ const LINE = JSON.stringify({
 });
 const BURNS = JSON.stringify({ format: "magician-plan", version: 1, steps: [{ laser: true }, { laser: false }] });
 
-/** An arm behind a socket, which counts as a real one: its port. */
+/** Starts an arm behind a socket, which counts as a real one, and returns its port. */
 async function realArm(program) {
   const free = createServer();
   await new Promise((done) => free.listen(0, "127.0.0.1", done));
@@ -132,7 +132,8 @@ export function classes(test, { browser, program, shots }) {
     assert.equal(download.suggestedFilename(), "seat03-line.plan.svg");
     assert.match(readFileSync(await download.path(), "utf8"), /^<svg[\s\S]*<path/);
     assert.equal(await page.getByTestId("picture-seat05-line.plan").count(), 0);
-    // A page that is loaded again has them, one page of all is saved, and what is deleted is gone for good.
+    // A reloaded page has the pictures, one page with all of them is saved, and deleted ones do not
+    // return.
     await page.reload();
     await is(page, "link", "up");
     await page.getByTestId("picture-seat04-line.plan").waitFor();
@@ -204,7 +205,7 @@ export function classes(test, { browser, program, shots }) {
       await page.getByTestId("confirm-no").click();
       await page.waitForTimeout(500);
       assert.deepEqual(await begun(), [0, 0, 0]);
-      // A virtual one alone needs no question.
+      // A virtual arm alone needs no confirmation.
       await send(["toy"], "line.plan.json");
       await page.getByTestId("notice").getByText("Done on 1 arms.").waitFor();
       assert.equal(await page.getByTestId("confirm").count(), 0);
@@ -254,7 +255,7 @@ export function classes(test, { browser, program, shots }) {
         await page.getByTestId("class-signin").click();
       };
       const pupil = async (name, code) => {
-        // Without an address of its own the page opens at the door.
+        // Without an address of its own the page opens at the sign-in.
         const page = await browser.connected(left.url, TABLET);
         await is(page, "route", "class");
         await signIn(page, name, code);
@@ -272,7 +273,7 @@ export function classes(test, { browser, program, shots }) {
       const ben = await pupil("Ben", "8P4R");
       await ben.getByRole("button", { name: "Join the queue" }).click();
       await ben.getByTestId("header-turn").getByText("Place 1 in the queue").waitFor();
-      // A page that is loaded anew is the same person.
+      // A reloaded page keeps its pupil.
       await ben.reload();
       await ben.getByTestId("header-turn").getByText("Place 1 in the queue").waitFor();
       const page = await browser.connected(`${left.url}#/class`, TABLET);

@@ -1,4 +1,4 @@
-// What the suite stands on: a station with a virtual arm, a browser, and a look at the station past the page.
+// Basis of the suite: a station with a virtual arm, a browser, and direct calls to the station.
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -9,13 +9,16 @@ import { chromium } from "playwright-core";
 
 const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 
-/** A station that is gone refuses connections, a test takes the network away, and plain HTTP has no use for one of the headers. */
+/**
+ * Expected messages of the browser's console: a stopped station refuses connections, a test
+ * disconnects the network, and one of the headers has no effect over plain HTTP.
+ */
 const EXPECTED =
   /ERR_CONNECTION|ERR_INTERNET_DISCONNECTED|WebSocket connection|Cross-Origin-Opener-Policy header has been ignored/;
 
-/** `magician serve`, as people start it. */
+/** `magician serve` as users start it. */
 export class Station {
-  /** With what is served: one virtual arm unless said otherwise. */
+  /** `served` are its arguments; one virtual arm by default. */
   constructor(program, served = ["--port", "sim"]) {
     this.program = program;
     this.served = served;
@@ -43,7 +46,7 @@ export class Station {
   }
 
   async kill(signal = "SIGKILL") {
-    // A test that fails after a kill ends its station all the same.
+    // A test that fails after a kill must not wait for the station to end.
     if (this.child.exitCode !== null || this.child.signalCode !== null) return;
     const over = once(this.child, "exit");
     this.child.kill(signal);
@@ -55,7 +58,7 @@ export class Station {
     rmSync(this.state, { recursive: true, force: true });
   }
 
-  /** A call past the page; of a class with this PIN as its teacher. */
+  /** Calls the station without the page; in a class with this PIN as the teacher. */
   async call(method, params = {}) {
     const body = JSON.stringify({ jsonrpc: "2.0", id: 1, method, params });
     const headers = {
@@ -79,19 +82,19 @@ export class Station {
     return this.call("arm.state", arm ? { arm } : {});
   }
 
-  /** Waits until the arm is as it should be. */
+  /** Waits until the state of the arm meets a condition. */
   async until(what, is, within = 10_000) {
     const ends = Date.now() + within;
     for (;;) {
       const state = await this.pose();
       if (is(state)) return state;
       if (Date.now() > ends) throw new Error(`the arm: ${what}: ${JSON.stringify(state)}`);
-      // A state is read anew after 100 ms.
+      // A state is read again after 100 ms.
       await sleep(120);
     }
   }
 
-  /** The arm stands: two readings that are equal. */
+  /** Waits until two consecutive readings are equal. */
   async stands() {
     let before = null;
     return this.until("stands", (state) => {
@@ -107,7 +110,7 @@ export class Station {
   }
 }
 
-/** Pages, and all that a browser complains of in them. */
+/** Pages of a browser, and all errors that it reports in them. */
 export class Browser {
   complaints = [];
 
@@ -120,9 +123,9 @@ export class Browser {
     const context = await this.browser.newContext({ viewport: { width: 1280, height: 860 }, ...rest });
     const page = await context.newPage();
     if (init) await page.addInitScript(init);
-    // Its timers are the test's.
+    // The test controls the timers of the page.
     if (clock) await page.clock.install();
-    // As with a graphics chip, which most people have; here a processor draws.
+    // Pretends that there is a graphics chip, as most users have one; here the processor renders.
     if (!processor)
       await page.addInitScript(() => {
         const get = WebGL2RenderingContext.prototype.getExtension;
@@ -148,7 +151,7 @@ export class Browser {
     return page;
   }
 
-  /** One that is connected. */
+  /** Opens a page and waits until it is connected. */
   async connected(url, options) {
     const page = await this.page(url, options);
     await is(page, "link", "up");
@@ -156,7 +159,7 @@ export class Browser {
     return page;
   }
 
-  /** One that has control. */
+  /** Opens a page and takes control. */
   async inControl(url, options) {
     const page = await this.connected(url, options);
     await page.getByTestId("lease-take").click();
@@ -169,7 +172,7 @@ export class Browser {
   }
 }
 
-/** Waits for what the body says. */
+/** Waits for a value of the body's data attributes. */
 export async function is(page, name, value, within = 20_000) {
   try {
     await page.waitForFunction(([name, value]) => document.body.dataset[name] === value, [name, value], {

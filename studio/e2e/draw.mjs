@@ -1,4 +1,5 @@
-// The routes #/draw and #/engrave: on the sheet first, then on the paper, judged at what the arm has drawn.
+// Tests of the routes #/draw and #/engrave: first the preview of the sheet, then the paper with the
+// lines that the arm has drawn.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { is, near } from "./bench.mjs";
@@ -7,7 +8,7 @@ const RECT =
   '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="15mm" viewBox="0 0 30 15"><path d="M0 0H30V15H0Z" fill="none" stroke="#b00020"/></svg>';
 const TWO =
   '<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="10mm" viewBox="0 0 50 10"><path d="M0 0H20V10H0Z" fill="none" stroke="#b00020"/><path d="M30 0H50V10H30Z" fill="none" stroke="#0030b0"/></svg>';
-/** A table below a tool; what is drawn or burnt on it is seen. */
+/** World with a table below a tool that draws or burns on it. */
 const world = (tool) =>
   `title = "${tool}"\narm = { homed = true }\ntool = { kind = "${tool}" }\ntable = { height = -60, x = [60, 340], y = [-200, 200] }\n`;
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
@@ -50,7 +51,7 @@ export function drawing(test, bench) {
     await page.mouse.move(x + width / 2 + dx, y + height / 2 + dy, { steps });
     await page.mouse.up();
   };
-  /** The corners of what was drawn since: what the arm has left on the paper. */
+  /** Corners of the lines drawn on the paper since the last call. */
   const marks = async (burnt = false) =>
     (await bench.station.call("world.look")).strokes
       .filter((stroke) => stroke.burnt === burnt)
@@ -60,7 +61,9 @@ export function drawing(test, bench) {
       Math.min(...points.map((point) => point[axis])),
       Math.max(...points.map((point) => point[axis])),
     ]);
-  /** A job from its start to its end: at a multiple of the arm's speed it may be over before anybody has seen it run. */
+  /**
+   * Runs a job to its end. At a multiple of the arm's speed the page may never show it as running.
+   */
   const runs = async (page, press = () => page.getByTestId("draw-start").click()) => {
     const last = async () => (await bench.station.call("job.list")).jobs.at(-1);
     const before = (await last())?.job;
@@ -79,7 +82,7 @@ export function drawing(test, bench) {
     await drag(page, "draw-hold", 40, -60);
     await shown(page);
     const moved = { x: await value(page, "x"), y: await value(page, "y") };
-    // The reader stands in front of the arm: to the right is +y, and up is towards the arm.
+    // For a reader in front of the arm, +y is to the right, and up is towards the arm.
     assert.ok(moved.x < before.x - 2 && moved.y > before.y + 2, JSON.stringify([before, moved]));
     assert.ok(near((before.x - moved.x) / (moved.y - before.y), 60 / 40, 0.1), "as the hand went");
     await drag(page, "draw-corner-2", 30, 15);
@@ -279,7 +282,7 @@ export function drawing(test, bench) {
     await runs(page);
     const points = await marks();
     const [[left, right], [bottom, top]] = boundsOf(points);
-    // Hatches end all along the edges, and not at the corners alone.
+    // Hatch lines end along all edges and not only at the corners.
     assert.ok(points.length > 20 && near(right - left, 7.5, 1) && near(top - bottom, 15, 1), `${points.length} points`);
     await closed(page);
   });
@@ -322,7 +325,7 @@ export function drawing(test, bench) {
       await page.locator(`#${await page.getByTestId("draw-start").getAttribute("aria-describedby")}`).textContent(),
       /arm the laser/i,
     );
-    // Round it, dark.
+    // Frames the drawing without the laser.
     await runs(page, () => page.getByTestId("laser-frame").click());
     assert.deepEqual(await marks(true), []);
     for (const leave of ["hidden", "route"]) {
@@ -412,7 +415,7 @@ export function drawing(test, bench) {
     assert.ok((await marks(true)).length > 0, "nothing burns yet");
     const began = Date.now();
     await page.close({ runBeforeUnload: false });
-    // Burning is sent in pieces of at most a second; a stop is dark within one and a half.
+    // Burning is sent in pieces of at most one second. After a stop the laser is dark within 1.5 s.
     await new Promise((done) => setTimeout(done, Math.max(0, 1500 - (Date.now() - began))));
     const then = JSON.stringify(await marks(true));
     const job = (await bench.station.call("job.list")).jobs.at(-1);

@@ -1,4 +1,5 @@
-// Figures of the page, one a line: node e2e/figures.mjs [--json] [WORD of the figures' names]. MAGICIAN is the program, a release build.
+// Measurements of the page, one per line: node e2e/figures.mjs [--json] [PART of the names].
+// MAGICIAN is the program, a release build.
 import { spawnSync } from "node:child_process";
 import { createWriteStream, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
 import { createServer } from "node:http";
@@ -21,7 +22,7 @@ const share = (all, part) =>
   all.toSorted((one, other) => one - other)[Math.min(all.length - 1, Math.floor(all.length * part))];
 let failed = 0;
 
-/** A figure, and what it may be at most (`least`: at least). */
+/** Prints a measurement with its limit: at most, or with `least` at least. */
 function say(id, what, value, unit, most = null, least = null) {
   const good = (most === null || value <= most) && (least === null || value >= least);
   if (!good) failed++;
@@ -34,7 +35,7 @@ function say(id, what, value, unit, most = null, least = null) {
     );
 }
 
-/** Does something with a browser and a station that are made for it. */
+/** Runs a test with a browser and a station of its own. */
 async function within(make, body) {
   const browser = new Browser();
   const station = make();
@@ -55,7 +56,7 @@ const ready = async (page) => {
   await is(page, "alarm", "false");
 };
 
-/** Lighthouse in a folder of its own, which is no part of the page's packages. */
+/** Lighthouse, installed in a separate folder because it is not one of the page's packages. */
 function lighthouse() {
   const folder = join(root, "target/lighthouse");
   const cli = join(folder, "node_modules/lighthouse/cli/index.js");
@@ -89,7 +90,10 @@ function lighthouse() {
   };
 }
 
-/** A file server behind a line that carries so many bytes a second, for all requests together, and 20 ms each way. */
+/**
+ * File server behind a slow line: `rate` bytes a second for all requests together, and 20 ms in
+ * each direction.
+ */
 async function slowly(folder, rate) {
   let [free, bytes] = [0, 0];
   const packed = new Map();
@@ -125,7 +129,8 @@ const figures = {
   async paint() {
     await within(virtual, async (browser, station) => {
       const look = lighthouse();
-      // As throttled by the browser; what Lighthouse computes from a run without a throttle is not what a person waits for.
+      // Throttled by the browser. The results that Lighthouse extrapolates from an unthrottled run
+      // are not what a user waits for.
       for (const [throttled, most] of [
         ["devtools", 1000],
         ["simulate", null],
@@ -139,7 +144,7 @@ const figures = {
           most,
         );
       }
-      // Stop before the picture and the module: neither is let through.
+      // Stop must work before the picture and the module are loaded, so both are held back.
       const context = await browser.browser.newContext();
       const page = await context.newPage();
       let held = 0;
@@ -155,7 +160,7 @@ const figures = {
     });
   },
 
-  /** What a visitor waits for who comes to the page of files for the first time, over a line of 10 Mbit/s. */
+  /** Waiting time of a first visit to the page as static files, over a line of 10 Mbit/s. */
   async visit() {
     const folder = mkdtempSync(join(tmpdir(), "studio-visit-"));
     spawnSync(program, ["studio", "--export", folder], { stdio: "inherit" });
@@ -238,7 +243,7 @@ const figures = {
                 return;
               const at = read;
               read = null;
-              // The frame with it has been made.
+              // The frame with the change has been rendered.
               requestAnimationFrame(() =>
                 setTimeout(() => window.spent.push(performance.timeOrigin + performance.now() - at * 1000)),
               );
@@ -278,7 +283,7 @@ const figures = {
     const ways = {
       "the button is let go": ({ page }) => page.mouse.up(),
       "the tab is closed": ({ page }) => page.close(),
-      // A browser freezes only what it has hidden before.
+      // A browser freezes only pages that were hidden before.
       "the tab is hidden": ({ page }) =>
         page.evaluate(() => {
           Object.defineProperty(document, "hidden", { configurable: true, get: () => true });
@@ -310,7 +315,7 @@ const figures = {
             const stopped = await processes(browser);
             const debug = await page.context().newCDPSession(page);
             await debug.send("Debugger.enable");
-            // On a machine that is busy elsewhere it may have ended by itself.
+            // On a busy machine the jog may have ended already.
             if ((await page.evaluate(() => document.body.dataset.jog)) !== "running") return void (ended += 1);
             const when = now();
             const done = deed({ page, way, stopped, debug });
@@ -333,7 +338,7 @@ const figures = {
 
   async day() {
     await within(virtual, async (browser, station) => {
-      // States come as fast as the page takes them, and its clock goes with them.
+      // States arrive as fast as the page accepts them, and its clock advances with them.
       const init = () => {
         window.ahead = 0;
         for (const clock of [performance, Date]) {
@@ -383,7 +388,7 @@ const figures = {
                 },
               },
             });
-            // Each minute an alarm, a change of control and a job.
+            // An alarm, a change of control and a job every minute.
             if (nth % 1200 === 0) {
               window.feed({
                 method: "arm.event",
@@ -445,7 +450,7 @@ const figures = {
       });
       const init = () => {
         window.longest = 0;
-        // When the press came to the browser.
+        // Time at which the press reached the browser.
         addEventListener("click", (event) => (window.pressed = performance.timeOrigin + event.timeStamp), true);
         new PerformanceObserver((list) =>
           list.getEntries().forEach(({ duration }) => (window.longest = Math.max(window.longest, duration))),

@@ -1,4 +1,5 @@
-// The main tasks from their beginning to their end: a photo that is engraved, and the first drawing on an arm whose table nobody has measured.
+// Main tasks from beginning to end: engraving a photo, and the first drawing on an arm with an
+// unmeasured table.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -6,10 +7,12 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { is, near, Station } from "./bench.mjs";
 
-/** Where the paper of the arm lies: the page is not told. */
+/** Height of the arm's paper, mm, which the page does not know. */
 const PAPER = -52.5;
 
-/** A portrait as a camera has it, in greys without edges: drawn by the browser, and kept as a JPEG. */
+/**
+ * Portrait as a camera takes it, in greys without edges: drawn by the browser, and saved as a JPEG.
+ */
 export const photo = (page) =>
   page.evaluate(() => {
     const canvas = Object.assign(document.createElement("canvas"), { width: 240, height: 300 });
@@ -41,7 +44,7 @@ export const photo = (page) =>
     return canvas.toDataURL("image/jpeg", 0.9).split(",")[1];
   });
 
-/** Waits until the job of this arm is over. */
+/** Waits until the job of this arm has ended. */
 async function done(station, within = 240_000) {
   for (const ends = Date.now() + within; Date.now() < ends; ) {
     const job = (await station.call("job.list")).jobs.at(-1);
@@ -57,21 +60,21 @@ export function firsts(test, { browser, program, shots }) {
   const shown = (page) => page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
 
   test("a photo is engraved from the page, up to the burnt plate", async () => {
-    // The arm's own time is long: it is ten times as fast.
+    // The job takes long on a real arm, so this one is ten times as fast.
     const station = new Station(program, ["--port", "sim:10"]);
     await station.start();
     try {
       const page = await browser.inControl(`${station.url}#/engrave`);
       await is(page, "route", "engrave");
       const buffer = Buffer.from(await photo(page), "base64");
-      // A person may have drawn before: how the pen takes images is no matter of the laser.
+      // Settings of an earlier drawing with the pen must not affect the laser.
       await page.getByTestId("draw-open").setInputFiles({ name: "portrait.jpg", mimeType: "image/jpeg", buffer });
       await page.getByText("The arm can do it").waitFor();
       await shown(page);
       assert.equal(await page.getByTestId("setup-image").count(), 0, "what the pen makes of it is not asked");
       await page.getByTestId("draw-place-width").fill("20");
       await page.getByTestId("draw-place-width").press("Enter");
-      // Nothing would be seen of it: the note itself leads to a plate of wood.
+      // The engraving would be invisible on the current paper. The note offers a wooden plate.
       await page.getByTestId("run-scenario").filter({ hasText: "Engraving" }).click();
       await page.getByTestId("run-bare").waitFor({ state: "detached" });
       assert.equal((await station.call("world.look")).title, "Engraving");
@@ -100,7 +103,7 @@ export function firsts(test, { browser, program, shots }) {
       await page.locator("[data-testid=world-paper] path.burnt[d*=M]").first().waitFor({ state: "attached" });
       await page.waitForTimeout(1200);
       await shot(page, "photo-3-world");
-      // The portrait is there in greys: its hair is burnt deeper than its face.
+      // The portrait has greys: the hair is burnt deeper than the face.
       const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("world-paper-save").click()]);
       const plate = readFileSync(await file.path(), "utf8");
       const sheet = await browser.browser.newPage({ viewport: { width: 640, height: 800 } });
@@ -138,11 +141,11 @@ export function firsts(test, { browser, program, shots }) {
       await is(page, "route", "draw");
       assert.equal(await page.getByTestId("header-arm").textContent(), "Real arm");
 
-      // It was switched on: the banner says so in words, and homes it.
+      // After power-up the banner explains the state in words, and homes the arm.
       await page.getByTestId("alarm-banner").getByText("The arm was switched on").waitFor();
       assert.doesNotMatch(await page.getByTestId("alarm-banner").textContent(), /ResetOccurred/);
       await shot(page, "first-1-switched-on");
-      // A height cannot be taken yet; what is said of that is over once the arm is homed.
+      // The height cannot be taken before homing. The message about that disappears after homing.
       await page.getByTestId("draw-text").fill("Mia");
       await page.getByTestId("touch-off").click();
       const refusal = page.locator(".touch-card").getByRole("alert");
@@ -154,7 +157,7 @@ export function firsts(test, { browser, program, shots }) {
       await is(page, "alarm", "false", 60_000);
       await refusal.waitFor({ state: "detached" });
 
-      // The message, the button beside it, and the pad that brings the pen down.
+      // The message, its button, and the pad to lower the pen.
       await page.getByRole("alert").getByText("work surface height unknown").waitFor();
       await page.getByTestId("touch-off").waitFor();
       await shot(page, "first-2-unknown");
@@ -173,7 +176,7 @@ export function firsts(test, { browser, program, shots }) {
         }
       }
       await shot(page, "first-3-at-the-paper");
-      // The button beside the message does what the one of the card does.
+      // The button beside the message acts like that of the card.
       await page.getByTestId("height-here").click();
       await page.waitForFunction(() =>
         /z -\d/.test(document.querySelector("[data-testid=touch-off-height]")?.textContent ?? ""),
@@ -183,7 +186,7 @@ export function firsts(test, { browser, program, shots }) {
       await page.getByText("The arm can do it").waitFor();
       await shown(page);
       await shot(page, "first-4-preview");
-      // Where `magician calibrate surface` keeps it.
+      // The same place as used by `magician calibrate surface`.
       assert.match(readFileSync(join(station.state, "magician", "config.toml"), "utf8"), /^surface = -52\.\d+\n$/);
 
       await page.getByTestId("draw-start").click();
@@ -196,7 +199,7 @@ export function firsts(test, { browser, program, shots }) {
       const { z } = await station.stands();
       assert.ok(z > height + 5, `the pen is at ${z}`);
       await shot(page, "first-6-done");
-      // A table that is tilted: two more touches, far apart.
+      // Two more touches, far apart, for a tilted table.
       const hop = async (button, by) => {
         await page.getByTestId("jog-step-size").selectOption("10");
         for (let pressed = 0; pressed < Math.abs(by) / 10; pressed++) {
@@ -225,7 +228,7 @@ export function firsts(test, { browser, program, shots }) {
       await page.goto(`${station.url}#/draw`);
       await is(page, "route", "draw");
       await page.getByTestId("draw-text").fill("Mia");
-      // The height is forgotten at a press: the next drawing asks again.
+      // After the height is deleted, the next drawing asks for it again.
       await page.getByTestId("touch-off-forget").click();
       await page.getByRole("alert").getByText("work surface height unknown").waitFor();
       await page.context().close();
@@ -258,7 +261,7 @@ export function firsts(test, { browser, program, shots }) {
       await is(page, "moving", "false", 60_000);
       await page.getByRole("button", { name: "Measure the paper" }).click();
       const at = async (wanted) => {
-        // By the pad that stands there: the wizard itself moves nothing.
+        // With the pad beside the wizard: the wizard itself moves nothing.
         await page.getByTestId("jog-mode-step").check({ force: true });
         for (const [axis, to] of Object.entries(wanted)) {
           for (const size of [10, 5, 1]) {
@@ -283,7 +286,7 @@ export function firsts(test, { browser, program, shots }) {
       await at({ z: -50, x: 270, y: -40 });
       await page.getByRole("button", { name: "Take corner" }).click();
       await page.getByText("Corner 2 of 3: lower right").waitFor();
-      // The same corner twice is none: it says so, and the first one stays.
+      // Touching the same corner twice is refused, and the first touch remains.
       await page.getByRole("button", { name: "Take corner" }).click();
       await page.getByRole("alert").filter({ hasText: "at least 30 mm" }).waitFor();
       assert.deepEqual((await station.call("surface.get")).corners, ["lower-left"]);
@@ -302,15 +305,15 @@ export function firsts(test, { browser, program, shots }) {
         JSON.stringify(sheet),
       );
       assert.ok(near(plane.z, -50, 1.1));
-      // Where `magician calibrate sheet` keeps it.
+      // The same place as used by `magician calibrate sheet`.
       assert.match(readFileSync(join(station.state, "magician", "config.toml"), "utf8"), /^\[sheet\]/m);
       const check = { text: "Mia", format: "text", setup: { work: "draw", fit: true }, preview: true };
       const { preview } = await station.call("job.check", check);
       const points = preview.strokes.flatMap((stroke) => stroke.points);
       const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
-      // What is right in the file is right for the reader, who has +y there.
+      // Right in the file is right for the reader, which is +y.
       assert.ok(Math.max(...ys) - Math.min(...ys) > Math.max(...xs) - Math.min(...xs), "the text runs along y");
-      // The page draws on it, as large as the paper lets it.
+      // The page draws on the sheet, as large as it permits.
       await page.goto(`${station.url}#/draw`);
       await is(page, "route", "draw");
       await page.getByTestId("draw-text").fill("Mia");

@@ -1,15 +1,16 @@
-// The gallery: each example is pressed and judged in the virtual arm's world. Help and tour.
+// Tests of the gallery: each example is started and checked in the virtual arm's world. Help and
+// tour.
 import assert from "node:assert/strict";
 import { is } from "./bench.mjs";
 
-/** Where an object's middle is, rounded to centimetres; z to half of them. */
+/** Position of an object's centre, rounded to centimetres; z to half centimetres. */
 const placeOf = ({ objects }, name) => {
   const [x, y, z] = objects.find((object) => object.name === name).at;
   return [Math.round(x / 10) * 10, Math.round(y / 10) * 10, Math.round(z / 5) * 5];
 };
 const drawn = (least) => (look) => assert.ok(look.drawing.length > least, `${look.drawing.length} of drawing`);
 
-/** Panel, and what is seen in the world when it is done. */
+/** Panel of each example, and its result in the world. */
 const EXAMPLES = {
   draw: ["draw", drawn(10_000)],
   write: ["draw", drawn(1_000)],
@@ -37,8 +38,8 @@ const EXAMPLES = {
 export function gallery(test, { browser, station, url }) {
   for (const [name, [panel, judge]] of Object.entries(EXAMPLES)) {
     test(`examples: ${name} runs at one press, in the world that it needs`, async () => {
-      // As somebody does who has never been here: no arm is connected.
-      // The belt runs for a time, which a busy computer at twenty times the speed oversleeps.
+      // As for a first visit, no arm is connected. The belt runs for a fixed time, which a busy
+      // computer would miss at twenty times the speed.
       const page = await browser.page(`${url()}?speed=${name === "belt" ? 1 : 20}#/gallery`);
       await page.getByTestId(`gallery-${name}`).click();
       await is(page, "route", panel, 20_000);
@@ -68,7 +69,7 @@ export function gallery(test, { browser, station, url }) {
   test("examples: the bad day shows what goes wrong", async () => {
     const page = await browser.page(`${url()}?speed=5#/gallery`);
     await page.getByTestId("gallery-faults").click();
-    // The cable is pulled after twenty seconds of the arm's clock.
+    // The cable is unplugged after twenty seconds of the arm's clock.
     await is(page, "job", "interrupted", 60_000);
     await page.context().close();
   });
@@ -113,7 +114,7 @@ export function gallery(test, { browser, station, url }) {
   });
 }
 
-/** At a station, whose virtual arm nobody has. */
+/** The examples at a station whose virtual arm is free. */
 export function galleryAtStation(test, { browser, station }) {
   test("examples: at a station one press takes control that is free, and runs", async () => {
     const page = await browser.page(`${station.url}#/gallery`);

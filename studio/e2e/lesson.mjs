@@ -1,4 +1,5 @@
-// A lesson at one computer: ten virtual arms, a teacher's page, and pupils on a phone, a tablet and a desktop.
+// Test of a lesson at one computer: ten virtual arms, a teacher's page, and pupils on a phone, a
+// tablet and a desktop.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { is, Station } from "./bench.mjs";
@@ -10,7 +11,7 @@ const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile:
 const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, bypassCSP: true };
 const DESKTOP = { viewport: { width: 1440, height: 900 }, bypassCSP: true };
 
-/** Takes the page out of sight, or shows it again, as a browser does. */
+/** Hides or shows the page, as a browser does. */
 const hide = (page, is) =>
   page.evaluate((is) => {
     Object.defineProperty(document, "hidden", { configurable: true, get: () => is });
@@ -26,7 +27,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     await station.start();
     const says = (page, id, text) => page.getByTestId(id).getByText(text).first().waitFor();
     let shot = 0;
-    /** A picture of a step; it fits the screen, and axe finds nothing in it. */
+    /** Takes a screenshot of a step. It must fit the screen, without findings of axe. */
     const look = async (page, name, { whole = true } = {}) => {
       await page.waitForTimeout(350);
       await page.screenshot({
@@ -51,7 +52,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await is(teacher, "lease", "free");
       assert.equal(await teacher.getByTestId("class-pupils").locator("tbody tr").count(), NAMES.length);
       await says(teacher, "class-count", "Missing: 8.");
-      // The slips hold what signs a pupil in.
+      // The slips contain what a pupil needs to sign in.
       await teacher.getByTestId("class-slips").click();
       const slips = {};
       for (const name of NAMES) {
@@ -70,7 +71,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await teacher.screenshot({ path: join(shots, "lesson-slips-print.png"), fullPage: true });
       await teacher.emulateMedia({ media: null });
       await teacher.getByTestId("slips-back").click();
-      // A slip fills the door in, and its code does not stay in the address.
+      // A slip fills in the sign-in form, and its code does not remain in the address.
       const ada = await browser.page(slips.Ada.address, PHONE);
       await ada.getByTestId("class-signin").waitFor();
       assert.equal(new URL(ada.url()).hash, "#/class");
@@ -80,7 +81,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await look(ada, "pupil-phone");
       for (const hidden of ["stop-all", "site-file", "connect-serial", "station-token", "station-url", "lease-take"])
         assert.equal(await ada.getByTestId(hidden).count(), 0, hidden);
-      // A wrong code is said beside its field.
+      // A wrong code is reported beside its field.
       const ben = await browser.page(station.url, TABLET);
       await ben.getByTestId("class-name").fill("Ben");
       await ben.getByTestId("class-code").fill("0000");
@@ -93,7 +94,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       const chen = await browser.page(slips["Chen Li"].address, DESKTOP);
       await chen.getByTestId("class-signin").click();
       await says(chen, "mine-arm", "You have no arm now.");
-      // Turns: one arm for two, and a third who waits.
+      // Turns: one arm for two pupils, and a third pupil waits.
       for (const [page, first] of [
         [ada, true],
         [ben, false],
@@ -112,10 +113,10 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await says(teacher, "turn-a1", "Ada’s turn");
       await says(teacher, "arm-a10", "Teacher only");
       await look(teacher, "teacher");
-      // An arm that is kept from the class gives nobody a place.
+      // An arm reserved for the teacher offers no place in a queue.
       const ways = await chen.getByTestId("join-arm").count();
       assert.equal(ways, 0, "who waits joins nothing else");
-      // Freeze all is all, whatever is chosen.
+      // Freeze all applies to all arms, whatever is selected.
       await teacher.getByRole("checkbox", { name: "Choose a3" }).check();
       assert.equal(await teacher.getByTestId("class-freeze-chosen").textContent(), "Freeze 1");
       await teacher.getByTestId("class-freeze-all").click();
@@ -123,7 +124,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await says(ada, "mine-arm", "Frozen by the teacher.");
       await look(teacher, "frozen");
       await look(ada, "frozen-phone");
-      // .. and outlives the station.
+      // .. and persists across restarts of the station.
       await station.kill();
       await ben.getByText("No connection since").waitFor();
       await is(teacher, "link", "lost");
@@ -141,12 +142,12 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await look(teacher, "after-kill");
       await teacher.getByTestId("class-free").click();
       await teacher.getByTestId("class-frozen").waitFor({ state: "detached" });
-      // What is done to all arms asks once.
+      // An action on all arms asks only once.
       await teacher.getByTestId("class-clear-all").click();
       await teacher.getByTestId("confirm").getByText("all 10 arms").waitFor();
       await teacher.getByTestId("confirm-yes").click();
       await says(teacher, "notice", "Done on 10 arms.");
-      // The turns of before are gone with the station; a reload changes nothing of the new ones.
+      // The earlier turns ended with the station. A reload does not affect the new ones.
       for (const page of [ada, ben]) {
         await page.getByTestId("join-arm").selectOption("a1");
         await page.getByTestId("turn").click();
@@ -180,14 +181,14 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await ben.goto(`${station.url}#/class`);
       await teacher.getByTestId("tile-end-a1").click();
       await says(ben, "mine-arm", "You have no arm now.");
-      // A new code closes the page of the old one, which says so.
+      // A new code closes the page with the old one and tells its user.
       await teacher.getByTestId("class-renew-Ben").click();
       await teacher.getByTestId("confirm-yes").click();
       await says(ben, "closed", "The station closed this page");
       await look(ben, "closed-tablet");
       await ben.getByTestId("closed-signin").click();
       await ben.getByTestId("class-code").waitFor();
-      // Whoever takes control is asked for a name once.
+      // A user who takes control is asked for a name once.
       await teacher.getByTestId("arm-a5").getByRole("link").click();
       await is(teacher, "route", "move");
       await teacher.getByTestId("lease-take").click();
@@ -201,11 +202,11 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await is(teacher, "lease", "mine");
       await teacher.getByTestId("lease-release").click();
       await teacher.goto(`${station.url}#/class`);
-      // Who signs out leaves an empty door.
+      // After a sign-out the sign-in form is empty.
       await chen.getByTestId("class-signout").click();
       await chen.getByTestId("class-code").waitFor();
       assert.equal(await chen.getByTestId("class-code").inputValue(), "");
-      // The end: pupils are out, the teacher is a teacher.
+      // The end of the class signs pupils out and leaves the teacher signed in.
       await teacher.getByTestId("class-end").click();
       await teacher.getByTestId("confirm-yes").click();
       await teacher.getByTestId("class-make").waitFor();
@@ -313,7 +314,8 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     try {
       const { pin, pupils } = await station.call("class.set", { names: ["Ada", "Ben"], turn_s: 600 });
       station.pin = pin;
-      // `left` is Ben's for days; Ada's time there is tomorrow. `right` is the teacher's.
+      // `left` is reserved for Ben for days; Ada's slot there is tomorrow. `right` is the
+      // teacher's.
       const at = (hours) => new Date(Date.now() + hours * 3_600_000).toISOString().replace(/\.\d+/, "");
       const slot = (arms, who, from, until) =>
         `[[slot]]\narms = ["${arms}"]\nwho = ["${who}"]\nfrom = ${at(from)}\nuntil = ${at(until)}\n`;

@@ -1,16 +1,20 @@
-// A station whose arm is another program, behind a line that is listened to; and a way to the station that can be cut.
+// A station whose arm is another program, behind a line whose traffic is observed, and a connection
+// to the station that can be cut.
 import { spawn } from "node:child_process";
 import { createConnection, createServer } from "node:net";
 import { Station } from "./bench.mjs";
 
 const JOG = 73;
 const STOPS = [241, 242, 245];
-/** One clock for what passes and for what is done, ms. */
+/** Common clock of traffic and actions, ms. */
 export const now = () => performance.timeOrigin + performance.now();
 
 const listening = (server) => new Promise((done) => server.listen(0, "127.0.0.1", () => done(server.address().port)));
 
-/** The arm's line: bytes go both ways; when a stop passes is noted, and how much is asked. */
+/**
+ * The arm's line: forwards bytes in both directions, records the times of stops, and counts
+ * requests.
+ */
 class Line {
   stops = [];
   asked = 0;
@@ -47,7 +51,7 @@ class Line {
     return data;
   }
 
-  /** How long after an instant the next stop passed, ms; Infinity if none did. */
+  /** Time from an instant to the next stop, ms; Infinity without one. */
   async stopAfter(when, patience = 3000) {
     for (const ends = now() + patience; now() < ends; await new Promise((done) => setTimeout(done, 5))) {
       const stop = this.stops.find((at) => at >= when);
@@ -57,11 +61,11 @@ class Line {
   }
 }
 
-/** A station and, in another process, its virtual arm: to the station it is a real one. */
+/** A station with its virtual arm in another process, which the station takes for a real one. */
 export class Wired extends Station {
   line = new Line();
 
-  /** With further words of `magician serve`. */
+  /** `words` are further arguments of `magician serve`. */
   constructor(program, words = []) {
     super(program, words);
   }
@@ -86,7 +90,7 @@ export class Wired extends Station {
   }
 }
 
-/** A way to a station: it can be dropped, or fall silent without a word. */
+/** Connection to a station that can be dropped, or can fall silent without notice. */
 export class Way {
   ends = [];
   whole = true;

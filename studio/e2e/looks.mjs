@@ -1,4 +1,4 @@
-// How the studio looks: no horizontal scroll, no finding of axe, and pictures for people to look at.
+// Layout of the studio: no horizontal scrolling, no findings of axe, and screenshots for review.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -78,7 +78,7 @@ export function looks(test, { browser, station, shots }) {
       await is(page, "link", "up");
       await sleep(300);
       assert.equal(await page.getByTestId("notice").textContent(), "", route);
-      // And its pictures are there.
+      // All images are loaded.
       const images = page.locator("main img");
       for (const image of await images.all()) {
         await image.scrollIntoViewIfNeeded();
@@ -105,7 +105,8 @@ export function looks(test, { browser, station, shots }) {
       await page.mouse.up();
       await is(page, "jog", "idle");
     }
-    // A task half done: on a machine that is busy elsewhere the jog may have ended before the picture was there.
+    // State in the middle of a task. On a busy machine the jog may end before the screenshot, so it
+    // is tried again.
     for (let tries = 0, runs = false; tries < 8 && !runs; tries++) {
       await page.getByTestId(tries % 2 === 0 ? "jog-y-minus" : "jog-y-plus").hover();
       await page.mouse.down();
@@ -136,7 +137,7 @@ export function looks(test, { browser, station, shots }) {
       await page.screenshot({ path: join(shots, `${route}-zh.png`) });
       assert.deepEqual(await findings(page), [], route);
     }
-    // What the arm's table says is translated as well: names of connectors and units are all that is left.
+    // Texts from the arm's table are translated too, except names of connectors and units.
     await page.goto(`${station.url}#/io`);
     await page.locator("form.device").first().waitFor();
     const said = await page

@@ -1,4 +1,5 @@
-// Pictures of the gallery: node e2e/pictures.mjs [WORD of their names]. Each example runs in the page's own virtual arm, and is shown as the page's picture has it.
+// Pictures of the gallery: node e2e/pictures.mjs [PART of the names]. Each example runs in the
+// page's own virtual arm, and is taken from the page's picture.
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -18,13 +19,13 @@ const holds = async (_, sim) => {
     const { objects } = await sim.call("world.look");
     const { z } = await sim.pose();
     if (objects.some(({ held }) => held) && z > 0) return;
-    // A session has 200 messages a second.
+    // A session may send 200 messages a second.
     await sleep(50);
   }
   throw new Error("it holds nothing");
 };
 const passes = (seconds) => (page) => page.waitForTimeout(1000 * seconds);
-/** When an example is to be seen, and how much faster than the arm it runs until then. */
+/** Moment of each picture, and the speed factor until then. */
 const MOMENTS = {
   draw: [20, done],
   write: [20, done],
@@ -35,7 +36,7 @@ const MOMENTS = {
   belt: [1, holds],
   teach: [1, passes(2)],
   playback: [1, passes(4)],
-  // Before its cable is pulled.
+  // Before its cable is unplugged.
   faults: [1, passes(0)],
 };
 
@@ -64,7 +65,7 @@ try {
     await moment(page, sim);
     await page.waitForTimeout(300);
     const { x, y, width, height } = await page.locator(".view canvas").boundingBox();
-    // The middle of it, as the gallery's pictures are wide and high.
+    // The centre, with the aspect ratio of the gallery's pictures.
     const wide = Math.min(width, height * 1.6);
     const clip = { x: x + (width - wide) / 2, y: y + (height - wide / 1.6) / 2, width: wide, height: wide / 1.6 };
     const shot = (await page.screenshot({ clip })).toString("base64");

@@ -1,4 +1,4 @@
-// A serial port of the browser that leads to a virtual arm of `magician sim`: the browser's half replaced, the bytes carried by a WebSocket.
+// Mock serial port of the browser, connected to a virtual arm of `magician sim` by a WebSocket.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -9,7 +9,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 
-/** Runs in page and worker: `navigator.serial` with one port, at the bridge. */
+/** Runs in page and worker: replaces `navigator.serial` by one port, connected to the bridge. */
 function mock(bridge) {
   const state = { granted: false, ports: [] };
   class Port extends EventTarget {
@@ -37,7 +37,7 @@ function mock(bridge) {
         },
       });
       socket.onmessage = ({ data }) => {
-        // A word is an error of the stream: the port goes on with another one.
+        // A text is an error of the stream: the port continues with a new stream.
         if (typeof data === "string") {
           const broken = reads;
           begin();
@@ -71,7 +71,7 @@ function mock(bridge) {
       state.ports.splice(0);
       return [];
     }
-    // One that comes again is another object.
+    // A port that returns is a new object.
     if (state.ports[0]?.number !== there) state.ports = [Object.assign(new Port(), { number: there })];
     return state.ports;
   };
@@ -87,7 +87,7 @@ function mock(bridge) {
 
 export const mockOf = (bridge) => `(${mock})(${JSON.stringify(bridge)});`;
 
-/** Cuts bytes into frames: whole ones, as they are sent. */
+/** Splits bytes into whole frames, as they are sent. */
 function framesOf(bytes) {
   const frames = [];
   let rest = bytes;
@@ -105,17 +105,17 @@ function framesOf(bytes) {
 
 const GET = (id) => Buffer.from([0xaa, 0xaa, 2, id, 0, (256 - id) & 255]);
 
-/** The arm and its cable: what passes is written down with its time, and can be spoilt. */
+/** The arm and its cable: records traffic with times, and can disturb it. */
 export class Cable {
   granted = true;
-  /** The number of the plug; 0 while it is out. */
+  /** Number of the plug; 0 while unplugged. */
   there = 1;
   isBusy = false;
-  /** Reads come in pieces of so many bytes. */
+  /** Largest number of bytes per read. */
   piece = Infinity;
   noise = false;
   sent = [];
-  /** How often the port was opened. */
+  /** Number of times the port was opened. */
   opens = 0;
   sockets = new Set();
 
@@ -132,7 +132,7 @@ export class Cable {
     await this.newArm();
   }
 
-  /** One that was just switched on. */
+  /** Starts a new arm, as after power-up. */
   async newArm() {
     this.folder ??= mkdtempSync(join(tmpdir(), "studio-port-"));
     const free = createServer();
@@ -213,7 +213,7 @@ export class Cable {
     socket.write(Buffer.concat([head, data]));
   }
 
-  /** An error of the stream: BufferOverrunError, FramingError, BreakError, ParityError. */
+  /** Causes an error of the stream: BufferOverrunError, FramingError, BreakError, ParityError. */
   error(name) {
     for (const socket of this.sockets) this.frame(socket, 1, Buffer.from(name));
   }
@@ -227,7 +227,7 @@ export class Cable {
     this.there = this.number = (this.number ?? 1) + 1;
   }
 
-  /** What the arm answers to somebody else. */
+  /** Asks the arm directly. */
   async get(id) {
     this.heard = Buffer.alloc(0);
     this.judge.write(GET(id));
@@ -244,13 +244,13 @@ export class Cable {
     return Array.from({ length: 8 }, (_, nth) => params.readFloatLE(4 * nth));
   }
 
-  /** Whether a laser is on. */
+  /** True if a laser is on. */
   async burns() {
     const params = await this.get(61);
     return params[0] === 1 && params[1] === 1;
   }
 
-  /** When it stands for good, by the clock of the test: the last time at which a pose had changed. */
+  /** Time at which the arm came to rest, by the test's clock: the last change of its pose. */
   async standsAt(within = 5000) {
     let [before, changed] = [null, performance.now()];
     for (const ends = performance.now() + within; performance.now() < ends && performance.now() - changed < 700; ) {
@@ -262,7 +262,10 @@ export class Cable {
     return changed;
   }
 
-  /** How long the arm went on after its last command to move, ms by its own clock: this machine may be busy. */
+  /**
+   * Time from the last motion command until the arm rested, ms by the arm's clock, since this
+   * machine may be busy.
+   */
   async wentOn(isMove) {
     await this.standsAt();
     const frames = this.traced();
@@ -272,7 +275,7 @@ export class Cable {
     return (poses.findLast((frame) => String(frame.params) !== end)?.at ?? 0) - last.at;
   }
 
-  /** What passed at the arm, ms. */
+  /** Traffic at the arm, with times in ms. */
   traced() {
     const file = readFileSync(join(this.folder, "arm.pcapng"));
     const frames = [];
@@ -287,7 +290,7 @@ export class Cable {
     return frames;
   }
 
-  /** Whether it moves now. */
+  /** True if the arm is moving. */
   async moves() {
     const before = String(await this.pose());
     await sleep(60);

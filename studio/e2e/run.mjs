@@ -1,11 +1,12 @@
-// The route #/run: programs opened, checked, run, paused and gone on with, judged at the station.
+// Tests of the route #/run: programs opened, checked, run, paused and resumed, checked at the
+// station.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { is } from "./bench.mjs";
 
 const SQUARE =
   '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="40mm" viewBox="0 0 40 40"><path d="M0 0H40V40H0Z" fill="none" stroke="#000"/></svg>';
-/** Its third line is out of reach. */
+/** Program whose third line is out of reach. */
 const FAR = "G21\nG90\nG0 X600 Y0 Z-50\nG1 X610 F1200\n";
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
 
@@ -80,7 +81,7 @@ export function running(test, { browser, station, closed, shots }) {
     await is(page, "job", "paused");
     const stood = await station.stands();
     assert.ok(stood.z > -60 + 1, "the pen is up");
-    // A paused job lets the arm be moved.
+    // During a pause the arm can be moved.
     await station.stands();
     await page.getByTestId("run-resume").click();
     await is(page, "job", "running");
@@ -230,7 +231,7 @@ export function running(test, { browser, station, closed, shots }) {
     console.log(
       `      the longest task while ${((await station.call("program.list")).programs.find(({ name }) => name === "million.gcode").bytes / 1e6).toFixed(0)} MB were opened: ${longest.toFixed(0)} ms`,
     );
-    // How long a task takes is the machine's matter as well; that the page itself reads no large file is the page's.
+    // The duration of a task depends on the machine, but the page itself must not read large files.
     const read = await page.evaluate(() => window.read);
     assert.ok(read <= 1_000_000, `${read} bytes at once`);
     await station.call("program.delete", { name: "million.gcode" });

@@ -1,12 +1,13 @@
-// What the station says, as the page says it: options by their labels, and whole sentences in Chinese.
+// Messages of the station as shown by the page: options by their labels, and whole sentences in
+// Chinese.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { is } from "./bench.mjs";
 
-/** No word of the API is in what a person reads. */
+/** Texts for the user must not contain names of the API. */
 const API = /`|setup\.|\border: false|\bdespeckle\b|\bwork is\b|: true\b/;
 const ENGLISH = /[a-z]{4,} [a-z]{2,}/;
-/** A line that leads where no arm can go. */
+/** Program with a line beyond the reach of any arm. */
 const FAR = "G90\nG1 X900 Y0 Z0 F1000\nG1 X950 Y0 Z0\n";
 
 export function said(test, { browser, url, closed, shots }) {
@@ -27,7 +28,7 @@ export function said(test, { browser, url, closed, shots }) {
       await problem.getByText(wrong).waitFor();
       assert.doesNotMatch(await problem.textContent(), API);
       await page.screenshot({ path: join(shots, `said-draw-${language}.png`) });
-      // What was wrong is set right, and the sheet is drawn.
+      // After the correction the sheet is drawn.
       await page.getByTestId("setup-size").fill("");
       await page.getByTestId("setup-size").press("Tab");
       await page.locator(".check.good").waitFor();

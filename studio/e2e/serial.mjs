@@ -1,4 +1,5 @@
-// The suite on the third carrier: a real arm at a serial port of the browser, judged at the bytes and the pose of a virtual one behind it.
+// The suite for the third kind of line: a real arm at a serial port of the browser, checked by the
+// bytes and the pose of the virtual arm behind it.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
@@ -8,11 +9,11 @@ import { Browser, is } from "./bench.mjs";
 import { Cable, mockOf } from "./port.mjs";
 import { Files, SHARED, Sim } from "./sim.mjs";
 
-/** Commands, by their numbers in the protocol. */
+/** Commands by their ids in the protocol. */
 const [JOG, CP, BURN, PTP, LASER, CLEAR] = [73, 91, 92, 84, 61, 245];
-/** What a jog may take after the last byte, ms: its `keep_ms` and 50. */
+/** Longest duration of a jog after its last byte, ms: its `keep_ms` and 50. */
 const BOUND = 300;
-/** Shows the worker to the test, so that it can be ended. */
+/** Exposes the worker to the test, so that it can be terminated. */
 const SHOWN = `globalThis.workers = []; Worker = class extends Worker { constructor(...all) { super(...all); globalThis.workers.push(this); } };`;
 /** Moves for some seconds, in many commands. */
 const PLAN = JSON.stringify({
@@ -84,10 +85,10 @@ export function onSerial(tests, shared, bench, folder) {
   const closed = (page) => page.context().close();
   const moving = (frame) => frame.id === CP || frame.id === PTP;
 
-  /** A page that holds a jog. */
+  /** Opens a page that holds a jog. */
   const jogging = async (page) => {
     await page.getByTestId("jog-j1-plus").hover();
-    // On a machine that is busy elsewhere the page may not be heard in time, and the jog ends by itself.
+    // On a busy machine the page may be too late to keep the jog alive, and it ends.
     for (let tries = 0; ; tries++) {
       await page.mouse.down();
       for (let looks = 0; looks < 20; looks++) if (await cable.moves()) return;
@@ -96,7 +97,7 @@ export function onSerial(tests, shared, bench, folder) {
       await is(page, "jog", "idle");
     }
   };
-  /** A page that has homed its arm: it runs no program before it has seen that. */
+  /** Opens a page and homes its arm, without which it runs no program. */
   const homed = async (page) => {
     await page.goto(`${files.url}#/move`);
     await page.getByTestId("home").click();
@@ -121,7 +122,7 @@ export function onSerial(tests, shared, bench, folder) {
     await is(page, "job", "running");
     await cable.untilMoves();
   };
-  /** After its last byte an arm that was jogged stands in time, and nothing comes after. */
+  /** After the last byte a jogging arm must rest in time, and no byte may follow. */
   const standsInTime = async () => {
     const ms = await cable.wentOn(moving);
     console.log(`      moved for ${ms.toFixed(0)} ms after the last byte`);
@@ -204,7 +205,10 @@ export function onSerial(tests, shared, bench, folder) {
     }
   });
 
-  /** On a machine that is busy elsewhere a worker may not come to its keeps: the jog ends by itself then, and the test is made again. */
+  /**
+   * Repeats a test if the jog ended early: on a busy machine a worker may be too late for its
+   * keep-alives.
+   */
   const again = (body) => async () => {
     for (let tries = 1; ; tries++) {
       try {
@@ -344,7 +348,7 @@ export function onSerial(tests, shared, bench, folder) {
       "laser off",
     );
     assert.ok(!since.some((frame) => frame.id === BURN && frame.at > stop.at), "it is sent more to burn");
-    // A burnt path burns only while the arm moves along it.
+    // A burning path burns only while the arm moves along it.
     assert.ok(!(await cable.burns()) && !(await cable.moves()));
     await page.context().close();
   });
@@ -397,7 +401,8 @@ export function onSerial(tests, shared, bench, folder) {
 
   test("a worker that checks a large program is not taken for dead", async () => {
     const page = await browser.inControl(files.url);
-    // As long as a large program takes on a slow computer, and longer than a worker that hangs is waited for.
+    // As long as a large program takes on a slow computer, and longer than the timeout for a worker
+    // that hangs.
     await page.workers()[0].evaluate(() => {
       addEventListener("message", ({ data }) => {
         if (data.kind === "send" && data.message.method === "job.check")

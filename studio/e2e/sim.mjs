@@ -1,4 +1,5 @@
-// The suite on the second carrier: the page as files on any server, its station and virtual arm in the page's worker.
+// The suite for the second kind of line: the page as static files, with its station and virtual arm
+// in the page's worker.
 import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
@@ -18,9 +19,9 @@ export const TYPES = {
   ".webp": "image/webp",
   ".webmanifest": "application/manifest+json",
 };
-/** As beside a book: below a folder. */
+/** Path of a subfolder, as beside a book. */
 const BELOW = "/book/studio/";
-/** Tests of the station's page that mean the same here. */
+/** Tests of the station's page that apply here unchanged. */
 export const SHARED = [
   "a held button moves the arm until it is let go",
   "the browser's menu, a cancelled touch and a hidden page end a jog",
@@ -32,7 +33,7 @@ export const SHARED = [
   "a page that hangs holds no jog",
 ];
 
-/** A file server that knows nothing of the page; `patch` changes what it has, as a newer build does. */
+/** Plain file server. `patch` changes its files, as a newer build does. */
 export class Files {
   patched = new Map();
 
@@ -55,7 +56,7 @@ export class Files {
     this.url = `http://127.0.0.1:${this.port}${BELOW}`;
   }
 
-  /** Another build: the service worker is another one, and so is the title. */
+  /** Simulates another build, with another service worker and another title. */
   renew() {
     const text = (name) => readFileSync(join(this.folder, name), "utf8");
     this.patched.set("sw.js", text("sw.js").replace(/BUILD = "/, 'BUILD = "newer'));
@@ -68,7 +69,7 @@ export class Files {
   }
 }
 
-/** The arm in the worker of a page, past the page: a session of its own over a MessagePort. */
+/** The arm in a page's worker, accessed directly by a session over a MessagePort. */
 export class Sim extends Station {
   async join(page) {
     this.worker = page.workers()[0];
@@ -124,7 +125,7 @@ class SimBrowser extends Browser {
   }
 }
 
-/** What the tests of the other carrier take for their station, and those that are of this one. */
+/** Tests shared with the other kind of line, and those only for this one. */
 export function onSim(tests, bench, folder) {
   const files = new Files(folder);
   const sim = new Sim("none");
@@ -157,7 +158,7 @@ export function onSim(tests, bench, folder) {
     await page.getByTestId("first-wave").click();
     await sim.until("waves", (state) => Math.abs(state.j1 - before.j1) > 5);
     assert.ok(Date.now() - began < 20_000, `${Date.now() - began} ms to the first motion`);
-    // The guide's picture.
+    // Screenshot for the guide.
     await page.screenshot({ path: join(bench.shots, "offline.png") });
     await page.getByTestId("stop").click();
     await is(page, "moving", "false");
@@ -172,7 +173,8 @@ export function onSim(tests, bench, folder) {
     await page.getByTestId("first-house").click();
     await is(page, "job", "done", 10_000);
     const { drawing, strokes } = await sim.call("world.look");
-    // Upright for the reader in front of the arm: the tip of the roof is nearest to the arm, in the middle.
+    // Upright for a reader in front of the arm: the ridge of the roof is nearest to the arm, in the
+    // middle.
     const house = strokes.flatMap(({ points }) => points);
     const [tip] = house.toSorted(([one], [other]) => one - other);
     assert.ok(near(tip[0], 205, 0.5) && near(tip[1], 0, 0.5), `${tip}`);
@@ -187,7 +189,7 @@ export function onSim(tests, bench, folder) {
     await is(page, "job", "done", 30_000);
     const written = (await sim.call("world.look")).drawing;
     assert.ok(written.length > before + 1000, `${before} and ${written.length} of drawing`);
-    // It has room of its own beside the house.
+    // The name has space beside the house.
     const name = (await sim.call("world.look")).strokes.slice(strokes.length).flatMap(({ points }) => points);
     assert.ok(name.length > 50 && name.every(([x, y]) => !(x > 205 && x < 292 && Math.abs(y) < 30)));
     await page.screenshot({ path: join(bench.shots, "name.png") });
@@ -204,7 +206,7 @@ export function onSim(tests, bench, folder) {
     await page.getByText("The arm restarted in the new world").waitFor();
     await sim.until("is homed", (state) => state.homed !== false && state.alarms.length === 0 && !state.moving);
     await is(page, "alarm", "false");
-    // Control, and what hears of the arm, is as before.
+    // Control and subscriptions are as before.
     await is(page, "lease", "mine");
     await page.goto(`${files.url}#/move`);
     await page.getByTestId("tool-laser").click();
@@ -212,7 +214,7 @@ export function onSim(tests, bench, folder) {
     await page.getByTestId("stop").click();
     await page.getByTestId("header-laser").waitFor({ state: "detached" });
     assert.equal((await sim.pose()).tool.laser, false);
-    // And while something burns along its way.
+    // The same while a job burns.
     await page.goto(`${files.url}#/engrave`);
     await page.getByTestId("draw-text").fill("Laser");
     await page.getByText("The arm can do it").waitFor();
@@ -239,7 +241,8 @@ export function onSim(tests, bench, folder) {
     await new Promise((done) => setTimeout(done, 3000));
     for (const id of renderers) process.kill(id, "SIGCONT");
     const after = await sim.stands();
-    // As far as it comes until a page that hangs is found out, and to rest: a held jog would be three seconds on.
+    // The arm moves until a page that hangs is detected, and to rest. A jog that continued would be
+    // three seconds further.
     assert.ok(Math.abs(after.y - before.y) < 40, `${before.y} to ${after.y}`);
     await page.mouse.up();
     await devtools.detach();
@@ -363,7 +366,7 @@ export function onSim(tests, bench, folder) {
   test("files: an image is traced, a plot and a drawing of CAD are checked", async () => {
     const page = await onRun();
     await give(page, "engrave_gradient.png");
-    // A pen draws its outlines.
+    // A pen draws the outlines.
     await page.getByTestId("setup-tool").selectOption("pen");
     await setup(page, "at", "240 0");
     await setup(page, "width", "40");
@@ -388,7 +391,7 @@ export function onSim(tests, bench, folder) {
     const check = sim.call("job.check", { program: "large.nc" });
     let isOver = false;
     check.finally(() => (isOver = true));
-    // The second is answered when the first has been carried out.
+    // The second is answered after the first has been carried out.
     await sim.call("arm.stop");
     await sim.call("arm.stop");
     assert.ok(!isOver);

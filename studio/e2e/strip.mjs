@@ -1,4 +1,5 @@
-// A running job is seen on every route, by everybody, and steered there; a route opens at its top, and Back leads to where it was left.
+// A running job is shown on every route to every user, and can be controlled there. A route opens
+// at its top, and Back restores the scroll position.
 import assert from "node:assert/strict";
 import { is, near } from "./bench.mjs";
 
@@ -11,7 +12,7 @@ export function strips(test, { browser, station, closed }) {
     await page.evaluate((route) => (location.hash = `#/${route}`), route);
     await is(page, "route", route);
   };
-  /** A text is drawn from the page, long enough to be looked at. */
+  /** Draws a text from the page, long enough to be observed. */
   const drawing = async (page, text) => {
     await is(page, "route", "draw");
     await page.getByTestId("draw-text").fill(text);
@@ -61,7 +62,7 @@ export function strips(test, { browser, station, closed }) {
     assert.ok(await pause.isDisabled());
     const why = await pause.getAttribute("aria-describedby");
     assert.match(await other.locator(`#${why}`).textContent(), /Someone else has control/);
-    // A stop is anybody's.
+    // Any user may stop the job.
     await other.getByTestId("job-strip-stop").click();
     await is(page, "job", "stopped");
     await other.context().close();
@@ -80,7 +81,7 @@ export function strips(test, { browser, station, closed }) {
     await start.click();
     await page.getByTestId("job-strip").waitFor();
     await page.waitForTimeout(300);
-    // What was pressed stays where it was, and the sheet is in sight beside it.
+    // The pressed element remains in place, and the sheet is visible beside it.
     assert.ok(near(await top(), before, 2), `${before} and ${await top()}`);
     const sheet = await page.locator(".sheet-card").boundingBox();
     assert.ok(sheet.y > 0 && sheet.y + sheet.height < SIZES.phone.height, "the sheet is seen");
@@ -97,7 +98,7 @@ export function strips(test, { browser, station, closed }) {
     const place = () => page.evaluate(() => Math.round(scrollY));
     await page.evaluate(() => scrollTo(0, 700));
     await page.waitForFunction(() => scrollY > 600);
-    // What is seen counts: a picture that comes later moves what is below it.
+    // The visible position counts, since a picture that loads later moves the content below it.
     const top = (id) => page.getByTestId(id).evaluate((one) => one.getBoundingClientRect().top);
     const left = await top("jog-y-plus");
     await page.getByRole("link", { name: "Teach" }).click();
@@ -105,7 +106,7 @@ export function strips(test, { browser, station, closed }) {
     assert.equal(await place(), 0);
     await page.waitForFunction(() => document.body.scrollHeight > 1800);
     await page.evaluate(() => scrollTo(0, 300));
-    // The browser tells of it with the next picture.
+    // The browser reports scrolling with the next frame.
     await page.waitForTimeout(500);
     await page.goBack();
     await is(page, "route", "move");

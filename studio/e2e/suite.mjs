@@ -1,4 +1,4 @@
-// The studio in a browser, judged at the station: node e2e/suite.mjs [WORD of the tests' names]
+// Tests of the studio in a browser, checked at the station: node e2e/suite.mjs [PART of the names]
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
@@ -37,7 +37,7 @@ const first = { station, browser };
 const tests = [];
 const test = (name, body) => tests.push([name, body]);
 let url = () => station.url;
-/** Closes a page; what it had control of is free for the next. */
+/** Closes a page and releases its control for the next test. */
 async function closed(page) {
   const back = page.getByTestId("lease-release");
   if (station !== first.station) return page.context().close();
@@ -87,7 +87,7 @@ test("an arm that was switched on says so with the way on, and its alarm is clea
   await is(page, "alarm", "true");
   const { alarms } = await station.call("arm.alarms");
   const text = await page.getByTestId(`alarm-${alarms[0].code}`).textContent();
-  // An arm that was switched on is nothing wrong: it is said in words, and with the way on.
+  // The alarm after power-up is not a fault: it is explained in words, with the next step.
   assert.equal(alarms[0].code, 0);
   assert.match(text, /The arm was switched on\. Home it/);
   assert.ok(await page.getByTestId("alarm-home").isEnabled());
@@ -100,7 +100,7 @@ test("an arm that was switched on says so with the way on, and its alarm is clea
 test("a held button moves the arm until it is let go", async () => {
   const page = await browser.inControl(url());
   let why = null;
-  // On a machine that is busy elsewhere the page may not be heard in time, and the jog ends by itself.
+  // On a busy machine the page may be too late to keep the jog alive, and it ends.
   for (let tries = 0; tries < 10 && why !== "released"; tries++) {
     const before = await station.stands();
     await page.getByTestId("jog-z-plus").hover();
@@ -464,7 +464,7 @@ client(test, { browser, program });
 
 const swap = (to) => ({ station, browser, url } = to);
 const shared = [...tests];
-/** The page's files, for a server that knows nothing. */
+/** Files of the page for a plain file server. */
 const bundle = mkdtempSync(join(tmpdir(), "studio-"));
 execFileSync(program, ["studio", "--export", bundle], { stdio: "ignore" });
 const files = onSim(tests, { browser, swap, shots }, bundle);
@@ -484,7 +484,7 @@ for (const [name, body] of tests) {
   } catch (error) {
     failed++;
     console.log(`FAIL  ${name}\n${error.stack}`);
-    // The next one has its own page.
+    // The next test has a new page.
     for (const context of browser.browser.contexts()) await context.close();
     if (station !== first.station) continue;
     if (!(await station.isThere())) await station.start();

@@ -1,4 +1,5 @@
-// Whole tasks as people do them who do not see the page, or have no mouse: by role and name alone, and by keyboard alone.
+// Whole tasks for users who do not see the page or have no mouse: only by role and name, and only
+// by keyboard.
 import assert from "node:assert/strict";
 import { is, near } from "./bench.mjs";
 
@@ -6,7 +7,7 @@ const SQUARE =
   '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="30mm" viewBox="0 0 30 30"><path d="M0 0H30V30H0Z" fill="none" stroke="#000"/></svg>';
 const FILE = { name: "task.svg", mimeType: "image/svg+xml", buffer: Buffer.from(SQUARE) };
 
-/** A hand that finds what it wants by role and name, and presses it. */
+/** User who finds elements by role and name, and presses them. */
 class Pointer {
   constructor(page) {
     this.page = page;
@@ -39,7 +40,7 @@ class Pointer {
   }
 }
 
-/** A hand on the keyboard: Tab to what it wants, and the keys that operate it. */
+/** User with a keyboard: Tab to an element, and the keys that operate it. */
 class Keyboard extends Pointer {
   async go(role, name) {
     const wanted = this.found(role, name).and(this.page.locator(":focus"));
@@ -51,7 +52,7 @@ class Keyboard extends Pointer {
   }
 
   async press(role, name) {
-    // What is off is not reached: it is waited for, as a person does.
+    // A disabled element cannot be reached, so it is waited for, as a user does.
     await this.page.waitForFunction((element) => !element.disabled, await this.found(role, name).elementHandle());
     await this.go(role, name);
     await this.page.keyboard.press("Enter");
@@ -62,7 +63,7 @@ class Keyboard extends Pointer {
     await this.page.keyboard.type(option);
   }
 
-  /** Of a group the chosen one has the focus, and arrows go on. */
+  /** In a group the selected element has the focus, and arrows move on. */
   async radio(name) {
     const wanted = this.found("radio", name);
     for (let presses = 0; presses < 250 && !(await wanted.isChecked()); presses++) {
@@ -90,7 +91,7 @@ export function tasks(test, { browser, station, closed }) {
       await hand.press("link", link);
       await is(page, "route", route);
     };
-    // Connected to a server by its address, and in control.
+    // Connects to a server by its address, and takes control.
     await to("Arms", "arms");
     await hand.press("button", "Disconnect");
     await is(page, "backend", "none");
@@ -100,7 +101,7 @@ export function tasks(test, { browser, station, closed }) {
     await hand.press("button", "Take control");
     await is(page, "lease", "mine");
 
-    // Alarms cleared, homed, a step up.
+    // Clears alarms, homes, and moves one step up.
     await to("Move", "move");
     await hand.press("button", "Clear alarms");
     await is(page, "alarm", "false");
@@ -113,7 +114,7 @@ export function tasks(test, { browser, station, closed }) {
     await hand.press("button", "Jog Z plus");
     await station.until("a step up", (state) => near(state.z, z + 10) && !state.moving);
 
-    // Two points, and both played.
+    // Adds two points, and plays both.
     await to("Teach", "teach");
     await hand.press("button", "Add point");
     await hand
@@ -133,7 +134,7 @@ export function tasks(test, { browser, station, closed }) {
     await is(page, "job", "done", 30_000);
     assert.ok(near((await station.stands()).y, there.y));
 
-    // A program: opened, checked, started, stopped.
+    // Opens, checks, starts and stops a program.
     await to("Run", "run");
     await hand.open("Open a file", FILE);
     await page.getByRole("button", { name: "task.svg", pressed: true }).waitFor();
@@ -146,7 +147,7 @@ export function tasks(test, { browser, station, closed }) {
     await is(page, "job", "stopped");
     assert.equal((await job()).title, "task");
 
-    // An alarm: read, and cleared.
+    // Reads and clears an alarm.
     await to("World", "world");
     await hand.press("button", "Raise alarm");
     await page.getByRole("alert").filter({ hasText: "What to do" }).waitFor();
@@ -154,7 +155,7 @@ export function tasks(test, { browser, station, closed }) {
     await hand.press("button", "Clear alarms");
     await is(page, "alarm", "false");
 
-    // A pin.
+    // Sets a pin.
     await to("Pins", "io");
     await hand.choose("Function of pin 2", "Digital output");
     await page.getByRole("button", { name: "Set pin 2" }).waitFor();
@@ -164,7 +165,7 @@ export function tasks(test, { browser, station, closed }) {
     await hand.choose("Function of pin 2", "None");
     await page.getByRole("button", { name: "Set pin 2" }).waitFor({ state: "detached" });
 
-    // Another language, and back.
+    // Switches the language and back.
     await to("Settings", "settings");
     await hand.radio("中文");
     await page.getByRole("button", { name: "停止", exact: true }).waitFor();

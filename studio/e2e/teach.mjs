@@ -1,4 +1,5 @@
-// The route #/teach: points captured, edited, undone, played, saved and opened, judged at the station.
+// Tests of the route #/teach: points captured, edited, undone, played, saved and opened, checked at
+// the station.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
@@ -24,7 +25,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     await page.getByTestId(`teach-row-${before + 1}`).waitFor();
     return there;
   };
-  /** By steps of the jog pad, which stands beside the table. */
+  /** Moves by steps of the jog pad beside the table. */
   const moved = async (page, [button, size]) => {
     await page.getByTestId("jog-mode-step").check({ force: true });
     await page.getByTestId("jog-step-size").selectOption(String(size));
@@ -55,7 +56,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     assert.ok(near(Number(await cell(page, "z", 1).inputValue()), one.z));
     const [, second] = await kept(page);
     assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.7]);
-    // By keyboard to another place, and by hand back.
+    // Moves a row by keyboard, and back by mouse.
     await page.getByTestId("teach-pick-2").focus();
     await page.keyboard.press("Alt+ArrowUp");
     assert.equal((await kept(page))[0].name, "P2");
@@ -73,7 +74,7 @@ export function teaching(test, { browser, station, closed, shots }) {
       (await kept(page)).map(({ name }) => name),
       ["P2"],
     );
-    // What is undone: delete, drag, key, wait, tool, way, two points.
+    // Undoes eight changes: delete, drag, key, wait, tool, path, two points.
     for (let undone = 0; undone < 8; undone++) await page.getByTestId("teach-undo").click();
     assert.equal(await rows(page), 0);
     assert.ok(await page.getByTestId("teach-undo").isDisabled());
@@ -88,7 +89,7 @@ export function teaching(test, { browser, station, closed, shots }) {
 
   test("points are played, from a row on, and one alone; the row under way is marked", async () => {
     const page = await opened();
-    // With a pen, too, it ends where the last point is.
+    // With a pen the arm also ends at the last point.
     await page.getByTestId("tool-select").selectOption("pen");
     await station.until("has a pen", (state) => state.tool.name === "pen");
     const one = await add(page, ["z-plus", 10]);
@@ -126,7 +127,7 @@ export function teaching(test, { browser, station, closed, shots }) {
   });
 
   test("the unlock key of the arm adds points", async () => {
-    // The hand at the virtual arm is one of the page's own session: it has the lease.
+    // Pushing the virtual arm by hand takes a session of the page's own, which has the lease.
     const init = () => {
       window.Worker = class extends Worker {
         constructor(...given) {
@@ -172,7 +173,8 @@ export function teaching(test, { browser, station, closed, shots }) {
       assert.ok(tries < 30, "it is restored");
       await new Promise((done) => setTimeout(done, 100));
     }
-    // Led by hand the arm has lost its zero for real programs: the tests that follow begin from a homed one.
+    // After being pushed by hand the arm counts as unhomed for real programs, so it is homed for
+    // the following tests.
     await page.getByTestId("home").click();
     await is(page, "moving", "true");
     await is(page, "moving", "false", 40_000);
@@ -253,13 +255,13 @@ export function teaching(test, { browser, station, closed, shots }) {
     const [red, blue] = [objects["red cube"], objects["blue cube"]];
     assert.ok(near(red.at[0], blue.at[0]) && near(red.at[1], blue.at[1]), JSON.stringify(red));
     assert.ok(near(red.at[2], blue.at[2] + blue.size[2]), "it stands on it");
-    // The wait is part of the plan that is saved.
+    // The saved plan contains the wait.
     assert.deepEqual(
       (await kept(page)).map(({ wait }) => wait),
       [null, 0.5, null, null, 0.5, null],
     );
     assert.equal((await station.call("job.list")).jobs.at(-1).notes, null, "it was picked");
-    // Where it was there is nothing now, and the job says so.
+    // The object is no longer at its old position, and the job reports that.
     await press("Undo");
     await press("Play all");
     await is(page, "job", "running");
@@ -270,7 +272,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     await page.getByRole("button", { name: "Switch the suction cup off" }).click();
     await station.until("is off", ({ tool }) => tool.suction === false);
     await page.getByTestId("job-strip-close").click();
-    // By hand: above it, and onto it.
+    // By hand: above the object, and onto it.
     await press("Go onto the green cube");
     const green = objects["green cube"];
     await station.until(

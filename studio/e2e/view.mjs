@@ -1,11 +1,12 @@
-// The picture of the arm: what it shows first, from where, and the way to a pose that is typed or pressed in it.
+// Tests of the arm's picture: its first view, the camera, and moving to a pose that is typed or
+// pressed in it.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { near } from "./bench.mjs";
 
 const SIZES = { phone: [390, 844], tablet: [1024, 768], desktop: [1440, 900] };
 
-/** Where points of the arm are in the picture, px from its upper left, and its size. */
+/** Positions of the arm's points in the picture, px from its upper left corner, and its size. */
 async function seen(page, points) {
   return page.getByTestId("view").evaluate((view, points) => {
     const camera = view.dataset.camera.split(",").map(Number);
@@ -17,7 +18,7 @@ async function seen(page, points) {
   }, points);
 }
 
-/** Waits until the picture stands: its camera is the same twice. */
+/** Waits until the camera of the picture is at rest. */
 async function stands(page) {
   await page.locator("[data-testid=view][data-camera]").waitFor();
   await page.waitForFunction(
@@ -32,7 +33,7 @@ async function stands(page) {
   );
 }
 
-/** Waits until the picture shows what is wanted: on a busy machine a camera is under way for long. */
+/** Waits until the picture meets a condition: on a busy machine a camera flight takes long. */
 async function shows(what, is) {
   for (const ends = Date.now() + 15_000; !(await is()); await new Promise((over) => setTimeout(over, 200)))
     assert.ok(Date.now() < ends, what);
@@ -57,7 +58,7 @@ export function views(test, { browser, station, shots, closed }) {
       });
       await page.getByTestId("view-fit").waitFor();
       await stands(page);
-      // The bar of the cameras covers nothing of it.
+      // The camera buttons cover none of the content.
       await shows(`${size}: all is in the picture`, async () => {
         const { at, width: wide, height: high } = await seen(page, things);
         const [bar, view] = [
@@ -67,7 +68,8 @@ export function views(test, { browser, station, shots, closed }) {
         const low = Math.min(high, bar.y - view.y + 4);
         return at.every(([x, y]) => x >= 0 && x <= wide && y >= 0 && y <= low);
       });
-      // In front of the arm +y is to the right, and what is before the arm is nearer to the reader.
+      // In front of the arm +y is to the right, and points in front of the arm are nearer to the
+      // reader.
       const { at } = await seen(page, [
         [250, -100, -60],
         [250, 100, -60],
@@ -93,7 +95,7 @@ export function views(test, { browser, station, shots, closed }) {
     await begin("pick_and_sort");
     await page.waitForFunction((first) => document.querySelector("[data-testid=view]").dataset.camera !== first, first);
     await stands(page);
-    // A hand turns it.
+    // The user turns the picture.
     const box = await page.getByTestId("view").boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + 40);
     await page.mouse.down();
@@ -105,7 +107,7 @@ export function views(test, { browser, station, shots, closed }) {
     await begin("cubes");
     await page.waitForTimeout(2500);
     await stands(page);
-    // A turn that runs out is none anew.
+    // The end of a turn must not start another one.
     const [one, other] = [turned, await camera()].map((text) => text.split(",").map(Number));
     assert.ok(
       one.every((value, nth) => near(value, other[nth], 1)),
@@ -138,7 +140,7 @@ export function views(test, { browser, station, shots, closed }) {
     const field = (name) => page.getByRole("textbox", { name, exact: true });
     const before = await station.stands();
     await press("Go to …");
-    // The present pose is in the fields.
+    // The fields contain the current pose.
     assert.ok(
       near(Number(await field("x").inputValue()), before.x) && near(Number(await field("z").inputValue()), before.z),
     );
@@ -162,7 +164,7 @@ export function views(test, { browser, station, shots, closed }) {
       "is there",
       (state) => near(state.x, 220) && near(state.y, 80.5) && near(state.z, 10) && near(state.r, 30),
     );
-    // Copied, and pasted into any field after a way back.
+    // Copies the pose, moves away, and pastes it into one of the fields.
     await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
     await page.waitForFunction(() => document.querySelector("[data-testid=pose-x]").textContent === "220.00");
     await press("Copy pose");
@@ -192,7 +194,7 @@ export function views(test, { browser, station, shots, closed }) {
       const box = await view.boundingBox();
       const before = await station.stands();
       if (!flat) {
-        // A press from the corner is for turning: it sets nothing.
+        // In the corner view a press turns the picture, and sets nothing.
         await page.getByTestId("view-fit").waitFor();
         await stands(page);
         const x = await page.getByTestId("goto-x").inputValue();
@@ -201,7 +203,7 @@ export function views(test, { browser, station, shots, closed }) {
         await page.getByTestId("view-top").click();
         await stands(page);
       }
-      // In the flat picture it is measured from the tip's place and the base's.
+      // In the flat picture the scale is measured from the positions of tip and base.
       const place = flat
         ? await page.locator(".plan .base").evaluate((base) => {
             const [one, outer] = [

@@ -1,10 +1,11 @@
-// The world of a virtual arm, and its pins: what the page does, and what the station then knows.
+// Tests of a virtual arm's world, and of its pins: actions of the page, and the station's state
+// afterwards.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { is, near } from "./bench.mjs";
 
-/** Waits until the station says what is wanted of a call. */
+/** Waits until the result of a call meets a condition. */
 async function until(station, method, params, what, is) {
   const ends = Date.now() + 10_000;
   for (;;) {
@@ -33,7 +34,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await begin(page, "cubes", "Three cubes");
     await page.getByTestId("world-object-blue cube").waitFor();
     await page.locator("[data-testid=view][data-camera]").waitFor();
-    // The picture has its size, and stands.
+    // The picture has its final size and is at rest.
     await page.waitForFunction(
       () => {
         const { camera } = document.querySelector("[data-testid=view]").dataset;
@@ -52,7 +53,7 @@ export function worlds(test, { browser, station, shots, closed }) {
       const row = (nth) => camera[nth] * x + camera[nth + 4] * y + camera[nth + 8] * z + camera[nth + 12];
       return [box.x + ((row(0) / row(3) + 1) / 2) * box.width, box.y + ((1 - row(1) / row(3)) / 2) * box.height];
     };
-    // The middle of its top is taken, and put 50 mm on.
+    // Grabs the centre of the cube's top, and moves it by 50 mm.
     await page.mouse.move(...at([230, -40, -35]));
     await page.locator(".view.grabs").waitFor();
     await page.mouse.down();
@@ -148,7 +149,7 @@ export function worlds(test, { browser, station, shots, closed }) {
         rect.getAttribute("height"),
       ]);
       assert.deepEqual(said, ["translate(185 120) rotate(0)", "70", "80"]);
-      // The reader stands in front of the arm: y is to the right, x down.
+      // For a reader in front of the arm, y is to the right and x down.
       const [box, base] = [await rect.boundingBox(), await page.locator(".plan .base").boundingBox()];
       assert.ok(box.x > base.x + base.width / 2 && box.y > base.y + base.height, JSON.stringify([box, base]));
       assert.ok(near(box.width / box.height, 80 / 70, 0.02), JSON.stringify(box));
@@ -171,7 +172,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.getByTestId("pin-9-drive").fill("3850");
     await page.getByTestId("pin-9-level").getByText("3.1 V").waitFor();
     assert.equal((await station.call("arm.get", { command: "IOADC", query: { address: 9 } })).value, 3850);
-    // What its connector is not made for cannot be chosen.
+    // Functions that a connector does not support cannot be selected.
     assert.ok(await page.locator("[data-testid=pin-5-function] option[value='1']").isDisabled());
     assert.equal(await page.getByRole("table", { name: "Pins" }).getByRole("row").count(), 21);
     await page.screenshot({ path: join(shots, "io.png") });
@@ -183,7 +184,7 @@ export function worlds(test, { browser, station, shots, closed }) {
 
   test("plots: two minutes back, held, and taken along as record writes them", async () => {
     const page = await browser.connected(`${station.url}#/move`);
-    // The ring is filled whatever page is open.
+    // The ring buffer is filled on any route.
     for (const to of [
       [220, 60, 40, 20],
       [250, -40, 0, 0],
@@ -218,7 +219,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     assert.ok(Math.abs(Date.parse(time) - Date.now()) < 600_000, time);
     const readings = lines.map((line) => line.split(",").slice(1).map(Number));
     assert.equal(readings[0][0], 0);
-    // The arm was there while another page was open.
+    // The arm was there while another route was open.
     assert.ok(readings.some(([, x, y]) => near(x, 250) && near(y, -40)));
     assert.ok(readings.every(([t], row) => row === 0 || t > readings[row - 1][0]));
     await page.context().close();
@@ -240,7 +241,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await infrared.getByText("Object in front").waitFor();
     await infrared.getByRole("button", { name: "Reading" }).click();
     await closed(page);
-    // The tests that follow have an arm in an empty world.
+    // The following tests need an arm in an empty world.
     await station.call("world.scenario", { text: "" });
     await station.call("arm.clear_alarms");
   });

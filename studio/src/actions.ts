@@ -1,4 +1,4 @@
-// What people do, each as one call; what is refused is said.
+// User actions, each as one call. Refusals are shown to the user.
 
 import { queues, stopsAll } from "./class";
 import type { Params } from "./client";
@@ -20,7 +20,10 @@ export function complain(error: unknown): void {
   store.say(text, true);
 }
 
-/** What the station answered, in the page's language; a sentence that has no other gets its kind in front there. */
+/**
+ * Error of the station in the page's language. A sentence without a translation is preceded by its
+ * kind.
+ */
 export function inWords({ code, message, data }: RpcError): string {
   if (code === LINE_ENDED) return t("why.lost");
   const kind = told(`error.${code}`, "");
@@ -29,7 +32,10 @@ export function inWords({ code, message, data }: RpcError): string {
   return kind === "" ? message : `${kind}: ${message}`;
 }
 
-/** What to do about an error, as the station says it: an action, or an option with its value, or to leave one out. */
+/**
+ * Remedy of an error as the station sends it: an action, an option with a value, or an option to
+ * omit.
+ */
 export interface Remedy {
   action?: string;
   option?: string;
@@ -38,7 +44,7 @@ export interface Remedy {
   system?: string;
   effect?: string;
 }
-/** What keeps something from being done, and what to do about it. */
+/** Reason why something cannot be done, with its remedies. */
 export interface Problem {
   text: string;
   remedies: readonly Remedy[];
@@ -50,7 +56,10 @@ export function problemOf(error: unknown): Problem {
   return { text: inWords(error), remedies: Array.isArray(remedies) ? (remedies as Remedy[]) : [] };
 }
 
-/** Stops the shown arm, or all of the station as the button says, and whatever the page holds. Never refused, never asked. */
+/**
+ * Stops the shown arm, or all arms of the station as the button says, and ends what the page has
+ * started. Never refused or confirmed first.
+ */
 export async function stop(all = stopsAll.value): Promise<void> {
   endJog("stopped");
   store.question.value?.answer(false);
@@ -74,7 +83,10 @@ export async function tried(work: () => Promise<unknown>): Promise<void> {
   }
 }
 
-/** Asks for a name before control is taken, once a tab, where others see who has it: in a class, and at another computer's arm. */
+/**
+ * Asks for a name before control is taken, once per tab, if others see who has it: in a class, and
+ * for an arm of another computer.
+ */
 async function named(): Promise<void> {
   const isOwn = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
   if (
@@ -145,13 +157,16 @@ export const laser = (on: boolean) =>
   });
 export const speed = (percent: number) => tried(() => call("arm.speed", { ...shown(), percent }));
 
-/** What a person has to agree to before it is done, if the station has refused it for that. */
+/**
+ * Question to confirm before the action is repeated, if the station refused it as dangerous; null
+ * otherwise.
+ */
 export function dangerOf(error: unknown): string | null {
   if (!(error instanceof RpcError) || error.code !== DANGEROUS) return null;
   return t(error.data.danger === "laser" ? "danger.laser" : "danger.arm");
 }
 
-/** Once more with `yes` where the station says that it is dangerous and the person agrees. */
+/** Runs `work`, and again with `yes` if the station calls it dangerous and the user agrees. */
 export async function agreed(what: string, work: (yes: { yes?: boolean }) => Promise<unknown>): Promise<void> {
   try {
     await work({});

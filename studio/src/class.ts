@@ -1,4 +1,4 @@
-// A class: who this page is to it, whose turn it is, and who waits for one.
+// Class: the identity of this page in it, whose turn it is, and who waits for a turn.
 import { computed, effect, signal } from "@preact/signals";
 import type { Result } from "./client";
 import { t } from "./i18n";
@@ -9,23 +9,28 @@ import * as store from "./store";
 type Turns = Result<"turn.list">;
 export type ArmTurn = Turns["arms"][number];
 export type Place = Turns["queue"][number];
-/** Null where there is no class. */
+/** Turns of the class; null without a class. */
 export const turns = signal<Turns | null>(null);
-/** Null until the station has said whether it has a class. A hub is asked for the class itself. */
+/**
+ * True if there is a class; null until the station has said so. A hub is asked for the class
+ * itself.
+ */
 export const isOn = signal<boolean | null>(null);
 export const hasClass = computed(() => isOn.value === true);
-/** When they were told, and how long ago that is, s: what is left of a turn runs from there. */
+/**
+ * Time at which `turns` arrived, and its age in s: the remaining time of a turn counts from then.
+ */
 let toldAt = 0;
 const age = signal(0);
 setInterval(() => (age.value = turns.value === null ? 0 : Math.floor((performance.now() - toldAt) / 1000)), 1000);
 
-/** The name and code of a slip whose QR code was read; the door has them filled in. */
+/** Name and code from the QR code of a slip. The sign-in form is filled in with them. */
 export const fromSlip = signal<{ name: string; code: string } | null>(null);
 export function slip(query: URLSearchParams): void {
   const [name, code] = [query.get("name"), query.get("code")];
   if (name !== null && code !== null) fromSlip.value = { name: name.slice(0, 40), code: code.slice(0, 12) };
 }
-// A shared tablet: whoever comes next does not find the code in the door.
+// On a shared tablet the next pupil must not find the code in the form.
 effect(() => void (store.pupil.value !== null && (fromSlip.value = null)));
 
 function hear(told: Turns): void {
@@ -41,11 +46,11 @@ const noClass = (): void => {
 };
 // A station without classes does not know the method.
 effect(() => {
-  // A station that is lost, or closed this page, had a class as far as the page knows.
+  // After a station is lost or has closed this page, its class is assumed to exist still.
   if (store.backend.value !== "station") isOn.value = null;
   turns.value = null;
   if (store.socket.value !== "up" || store.session.value === null) return;
-  // A class that begins or ends at a station changes the role at a hub.
+  // At a hub the role changes when a class begins or ends at a station.
   if (store.hub.value && store.role.value)
     call("class.get", {}).then((told) => (isOn.value = told.class !== null), noClass);
   else call("turn.list", {}).then(hear, noClass);
@@ -64,19 +69,22 @@ effect(() => {
     store.audience.value = store.backend.value === "none" ? store.audience.peek() : "all";
   else if (store.refused.value === "token" && store.pupil.value === null) store.audience.value = "door";
   else if (store.pupil.value !== null) store.audience.value = "pupil";
-  // While a lost station is looked for, the page stays made up as it is.
+  // While a lost station is searched for, the page keeps its layout.
   else if (isOn.value !== null) store.audience.value = isOn.value && store.role.value === "viewer" ? "door" : "all";
 });
 
-/** What is left of a turn, s; null where turns have no end. */
+/** Remaining time of a turn, s; null if turns are not limited. */
 export const leftOf = (turn: ArmTurn): number | null =>
   turn.left_s === null ? null : turn.left_s - (turn.state === "running" && !turn.frozen ? age.value : 0);
 const turnsByArm = computed(() => new Map(turns.value?.arms.map((turn) => [turn.arm, turn])));
 export const turnAt = (arm: string): ArmTurn | null => turnsByArm.value.get(arm) ?? null;
 
-/** Whether a program waits in the queue of its arm, as in a class, and goes to no arm that a pupil has. */
+/**
+ * True if programs wait in the queue of their arm, as in a class, and go to no arm that a pupil
+ * has.
+ */
 export const queues = computed(() => turns.value !== null || (store.hub.value && hasClass.value));
-/** The arms that are frozen: the same list until one changes, so that no other tile is drawn again. */
+/** Frozen arms. The same array until one changes, so that other tiles are not rendered again. */
 export const frozen = computed((): readonly string[] => JSON.parse(frozenNames.value));
 type Freezable = { name?: string; arm?: string; frozen?: boolean };
 const frozenNames = computed(() =>
@@ -87,7 +95,7 @@ const frozenNames = computed(() =>
   ),
 );
 
-/** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
+/** Describes a turn: whose it is and how long it lasts; a frozen arm is named first. */
 export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
 
 export function turnOf(arm: string): string | null {
@@ -97,7 +105,7 @@ export function turnOf(arm: string): string | null {
   return `${t(`class.${turn.state as "running"}`, { name: turn.person })}${left === null ? "" : ` ${duration(left)}`}`;
 }
 
-/** A clock of the wall, for what the station says as seconds since 1970; on another day with the day. */
+/** Formats a time of the station, Unix s, as wall time, with the day unless it is today. */
 export function clockOf(unix: number): string {
   const at = new Date(unix * 1000);
   const isToday = at.toDateString() === new Date().toDateString();
@@ -108,17 +116,17 @@ export function clockOf(unix: number): string {
   });
 }
 
-/** Under which name the asker takes turns: a pupil's, or that of a student's token. */
+/** Name under which this page takes turns: a pupil's, or that of a student's token. */
 const me = computed(() => store.pupil.value ?? (store.role.value === "student" ? store.ownerName.value : null));
-/** The arms that a pupil may ever have: all but those that are the teacher's alone. */
+/** Arms that a pupil may get: all except those reserved for the teacher. */
 export const myArms = computed(() =>
   (turns.value?.arms ?? []).filter(({ slot }) => slot == null || slot.until !== null).map(({ arm }) => arm),
 );
-/** Whether a name is that of the pupil at this page, who may have typed it in other letters: the station takes them for the same. */
+/** True if this is the name of the pupil at this page. Case is ignored, as by the station. */
 export const isOwn = (person: string | null): boolean =>
   person !== null && person.toLowerCase() === me.value?.toLowerCase();
 const isMe = ({ person }: { person: string | null }) => isOwn(person);
-/** The turn or the place of the pupil who is signed in. */
+/** Turn or place in the queue of the signed-in pupil. */
 export const myTurn = computed(() => turns.value?.arms.find(isMe) ?? null);
 export const myPlace = computed(() => turns.value?.queue.find(isMe) ?? null);
 export const mine = computed(() => {
@@ -126,7 +134,7 @@ export const mine = computed(() => {
   return myPlace.value === null ? null : t("class.place", { n: myPlace.value.place });
 });
 
-/** Whether the stop of this page is for all arms: where all are shown, and for a pupil who has none. */
+/** True if the stop button stops all arms: where all are shown, and for a pupil without an arm. */
 export const stopsAll = computed(() =>
   store.audience.value === "pupil"
     ? myTurn.value === null

@@ -1,4 +1,5 @@
-// The one client of a station's methods: over a worker, which has a WebSocket or the station itself.
+// Client for the methods of a station, behind a worker that has a WebSocket or contains the
+// station.
 import type { Methods, Notifications } from "./api";
 import { type FromWorker, NO_WORKER, type ToWorker, type Wire } from "./carrier";
 import { jumped } from "./clock";
@@ -6,10 +7,10 @@ import { jumped } from "./clock";
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M]["params"];
 export type Result<M extends Method> = Methods[M]["result"];
-/** What a station tells by itself: which notification, and its parameters. */
+/** Notification of a station with its parameters. */
 export type Told = { [N in keyof Notifications]: [method: N, params: Notifications[N]] }[keyof Notifications];
 
-/** An error that the station answered, or that the line made of a request. */
+/** Error from the station, or caused by the end of the connection. */
 export class RpcError extends Error {
   constructor(
     readonly code: number,
@@ -20,10 +21,10 @@ export class RpcError extends Error {
   }
 }
 
-/** The codes of the page's own: the line ended before the answer. */
+/** Code of the page itself: the connection ended before the answer. */
 export const LINE_ENDED = 1;
 
-/** What a station in the worker computes for, and hears nothing meanwhile. */
+/** Methods during which a station in the worker is busy and answers nothing else. */
 const COMPUTED: readonly Method[] = ["job.check", "job.start", "job.resume", "program.convert"];
 
 interface Waiting {
@@ -36,7 +37,7 @@ export class Client {
   onNotification: (method: string, params: Record<string, unknown>) => void = () => {};
   onOpened: () => void = () => {};
   onClosed: (code: number) => void = () => {};
-  /** Anything came: the other end is alive. */
+  /** Called for every message: the other end is alive. */
   onWord: () => void = () => {};
   private onTraced: (file: Uint8Array<ArrayBuffer>) => void = () => {};
   private next = 1;
@@ -57,33 +58,36 @@ export class Client {
     return answer;
   }
 
-  /** Starts a jog that the carrier keeps up until `release`. */
+  /** Starts a jog that the worker keeps alive until `release`. */
   jog(params: Params<"jog.start">, every: number, most: number): Promise<Result<"jog.start">> {
     const [message, answer] = this.request("jog.start", params);
     this.tell({ kind: "jog", message, every, most });
     return answer;
   }
 
-  /** Keeps a program of the virtual arm's library, or without bytes gets it: past the messages. */
+  /**
+   * Writes a program of the virtual arm's library, or reads it without `bytes`. Bypasses the
+   * messages.
+   */
   file(name: string, bytes?: ArrayBuffer): Promise<ArrayBuffer> {
     const [{ id }, answer] = this.request("program.get", { name });
     this.tell({ kind: "file", id, name, ...(bytes ? { bytes } : {}) });
     return answer as Promise<unknown> as Promise<ArrayBuffer>;
   }
 
-  /** What passed between the driver in the worker and its arm, as a trace file. */
+  /** Trace file of the traffic between the driver in the worker and its arm. */
   trace(): Promise<Uint8Array<ArrayBuffer>> {
     this.tell({ kind: "trace" });
     return new Promise((done) => (this.onTraced = done));
   }
 
-  /** Nothing comes of what is asked, and of the worker. */
+  /** Fails all requests and terminates the worker. */
   abandon(): void {
     this.fail();
     this.worker.terminate();
   }
 
-  /** Ends the connection; `open` makes another one. */
+  /** Ends the connection; `open` starts another one. */
   close(): void {
     this.fail();
     this.tell({ kind: "close" });
@@ -98,7 +102,7 @@ export class Client {
     return [message, answer];
   }
 
-  /** Whether it may be silent because it computes. */
+  /** True if the station may be silent because it is computing. */
   get computes(): boolean {
     return [...this.waiting.values()].some(({ method }) => COMPUTED.includes(method));
   }
@@ -121,7 +125,7 @@ export class Client {
     else waiting.done(result as never);
   }
 
-  /** What waits for an answer gets none. */
+  /** Fails all pending requests. */
   fail(): void {
     for (const { failed } of this.waiting.values()) failed(new RpcError(LINE_ENDED, "the connection ended"));
     this.waiting.clear();

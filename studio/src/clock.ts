@@ -1,12 +1,16 @@
-// Wall time of what a station says: the clock of the page's own virtual arm runs ahead of it, or stands still.
+// Wall time of a station's times: the clock of the page's own virtual arm may run ahead of it or
+// stand still.
 import * as store from "./store";
 
-/** From when on by the clock of that arm, Unix s, it is how far ahead, s; the newest last. */
+/**
+ * Jumps of the arm's clock: from which time on, Unix s by that clock, it is how far ahead, s.
+ * Newest last.
+ */
 const jumps: Array<{ from: number; ahead: number }> = [];
 
 export const jumped = (from: number, ahead: number): void => void jumps.push({ from, ahead });
 
-/** When it was, of a time that the connected station said, Unix s. */
+/** Converts a time of the connected station, Unix s, into wall time. */
 export function wallTime(said: number): Date {
   const jump = store.backend.peek() === "sim" ? jumps.findLast(({ from }) => from <= said) : undefined;
   return new Date(1000 * (said - (jump?.ahead ?? 0)));

@@ -1,13 +1,20 @@
-// Files that are no plans are read by another module in another worker: the worker that holds the arm hears a stop meanwhile.
+// Files other than plans are read by another module in another worker, so that the worker with the
+// arm can receive a stop meanwhile.
 
-/** A reader that has not answered by then is ended, ms. The station gives up later. */
+/**
+ * Time after which a reader without an answer is terminated, ms. The station's own timeout is
+ * longer.
+ */
 const LONGEST = 60_000;
-/** The memory of a module does not shrink: behind a file as large as this its worker goes. */
+/**
+ * File size from which on the worker is terminated afterwards, bytes: a WebAssembly memory never
+ * shrinks.
+ */
 const LARGE = 4_000_000;
 
 export class FilesWorker {
   private worker: Worker | null = null;
-  /** The file that is being read: the station asks for one at a time. */
+  /** Id of the file being read. The station requests one at a time. */
   private id: number | null = null;
   private isLarge = false;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -17,7 +24,7 @@ export class FilesWorker {
     private readonly done: (id: number, answer: Uint8Array) => void,
   ) {}
 
-  /** What the station asks for: the id of a file, and the file, or none if it is wanted no more. */
+  /** Handles a request of the station: id and content of a file, or the id alone to cancel it. */
   read(asked: Uint8Array): void {
     const id = new DataView(asked.buffer, asked.byteOffset).getUint32(0, true);
     if (asked.length === 4) {
@@ -46,7 +53,7 @@ export class FilesWorker {
     if (id !== null) this.done(id, answer ?? new Uint8Array());
   }
 
-  /** No file is being read. A reader that was given up on, or that failed, is not asked again. */
+  /** Ends the current file. A reader that failed or timed out is not used again. */
   private end(withWorker = true): void {
     clearTimeout(this.timer);
     this.id = null;

@@ -1,4 +1,5 @@
-// The page's sentences in the language that is chosen. A language is a file in `languages`; a test (xtask) finds a missing key.
+// Sentences of the page in the selected language. Each language is a file in `languages`; a test
+// (xtask) reports missing keys.
 import { effect, signal } from "@preact/signals";
 import en from "./languages/en.json";
 import { language } from "./settings";
@@ -7,17 +8,17 @@ export type Key = keyof typeof en;
 type Texts = Record<Key, string>;
 
 const FILES = import.meta.glob<Texts>("./languages/*.json", { import: "default" });
-/** The station's sentences in other languages, by their English templates. */
+/** Translations of the station's sentences, by their English templates. */
 const SAID = import.meta.glob<Texts>("./said/*.json", { import: "default" });
 const fileOf = (name: string) => `./languages/${name}.json`;
 
-/** By the name of the file, and as its speakers call it: `zh`, `中文`. */
+/** Languages by file name and by their own name: `zh`, `中文`. */
 export const LANGUAGES = Object.keys(FILES).map((path) => {
   const value = path.replace(/^.*\/|\.json$/g, "");
   return { value, text: new Intl.DisplayNames(value, { type: "language" }).of(value) ?? value };
 });
 
-/** English comes with the page, another language when it is chosen. */
+/** English is part of the page; other languages are loaded when selected. */
 const texts = signal<Texts>(en);
 effect(() => {
   const name = language.value;
@@ -31,7 +32,7 @@ effect(() => {
   );
 });
 
-/** A sentence, with what stands in braces replaced. */
+/** Sentence of a key, with values in place of the braces. */
 export function t(key: Key, values: Record<string, string | number> = {}): string {
   return filled(texts.value[key] ?? en[key] ?? key, values);
 }
@@ -39,10 +40,10 @@ export function t(key: Key, values: Record<string, string | number> = {}): strin
 export const filled = (text: string, values: Record<string, string | number>): string =>
   text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
 
-/** What the language has under this key, else what the station says: English it says by itself. */
+/** Translation of a key, or the station's own English text. */
 export const told = (key: string, or: string): string => (texts.value as Record<string, string>)[key] ?? or;
 
-/** A sentence of the station as data: its English template and the values in it. */
+/** Sentence of the station as data: its English template with the values. */
 export interface Sentence {
   template?: string;
   values?: readonly Value[];
@@ -53,7 +54,7 @@ interface Value extends Sentence {
   option?: string;
 }
 
-/** What an option is called; the panels that ask for options know more of their names. */
+/** Name of an option. Panels that ask for options replace it, since they know more names. */
 export const names = { option: (name: string): string => told(`setup.${name}`, name) };
 
 const words = ({ template = "", values = [] }: Sentence): string =>
@@ -67,5 +68,5 @@ const words = ({ template = "", values = [] }: Sentence): string =>
     ),
   );
 
-/** A sentence of the station in the language of the page, with options by the names that they have there. */
+/** Sentence of the station in the page's language, with the names that options have there. */
 export const sentence = (of: Sentence): string => words(of).replace(/^[a-z](?=[a-z])/, (first) => first.toUpperCase());

@@ -1,4 +1,4 @@
-// Moving by hand: hold and step. One jog at a time, held by a pointer or a key.
+// Moving by hand: hold and step. At most one jog at a time, held by a pointer or a key.
 import { computed, effect, signal } from "@preact/signals";
 import { complain } from "./actions";
 import type { Params } from "./client";
@@ -7,14 +7,17 @@ import { call, line, notified, shown } from "./session";
 import * as store from "./store";
 import { type Target, target } from "./view/layers";
 
-/** A jog that is not kept up ends after so long, ms: with the grace and the way to the arm it is less than 300. */
+/**
+ * Time after which a jog ends without a keep-alive, ms. With the grace time and the way to the arm
+ * it is less than 300 ms.
+ */
 const KEEP = 230;
-/** What the station gives beyond that, ms. */
+/** Grace time that the station adds, ms. */
 const GRACE = 50;
-/** How often the page shows the worker that it is alive, ms. */
+/** Interval of the page's signs of life to the worker, ms. */
 const ALIVE = 50;
 
-/** The end of a step of this length or more is shown in the picture, mm: a shorter one is over before it is seen. */
+/** Shortest step whose target is shown in the picture, mm: a shorter one ends before it is seen. */
 const SEEN = 10;
 
 export type Axis = Params<"jog.step">["axis"];
@@ -27,11 +30,11 @@ export const frame = signal<Frame>("base");
 export const stepSize = signal<number>(5);
 export const speed = signal(50);
 export const phase = signal<"idle" | "running" | "ending">("idle");
-/** The axis and direction under way, as `x+`. */
+/** Current axis and direction, such as `x+`. */
 export const current = signal<string | null>(null);
-/** Why the last jog ended. */
+/** Reason for the end of the last jog. */
 export const ended = signal<string | null>(null);
-/** Jogs have no tool frame: only steps have. */
+/** True if a press makes a step. Jogs have no tool frame, so there it always does. */
 export const steps = computed(() => mode.value === "step" || frame.value === "tool");
 
 let holder: unknown = null;
@@ -39,7 +42,7 @@ let pulse: ReturnType<typeof setInterval> | undefined;
 let jogId: string | null = null;
 let number = 0;
 
-/** A button or key goes down; `by` is who holds it. */
+/** Handles the press of a button or key, identified by `by`. */
 export function press(axis: Axis, sign: 1 | -1, by: unknown): void {
   if (store.why.value !== null) {
     store.say(t(store.why.value), true);
@@ -49,12 +52,12 @@ export function press(axis: Axis, sign: 1 | -1, by: unknown): void {
   else void hold(axis, sign, by);
 }
 
-/** It goes up: of the one that holds the jog this ends it. */
+/** Handles its release: ends the jog that it holds. */
 export function lift(by: unknown): void {
   if (by === holder) endJog("released");
 }
 
-/** Ends the jog, if there is one. */
+/** Ends the current jog, if there is one. */
 export function endJog(why: "released" | "stopped"): void {
   if (phase.value !== "running") return;
   clearInterval(pulse);
@@ -63,7 +66,7 @@ export function endJog(why: "released" | "stopped"): void {
   phase.value = "ending";
   ended.value = why;
   const mine = number;
-  // The answer to its stop may be lost with the line.
+  // The answer to the stop may be lost with the connection.
   setTimeout(() => mine === number && phase.value === "ending" && over(), 1500);
 }
 
@@ -92,7 +95,7 @@ async function hold(axis: Axis, sign: 1 | -1, by: unknown): Promise<void> {
     if (mine === number) jogId = jog;
   } catch (error) {
     if (mine !== number) return;
-    // One that was let go of before it began was not to begin.
+    // The jog was released before it began, so this is not an error.
     const released = phase.value !== "running";
     over();
     if (!released) complain(error);
@@ -101,7 +104,7 @@ async function hold(axis: Axis, sign: 1 | -1, by: unknown): Promise<void> {
 
 let stepping = false;
 async function step(axis: Axis, sign: 1 | -1): Promise<void> {
-  // One after the other: what is pressed while a step is under way is not saved up.
+  // One step at a time: presses during a step are dropped, not queued.
   if (stepping) return;
   stepping = true;
   current.value = `${axis}${sign > 0 ? "+" : "-"}`;
@@ -135,10 +138,10 @@ async function step(axis: Axis, sign: 1 | -1): Promise<void> {
 notified.add((method, params) => {
   if (method !== "jog.ended" || params.arm !== store.armName.value) return;
   if (phase.value === "idle") return;
-  // Of a jog that was replaced by the one under way nothing is over.
+  // The end of a replaced jog does not concern the current one.
   if (params.why === "replaced" || (jogId !== null && params.jog !== jogId)) return;
   if (phase.value === "running" && jogId === null) return;
-  // What nobody let go was ended by the worker: the page was busy for too long.
+  // If the user did not release it, the worker ended it because the page was busy for too long.
   const why = params.why === "released" && phase.value === "running" ? "not-kept" : params.why;
   if (why !== "released" || ended.value === null) ended.value = why;
   over();
@@ -150,7 +153,7 @@ effect(() => {
   }
 });
 
-/** The next of a list, or the one before; the ends stay. */
+/** Selects the next or previous step size; the ends of the list stay. */
 export function longer(by: 1 | -1): void {
   const at = STEPS.indexOf(stepSize.value as (typeof STEPS)[number]) + by;
   stepSize.value = STEPS[Math.max(0, Math.min(STEPS.length - 1, at))] ?? stepSize.value;
@@ -162,7 +165,7 @@ export function nextFrame(): void {
   frame.value = FRAMES[(FRAMES.indexOf(frame.value) + 1) % FRAMES.length] ?? "base";
 }
 
-// What takes the page away from its person ends a jog.
+// A jog ends as soon as its user cannot see or reach the page.
 addEventListener("blur", () => endJog("released"));
 addEventListener("hashchange", () => endJog("released"));
 addEventListener("pagehide", () => endJog("released"));

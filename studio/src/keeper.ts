@@ -1,8 +1,11 @@
-// The jog that is held, as a worker keeps it up: off the page's main thread, which may be busy, but not for one that hangs.
+// Keeps a held jog alive in the worker. The page's main thread may be busy for a moment, but a jog
+// must end if it hangs.
 import type { Wire } from "./carrier";
 
-/** A main thread that says nothing for so long (ms) is taken for hung: nobody can release the button then. With one turn more the
-    arm stands 300 ms after it hung. */
+/**
+ * Silence of the main thread after which it counts as hung, ms, because the user could not release
+ * the button. With one more interval the arm stands 300 ms after the thread hung.
+ */
 const HUNG = 230;
 
 export class JogKeeper {
@@ -30,7 +33,10 @@ export class JogKeeper {
     this.timer = setInterval(() => this.turn(), every);
   }
 
-  /** Ends the jog. One whose start is not answered yet (the arm comes to rest before) does not begin. */
+  /**
+   * Ends the jog. If its start has not been answered yet (the arm comes to rest first), it will not
+   * begin.
+   */
   release(): void {
     clearInterval(this.timer);
     this.timer = undefined;
@@ -45,7 +51,7 @@ export class JogKeeper {
     this.alive = performance.now();
   }
 
-  /** Looks at what the station answers. */
+  /** Handles a message of the station. */
   heard(message: Wire): void {
     if (message.id !== undefined && message.id === this.id) {
       this.id = null;
@@ -54,12 +60,12 @@ export class JogKeeper {
         clearInterval(this.timer);
         this.released = true;
       } else if (this.released) {
-        // It began before its stop was heard.
+        // The jog started before its stop arrived.
         this.stop({ jog });
       } else {
         this.jog = jog;
         this.kept = performance.now();
-        // The arm may have taken its time to begin.
+        // The arm may have taken a while to begin.
         this.turn();
       }
     } else if (message.method === "jog.ended" && message.params?.jog === this.jog) {
@@ -71,7 +77,8 @@ export class JogKeeper {
 
   private turn(): void {
     const now = performance.now();
-    // After a sleep of the computer the jog has ended by itself: it is not begun again by what was held before.
+    // After the computer slept, the jog has ended by itself and must not be renewed by the old
+    // hold.
     const slept = this.jog !== null && now - this.kept > this.most;
     if (slept || now - this.alive > HUNG) {
       this.release();

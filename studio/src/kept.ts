@@ -1,14 +1,18 @@
-// The library of the virtual arm's station, kept in the browser's own storage (OPFS): the module has it in memory alone.
+// Library of the virtual arm's station, stored in the browser (OPFS), because the module has it in
+// memory only.
 import type { Wire } from "./carrier";
 
 const FOLDER = "programs";
 
 type Folder = FileSystemDirectoryHandle & AsyncIterable<[string, FileSystemHandle]>;
 
-/** A change that was asked for, and is kept when the station has answered that it is done: as the station has it. */
+/**
+ * Requested change of the library. It is stored once the station has confirmed it, with the
+ * station's content.
+ */
 type Change = { fetch: string } | { remove: string };
 
-/** A preset is a file beside the programs, under a name that no program has. */
+/** A preset is a file beside the programs, under a name that no program can have. */
 const presetFile = (name: string) => `preset+${name}.toml`;
 
 export class Kept {
@@ -22,7 +26,7 @@ export class Kept {
       const root = await navigator.storage.getDirectory();
       return new Kept((await root.getDirectoryHandle(FOLDER, { create: true })) as Folder);
     } catch {
-      // A private window keeps nothing.
+      // Private windows offer no storage.
       return new Kept(null);
     }
   }
@@ -35,7 +39,7 @@ export class Kept {
     }
   }
 
-  /** Looks at what a session asks. */
+  /** Notes the request of a session if it changes the library. */
   asked(session: number, { id, method, params }: Wire): void {
     const { name = "", to = "" } = (params ?? {}) as Record<string, string>;
     const changes: Record<string, Change> = {
@@ -49,7 +53,7 @@ export class Kept {
     if (this.folder !== null && id != null && change !== undefined) this.asks.set(`${session} ${id}`, change);
   }
 
-  /** Looks at what it is answered. What was changed is got from there. */
+  /** Handles the answer to such a request, and stores the content that `get` returns. */
   answered(session: number, message: Wire, get: (name: string) => Uint8Array | null): void {
     if (message.method !== undefined) return;
     const key = `${session} ${message.id}`;
@@ -75,7 +79,10 @@ export class Kept {
     });
   }
 
-  /** One after the other; what the storage refuses is there until the page is closed, as the station has it. */
+  /**
+   * Runs storage operations one after the other. If the storage refuses one, the change lasts until
+   * the page is closed.
+   */
   private does(work: (folder: Folder) => Promise<unknown>): void {
     const { folder } = this;
     if (folder !== null) this.work = this.work.then(() => work(folder)).catch(() => {});

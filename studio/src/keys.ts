@@ -1,4 +1,5 @@
-// The keyboard: Escape stops always, Space where something moves; in the jog pad the keys of `magician jog`.
+// Keyboard: Escape always stops, Space while something moves; in the jog pad the keys of `magician
+// jog`.
 import { clearAlarms, home, laser, stop, tool } from "./actions";
 import * as jog from "./jog";
 import * as store from "./store";
@@ -18,7 +19,7 @@ const CARTESIAN: Record<string, Move> = {
   "]": ["l", 1],
   "[": ["l", -1],
 };
-/** What the same keys move where joints are jogged. */
+/** Joint that each key moves in the joint frame. */
 const JOINT: Partial<Record<jog.Axis, jog.Axis>> = { x: "j2", y: "j1", z: "j3", r: "j4" };
 
 const gripper = { off: "closed", closed: "open", open: "off" } as const;
@@ -46,7 +47,7 @@ const isText = (target: Element | null) =>
   (target instanceof HTMLInputElement && !["radio", "checkbox", "range", "button"].includes(target.type));
 const inPad = (target: Element | null) => target?.closest("[data-testid=jog-pad]") ?? null;
 
-/** Whether something is under way that Space stops. */
+/** True if Space would stop something. */
 function isMoving(): boolean {
   const state = store.state.value;
   return (
@@ -56,7 +57,7 @@ function isMoving(): boolean {
   );
 }
 
-/** The keys that are down and hold a jog, by their code: the key's name changes with Shift. */
+/** Pressed keys that hold a jog, by code, since the name of a key changes with Shift. */
 const down = new Set<string>();
 
 function keydown(event: KeyboardEvent): void {
@@ -110,7 +111,7 @@ export function listen(): void {
   document.addEventListener(
     "keyup",
     (event) => {
-      // Space operates a button as it goes up: one that has stopped the arm operates nothing.
+      // Space activates a button on release; after it has stopped the arm it must not.
       const target = event.target instanceof Element ? event.target : null;
       if (event.key === " " && inPad(target) !== null) event.preventDefault();
       if (down.delete(event.code)) jog.lift(event.code);

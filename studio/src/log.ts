@@ -1,4 +1,4 @@
-// What happened, for people: the log of `#/arms`.
+// Log of events for people, shown in `#/arms`.
 import { signal } from "@preact/signals";
 
 const MOST = 500;

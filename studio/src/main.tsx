@@ -1,4 +1,4 @@
-// The page: its frame, its routes, and the state that <body> carries.
+// Entry point: the frame of the page, its routes, and the state that <body> exposes.
 import { effect } from "@preact/signals";
 import { render } from "preact";
 import "./app.css";
@@ -20,7 +20,7 @@ function follow(): void {
   const [wanted = "", query] = location.hash.replace(/^#\//, "").split("?");
   if (query !== undefined) {
     slip(new URLSearchParams(query));
-    // A code is nothing for the history of a tablet that others use.
+    // The code of a slip must not stay in the history of a shared tablet.
     history.replaceState(history.state, "", `#/${wanted}`);
   }
   store.wanted.value = wanted;
@@ -45,7 +45,7 @@ function carryState(): void {
   say("alarmHolds", () => store.holds.value);
   effect(() => {
     const route = store.route.value;
-    // A panel that comes later is painted later.
+    // A panel that is loaded later is painted later.
     void load(route).then(() => {
       requestAnimationFrame(() =>
         requestAnimationFrame(() => {
@@ -58,7 +58,10 @@ function carryState(): void {
   });
 }
 
-/** A station that serves this page is the one that is meant; a page of files opens again what it had. */
+/**
+ * Connects to the station that serves this page. A page of static files reconnects to what it had
+ * before.
+ */
 async function connectToOwn(): Promise<void> {
   let isServed = false;
   try {
@@ -81,7 +84,7 @@ effect(() => {
 follow();
 keepPlaces();
 addEventListener("hashchange", follow);
-// Closing the page stops what it has set going: the browser asks first.
+// Closing the page stops what it started, so the browser asks first.
 addEventListener("beforeunload", (event) => {
   const goesOn = store.isBusy.value || (store.isUp.value && store.state.value?.moving === true);
   if (goesOn && store.lease.value === "mine") event.preventDefault();

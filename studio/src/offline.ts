@@ -1,32 +1,36 @@
-// The page without a network: its service worker, and a newer build, which is offered and never taken by itself.
+// Page without a network: its service worker, and newer builds, which are offered and never applied
+// automatically.
 import * as store from "./store";
 import { until } from "./until";
 
-/** Of a first visit, ms: until then the line is for what the person opens, and the copy of all files waits. */
+/**
+ * Delay of the offline copy at a first visit, ms: until then the network is left to what the user
+ * opens.
+ */
 const FIRST = 10_000;
 
-/** After the first seconds, and not while an arm is being connected. */
+/** Resolves after that delay, and not while an arm is being connected. */
 async function quiet(): Promise<void> {
   await new Promise((done) => setTimeout(done, FIRST));
   await until(() => store.socket.value !== "connecting");
 }
 
 export async function keepOffline(): Promise<void> {
-  // Only where the browser trusts where the page came from: https, or this computer.
+  // Service workers need a secure origin: https, or this computer.
   if (!("serviceWorker" in navigator) || import.meta.env.DEV) return;
   if (navigator.serviceWorker.controller === null) await quiet();
   try {
     const found = await navigator.serviceWorker.register("./sw.js", { scope: "./", updateViaCache: "none" });
     const look = () => {
       const waiting = found.waiting;
-      // Without a page of the build before there is nothing to take the place of.
+      // Without a page of an earlier build there is nothing to update.
       store.update.value = waiting !== null && navigator.serviceWorker.controller !== null ? () => take(waiting) : null;
     };
     look();
     found.addEventListener("updatefound", () => found.installing?.addEventListener("statechange", look));
     document.addEventListener("visibilitychange", () => document.hidden || void found.update().catch(() => {}));
   } catch {
-    // A browser that keeps nothing has the page as long as it is open.
+    // In a browser without storage the page lasts until it is closed.
   }
 }
 

@@ -1,13 +1,19 @@
-// A code of six digits, which a station shows its owner, becomes a token for this tablet.
+// Exchanges a code of six digits, shown by the station to its owner, for a token of this tablet.
 import { ownName } from "./settings";
 
-/** Six digits in the place of a token: a teacher's PIN, as `tokenFor` has made a token of a code. */
+/**
+ * True for six digits in place of a token: the PIN of a teacher, since `tokenFor` has exchanged
+ * codes before.
+ */
 export const isPin = (token: string): boolean => /^\d{6}$/.test(token);
 
-/** Whether the station is on this computer, where a teacher has a PIN and nobody needs a code. */
+/** True if the station is on this computer, where a teacher has a PIN and codes are not needed. */
 const isHere = (api: string): boolean => ["localhost", "127.0.0.1", "[::1]"].includes(new URL(api).hostname);
 
-/** The token for what was typed: a token as it is, a code after asking the station for one; null when it refuses. On this computer six digits are a PIN. */
+/**
+ * Token for the typed text: a token is returned as it is, a code is exchanged at the station; null
+ * if the station refuses. On this computer six digits are a PIN.
+ */
 export async function tokenFor(api: string, typed: string): Promise<string | null> {
   if (!isPin(typed) || isHere(api)) return typed;
   const place = new URL("pair", api.replace(/^ws/, "http"));

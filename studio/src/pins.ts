@@ -1,4 +1,4 @@
-// The pins of the shown arm: what they are for, and what they read, while a panel wants to know.
+// Pins of the shown arm: functions and readings, while a panel needs them.
 import { effect, signal } from "@preact/signals";
 import type { Pin } from "./api";
 import type { Params, Result } from "./client";
@@ -10,16 +10,16 @@ export type Row = Io["rows"][number];
 export type Field = NonNullable<Row["sets"]>[number];
 
 export const io = signal<Io | null>(null);
-/** What pins read, by address: a level, or counts. */
+/** Readings of pins by address: a level, or counts. */
 export const levels = signal<ReadonlyMap<number, number>>(new Map());
 
-/** Readings a second: each pin is a question on the arm's line. */
+/** Readings per second: each pin takes a request on the arm's line. */
 const RATE = 10;
 let watchers = 0;
 let subscription: number | null = null;
 let asked = "";
 
-/** What is done at a pin of this function, as the arm calls it. */
+/** Kind of control for a pin's function, in the arm's terms; null if unknown. */
 export const watchOf = (function_: number) =>
   (io.value?.functions.find(({ value }) => value === function_)?.watch as Pin["kind"] | null | undefined) ?? null;
 
@@ -47,7 +47,7 @@ function drop(): void {
   levels.value = new Map();
 }
 
-/** Asks what the pins are, and watches those that read something. */
+/** Reads the functions of the pins, and watches those with readings. */
 export async function refresh(): Promise<void> {
   const { arm } = shown();
   try {
@@ -69,7 +69,7 @@ export async function refresh(): Promise<void> {
     if (wanted === asked && watchers > 0) subscription = made.subscription;
     else void call("arm.unsubscribe", { subscription: made.subscription }).catch(() => {});
   } catch {
-    // A line that is lost is watched again when it is found.
+    // After a lost line the watch starts again when it is back.
   }
 }
 

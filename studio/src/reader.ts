@@ -1,4 +1,4 @@
-// The worker that reads files: files.wasm, loaded with the first.
+// Worker that reads files with files.wasm, which is loaded with the first file.
 import { load } from "../../crates/magician-wasm/node/reader.mjs";
 
 let reader: ReturnType<typeof load> | null = null;

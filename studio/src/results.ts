@@ -1,10 +1,11 @@
-// What arms have drawn for the teacher's view, kept in the browser: a page that is loaded again has it.
+// Pictures drawn by virtual arms, stored in the browser for the teacher's view, so that a reload
+// keeps them.
 import { log } from "./log";
 import type { Picture } from "./site";
 import { toReader } from "./view/flat";
 
 const STORE = "pictures";
-/** The newest of so many, and of so many signs in all, are kept. */
+/** Largest number of pictures, and of characters in all, that are kept. */
 const MOST = 120;
 const SIGNS = 20e6;
 
@@ -26,13 +27,13 @@ function store(mode: IDBTransactionMode): Promise<IDBObjectStore> {
   return opened.then((base) => base.transaction(STORE, mode).objectStore(STORE));
 }
 
-/** The newest first, as many as have room. */
+/** Newest pictures that fit. */
 export function newest(pictures: readonly Picture[]): Picture[] {
   let signs = 0;
   return pictures.slice(0, MOST).filter(({ svg }, nth) => (signs += svg.length) <= SIGNS || nth === 0);
 }
 
-/** What is kept; nothing in a browser that keeps nothing. */
+/** Stored pictures; empty in a browser without storage. */
 export async function kept(): Promise<Picture[]> {
   try {
     const all = (await answered((await store("readonly")).getAll())) as Picture[];
@@ -42,7 +43,7 @@ export async function kept(): Promise<Picture[]> {
   }
 }
 
-/** Keeps one, and drops those of these names. */
+/** Stores a picture, and deletes those with these names. */
 export async function change(put: Picture | null, drop: readonly string[]): Promise<void> {
   try {
     const base = await store("readwrite");
@@ -53,14 +54,14 @@ export async function change(put: Picture | null, drop: readonly string[]): Prom
       base.transaction.onabort = () => failed(base.transaction.error);
     });
   } catch (error) {
-    // They are there until the page is closed.
+    // Without storage they last until the page is closed.
     log(String(error));
   }
 }
 
 const escaped = (text: string) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
-/** All of them as one page, for the browser to show and print. */
+/** All pictures as one page for printing. */
 export function page(title: string, pictures: readonly Picture[]): string {
   const figures = pictures.map(
     ({ name, at, svg }) =>

@@ -1,14 +1,15 @@
-// The readings of the last two minutes: a ring of fixed size, filled whatever page is open, and drawn by the plots alone.
+// Readings of the last two minutes in a ring buffer, filled on every route and drawn only by the
+// plots.
 import { batch, effect, signal } from "@preact/signals";
 import { levels } from "./pins";
 import { notified } from "./session";
 import * as store from "./store";
 
-/** As many readings as two minutes have at 20 a second. */
+/** Capacity: two minutes at 20 readings a second. */
 const MOST = 2400;
 export const POSE = ["x", "y", "z", "r", "j1", "j2", "j3", "j4"] as const;
 const PINS = 20;
-/** t, the pose, the tip's speed, index, left space, rail, pins by address. */
+/** Columns of a row: t, the pose, speed of the tip, index, left space, rail, pins by address. */
 const COLUMNS = 1 + POSE.length + 3 + PINS;
 export const at = {
   t: 0,
@@ -25,10 +26,10 @@ export const at = {
   left: 11,
   pin: 11,
 } as const;
-/** A reading that comes later than this behind the one before (s) is not joined to it. */
+/** Gap between readings above which they are not joined, s. */
 const GAP = 1.5;
 
-/** Rows in their order, alarms beside them. */
+/** Rows in order, with their alarms. */
 export interface Readings {
   count: number;
   value(row: number, column: number): number;
@@ -38,7 +39,7 @@ export interface Readings {
 let table = new Float64Array(MOST * COLUMNS);
 let codes: Array<readonly number[]> = new Array(MOST);
 let written = 0;
-/** Counts readings: what shows them looks again when it changes. */
+/** Counter of readings; whatever shows them updates when it changes. */
 export const beat = signal(0);
 
 const ring: Readings = {
@@ -54,7 +55,7 @@ const ring: Readings = {
 };
 export const readings = (): Readings => ring;
 
-/** What there is now, for somebody who looks at it while more comes. */
+/** Copy of the current readings, for a view that stays still while more arrive. */
 export function snapshot(): Readings {
   const [kept, alarms, count, first] = [table.slice(), codes.slice(), ring.count, written - ring.count];
   return {
@@ -77,7 +78,7 @@ function write(t: number): void {
   const last = written - 1;
   const before = (column: number) => table[(last % MOST) * COLUMNS + column] ?? 0;
   const since = written === 0 ? Infinity : t - before(at.t);
-  // A full state repeats what was told.
+  // A full state repeats an earlier reading.
   if (since <= 0) return;
   const row = (written % MOST) * COLUMNS;
   const moved = Math.hypot(state.x - before(at.x), state.y - before(at.y), state.z - before(at.z));

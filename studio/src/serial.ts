@@ -1,26 +1,36 @@
-// The line to a real arm: a serial port of the browser, opened in the worker, lost and found again.
+// Serial line to a real arm: a port of the browser, opened in the worker. A lost port is searched
+// for and reopened.
 import { PORT_BUSY, PORT_GONE } from "./carrier";
 
-/** Not every browser has them. */
+/** Undefined in browsers without Web Serial. */
 export const serial: Serial | undefined = navigator.serial;
 
-/** The adapters that arms have: CP210x, CH340, CH9102, Arduino. */
+/** USB adapters used in arms: CP210x, CH340, CH9102, Arduino. */
 const FILTERS = [
   { usbVendorId: 0x10c4, usbProductId: 0xea60 },
   { usbVendorId: 0x1a86, usbProductId: 0x7523 },
   { usbVendorId: 0x1a86, usbProductId: 0x55d4 },
   { usbVendorId: 0x2341 },
 ];
-/** 8N1, no flow control, which is what browsers take unless told otherwise. */
+/** Line settings. 8N1 without flow control is the browsers' default. */
 const LINE = { baudRate: 115200, bufferSize: 16384 };
-/** A port that was lost is looked for so often, ms; the browser's word of it may be missed. */
+/**
+ * Interval at which a lost port is searched for, ms. A browser may miss the `connect` event, so the
+ * worker polls as well.
+ */
 const LOOK = 500;
-/** So many errors in a row without a byte between them are no noise. */
+/**
+ * Number of consecutive stream errors without a byte in between that mean a lost port instead of
+ * noise. A choice.
+ */
 const ERRORS = 100;
 
 const kind = (port: SerialPort) => `${port.getInfo().usbVendorId}:${port.getInfo().usbProductId}`;
 
-/** The window asks which port: its place among those that are allowed, for the worker. Null where nothing was chosen. */
+/**
+ * Asks the user for a port, in the window. Returns its index among the permitted ports, for the
+ * worker; null if the user chose no port.
+ */
 export async function choose(): Promise<string | null> {
   if (serial === undefined) return null;
   let port: SerialPort;
@@ -33,7 +43,7 @@ export async function choose(): Promise<string | null> {
   return `${(await serial.getPorts()).indexOf(port)} ${kind(port)}`;
 }
 
-/** The port that was chosen, if it is there still. */
+/** Chosen port if it is still present. */
 async function portOf(chosen: string): Promise<SerialPort> {
   const [at = "", of] = chosen.split(" ");
   const port = (await serial?.getPorts())?.[Number(at)];
@@ -41,7 +51,7 @@ async function portOf(chosen: string): Promise<SerialPort> {
   return port;
 }
 
-/** Who carries the line on. */
+/** Receiver of the line's bytes and state. */
 interface Ends {
   heard(bytes: Uint8Array): void;
   is(there: boolean): void;
@@ -54,13 +64,16 @@ export class SerialLine {
   private timer: ReturnType<typeof setInterval> | undefined;
   private readonly looks = () => void this.look();
   private isOver = false;
-  /** The other ports of its kind while it was there: none of them is this one. */
+  /**
+   * Other ports of the same kind while this one was present: after a loss a reappearing port cannot
+   * be one of these.
+   */
   private others: SerialPort[] = [];
   private looking = false;
 
   private constructor(private port: SerialPort) {}
 
-  /** Opens a port, as `choose` names it; fails with a code of `closed`. */
+  /** Opens a port as encoded by `choose`. Throws a code of `closed`. */
   static async open(chosen: string): Promise<SerialLine> {
     const line = new SerialLine(await portOf(chosen));
     await line.opens();
@@ -75,11 +88,11 @@ export class SerialLine {
   }
 
   say(bytes: Uint8Array): void {
-    // What is said to a line that breaks is lost with it: the driver says nothing twice.
+    // Bytes written to a broken line are lost: the driver does not send them twice.
     this.writer?.write(bytes).catch(() => this.lost());
   }
 
-  /** The person chose another port, or the same again, while it was lost. */
+  /** Reopens a lost line at the port that the user has chosen, which may be another one. */
   async again(chosen: string): Promise<void> {
     const port = await portOf(chosen);
     if (this.writer !== null || this.looking) return;
@@ -109,7 +122,7 @@ export class SerialLine {
       reader?.releaseLock();
       await writer?.close();
     } catch {
-      // It is gone.
+      // The port is gone already.
     }
     await this.port.close().catch(() => {});
   }
@@ -120,14 +133,17 @@ export class SerialLine {
     } catch (error) {
       throw (error as DOMException).name === "NotFoundError" ? PORT_GONE : PORT_BUSY;
     }
-    // As every other program of the arm has them; adapters without them work as well.
+    // Every other program of the arm sets these signals. Adapters without them work as well.
     await this.port.setSignals?.({ dataTerminalReady: true, requestToSend: true }).catch(() => {});
     this.writer = this.port.writable?.getWriter() ?? null;
     const ports = (await serial?.getPorts()) ?? [];
     this.others = ports.filter((port) => port !== this.port);
   }
 
-  /** Reads until the port is gone. Noise, a break, an overrun end a stream, not the port: it has another one then. */
+  /**
+   * Reads until the port is gone. Noise, a break or an overrun ends a stream but not the port,
+   * which then supplies a new one.
+   */
   private async pump(): Promise<void> {
     const { port } = this;
     for (let errors = 0; !this.isOver && this.writer !== null && port.readable !== null && errors < ERRORS; ) {
@@ -164,7 +180,7 @@ export class SerialLine {
     void this.pump();
   }
 
-  /** Is it there still, or again? */
+  /** Checks if the port is still present or has reappeared. */
   private async look(): Promise<void> {
     if (this.isOver || this.looking) return;
     this.looking = true;
@@ -176,14 +192,14 @@ export class SerialLine {
       }
       const there = ports.filter((port) => port.connected !== false && kind(port) === kind(this.port));
       const mine = there.includes(this.port) ? [this.port] : there.filter((port) => !this.others.includes(port));
-      // Of two that came, none is sure to be it.
+      // With two new ports it is unknown which of them is the arm's.
       const [port, another] = mine;
       if (port === undefined || another !== undefined) return;
       this.port = port;
       await this.opens();
       this.found();
     } catch {
-      // Not yet.
+      // Not yet present.
     } finally {
       this.looking = false;
     }

@@ -1,4 +1,5 @@
-// The session with a station: connected, kept, found again; what it tells goes to the store.
+// Session with a station: connects, keeps it alive, reconnects, and puts notifications into the
+// store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
 import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
@@ -11,21 +12,29 @@ import { lastArm, ownName, remember, remembered, used } from "./settings";
 import * as store from "./store";
 import { until } from "./until";
 
-/** States a second. */
+/** Rate of state notifications, Hz. */
 const RATE = 20;
-/** Pauses before the next try, ms: they grow to the last. */
+/** Backoff before a reconnection, ms. The last pause repeats. */
 const PAUSES = [200, 400, 800, 1600, 3200, 5000];
 const STALE = 1000;
-/** After so long without a word the station is asked for one; after as long again the line counts as dead. */
+/**
+ * Silence after which the station is asked for a message, ms. After the same time without an answer
+ * the connection counts as dead.
+ */
 const SILENT = 1500;
-/** A station in the worker is silent while it checks a program, for no longer than this. */
+/**
+ * The same limit for a station in the worker, ms, which cannot answer while it checks a program.
+ */
 const CHECKING = 60_000;
-/** A worker with a real arm that is silent for so long more is ended. */
+/** Further silence after which a worker with a real arm is terminated, ms. */
 const DEAD = 8000;
-/** A full station is asked again after this, ms, and up to half as much more: pages that were refused together come apart. */
+/**
+ * Pause before a full station is tried again, ms. Up to half as much is added at random, so that
+ * pages refused together do not return together.
+ */
 const FULL_AGAIN = 15_000;
 const RESUME = "resume";
-/** A token is kept until the tab is closed: tablets are shared. */
+/** A token is kept until the tab is closed, since tablets are shared. */
 const TOKEN = "token";
 const PUPIL = "pupil";
 
@@ -40,7 +49,7 @@ let probedAt: number | null = null;
 
 export const notified = new Set<(...told: Told) => void>();
 
-/** The address of a station's API, as people write it. */
+/** Address of a station's API from what a user types; null if it is not an address. */
 export function apiUrl(text: string): string | null {
   let url: URL;
   try {
@@ -53,7 +62,7 @@ export function apiUrl(text: string): string | null {
   return `${secure ? "wss" : "ws"}://${url.host}/api/v1/ws`;
 }
 
-/** By a token; or as this pupil of a class, by its code. */
+/** Connects with a token, or as a pupil of a class with the pupil's code. */
 export function connect(url: string, token: string, pupil = ""): void {
   disconnect();
   address = { url, token, pupil };
@@ -71,24 +80,30 @@ function keepAccess(token: string, pupil: string): void {
   remember("sessionStorage", PUPIL, pupil || null);
 }
 
-/** Who this page was is forgotten: at a shared tablet the next one signs in. */
+/** Forgets the identity of this page, so that the next user of a shared tablet signs in. */
 export function signOut(): void {
   const url = address?.url ?? apiUrl(location.origin);
   store.signInFault.value = null;
   if (url !== null) connect(url, "");
 }
 
-/** A class that this page has just made has a PIN: with it the page stays its teacher's, where it had no token of its own. */
+/**
+ * After this page has made a class: signs in with its PIN, unless the page has a token of its own,
+ * so that it remains the teacher's page.
+ */
 export function keepTeaching(pin: string | null): void {
   if (address !== null && pin !== null && !address.token && !address.pupil) connect(address.url, pin);
 }
 
-/** The same once more: the page takes the session back that another one took over. */
+/** Connects again: the page takes back a session that another page took over. */
 export function again(): void {
   if (address !== null) connect(address.url, address.token, address.pupil);
 }
 
-/** A real arm at a port that the person chooses; while one is lost, the port where it is now. */
+/**
+ * Connects to a real arm at a port that the user chooses. While an arm is lost, chooses the port
+ * where it is now.
+ */
 export async function connectSerial(): Promise<void> {
   store.portFault.value = null;
   let chosen: string | null;
@@ -97,7 +112,7 @@ export async function connectSerial(): Promise<void> {
   } catch (error) {
     return portFails("denied", String((error as Error).message));
   }
-  // Choosing none is no fault.
+  // Choosing no port is not a fault.
   if (chosen === null) return;
   const url = SERIAL + chosen;
   if (store.backend.value === "serial" && store.socket.value === "up") client?.tell({ kind: "port", url });
@@ -109,7 +124,7 @@ function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): v
   log(`${t(`serial.${why}`)} ${more}`.trim());
 }
 
-/** The virtual arm of the page itself. */
+/** Connects to the virtual arm of the page. */
 export const connectSim = (): void => connect(`${SIM}${store.simSpeed}`, "");
 
 export const keptToken = (): string => remembered("sessionStorage", TOKEN) ?? "";
@@ -163,7 +178,7 @@ function open(): void {
   client.tell({ kind: "open", url: address.url });
 }
 
-/** The worker is kept while the station is looked for: its script may come from there. */
+/** The worker is kept during reconnections, since its script may come from the lost station. */
 function made(): Client {
   const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
   const client = new Client(worker);
@@ -214,10 +229,10 @@ async function hello(made: Client): Promise<void> {
       }),
     );
     await watch();
-    // There is no one else to give it.
+    // In the page's own station no other user could grant control.
     if (isSim && store.lease.value === "free") await takeControl();
   } catch (error) {
-    // The end of the line says why.
+    // The handler of the closed connection reports why.
     if (!(error instanceof RpcError) || error.code === LINE_ENDED) return;
     log(error.message);
     const of = pupil ? "pupil" : isPin(token) ? "pin" : null;
@@ -225,7 +240,7 @@ async function hello(made: Client): Promise<void> {
   }
 }
 
-/** Shows an arm: its state from now on, its model and alarms. */
+/** Shows an arm: subscribes to its state and reads its model and last job. */
 async function watch(): Promise<void> {
   const arm = store.armName.value;
   if (arm === null || client === null) return;
@@ -240,7 +255,7 @@ async function watch(): Promise<void> {
   store.jobState.value = last?.state ?? "none";
 }
 
-/** What changes seldom: the arm's model, and its fence. */
+/** Reads what rarely changes: the arm's model and its fence. */
 async function look(arm: string): Promise<void> {
   if (client === null) return;
   try {
@@ -252,7 +267,7 @@ async function look(arm: string): Promise<void> {
     store.model.value = model;
     store.fence.value = fence as store.Fence;
   } catch {
-    // A line that is lost; it is looked at again when it is found.
+    // The line is lost. They are read again after the reconnection.
   }
 }
 
@@ -282,13 +297,13 @@ function lost(code: number): void {
   }
   if (store.backend.value === "serial") return lostPort(code);
   client?.close();
-  // The script itself did not come.
+  // The worker's script could not be loaded.
   if (code === NO_WORKER) client = null;
   store.subscription.value = null;
   const final = { 4401: "token", 4403: "revoked", 4409: "taken", 4503: "full" } as const;
   const refused = final[code as keyof typeof final] ?? null;
   const wasIn = store.socket.value === "up" || store.socket.value === "lost";
-  // A name, code or PIN that is wrong is not tried again, and takes nothing away: who looked on before looks on.
+  // A wrong name, code or PIN is not retried and costs nothing: the page goes on as a viewer.
   if (refused === "token" && !wasIn && address.token && store.signInFault.value !== null)
     return connect(address.url, "");
   batch(() => {
@@ -313,14 +328,15 @@ function lost(code: number): void {
   });
 }
 
-/** The worker with the arm's driver says that there is no arm, or says nothing any more. */
+/** The worker with the arm's driver reports that there is no arm, or has become silent. */
 function lostPort(code: number): void {
   const faults = { [PORT_BUSY]: "busy", [PORT_GONE]: "gone", [PORT_SILENT]: "silent" } as const;
   const why = faults[code as keyof typeof faults];
-  // Another port was to take the place of the lost one: that is still looked for.
+  // Another port was chosen to replace the lost one and failed. The lost one is still searched for.
   if (why !== undefined && store.socket.value === "up") return portFails(why);
   if (why === undefined && code === 1006 && store.socket.value === "up") {
-    // One that hangs goes on with the same station when it wakes; what it is told until then waits.
+    // A worker that hangs continues with the same station when it wakes up. Messages to it wait
+    // until then.
     client?.fail();
     batch(() => {
       store.subscription.value = null;
@@ -333,7 +349,7 @@ function lostPort(code: number): void {
     return;
   }
   if (why === undefined) {
-    // What its arm has is done there: nothing else can reach it.
+    // A silent worker is terminated. The arm finishes its queue, since nothing else can reach it.
     client?.abandon();
     client = null;
   }
@@ -363,7 +379,7 @@ function hear(method: string, params: Record<string, unknown>): void {
   } else if (method === "arm.event") {
     told(params);
   } else if (method === "session.changed") {
-    // A class that begins or ends changes what this page may do.
+    // A class that begins or ends changes this page's role.
     const own = (params.sessions as { session: string; role: string }[]).find(
       (one) => one.session === store.session.value,
     );
@@ -386,7 +402,8 @@ function told(event: Record<string, unknown>): void {
 
 function take(change: Partial<State>): void {
   const before = store.state.value;
-  // An arm that stands is drawn once: only that it was heard is new.
+  // The state of a resting arm is not rendered again: only the time of the last message has
+  // changed.
   if (before !== null && Object.keys(change).every((name) => name === "t")) {
     store.heardAt.value = performance.now();
     if (before.link === "up") store.stale.value = false;
@@ -421,22 +438,22 @@ async function nameAlarms(arm: string, codes: number[]): Promise<void> {
     const { alarms } = await call("arm.alarms", { arm });
     if (store.armName.value === arm) store.alarms.value = alarms ?? [];
   } catch {
-    // The next change of the alarms asks again.
+    // The next change of the alarms triggers another request.
   }
 }
 
 export function call<M extends Method>(method: M, params: Params<M>): Promise<Result<M>> {
-  // A client that looks for its station would lose what it is given.
+  // A client that is reconnecting would lose the request.
   if (client === null || store.socket.value !== "up") return Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
   return client.call(method, params);
 }
 
-/** Whether the bytes between driver and arm can be had: the driver is in this page. */
+/** True if the bytes between driver and arm can be recorded: the driver runs in this page. */
 export const canTrace = (): boolean => store.backend.value === "sim" || store.backend.value === "serial";
 export const trace = (): Promise<Uint8Array<ArrayBuffer>> =>
   client?.trace() ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
 
-/** Where the station takes files by HTTP, and what it wants to know there; null without a server. */
+/** URL and headers for file transfer by HTTP; null without a server. */
 export function files(): { url: string; headers: Record<string, string> } | null {
   if (address === null || store.backend.value !== "station") return null;
   const { protocol, host } = new URL(address.url);
@@ -445,13 +462,13 @@ export function files(): { url: string; headers: Record<string, string> } | null
   return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
 }
 
-/** A program of the page's own station, kept or given; null where the station is a server's. */
+/** Writes a program to the page's own station, or reads it; null if the station is a server's. */
 export function ownFile(): ((name: string, bytes?: ArrayBuffer) => Promise<ArrayBuffer>) | null {
   const own = canTrace() && store.socket.value === "up" ? client : null;
   return own && ((name, bytes) => own.file(name, bytes));
 }
 
-/** The arm that is shown, for calls. */
+/** Shown arm as a parameter of calls. */
 export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" });
 
 export const line = {
@@ -467,18 +484,19 @@ export async function takeControl(): Promise<void> {
 }
 
 export async function giveBack(): Promise<void> {
-  // A lease that was kept over a reload, or granted: its holder is told its id again.
+  // Acquiring a lease again returns its id to the holder: after a reload or a grant the page does
+  // not know it.
   const lease = leaseId ?? (await call("lease.acquire", shown())).lease;
   leaseId = null;
   await call("lease.release", { lease });
 }
 
-/** With another name the session goes on: the station takes it with the same secret. */
+/** Applies a new name by a reconnection: the station resumes the session with the same secret. */
 export function rename(): void {
   if (store.socket.value === "up") open();
 }
 
-/** As `rename`; done when the session goes on. */
+/** `rename` that resolves after the session has resumed. */
 export async function renamed(): Promise<void> {
   rename();
   await until(() => store.socket.value !== "connecting" && store.socket.value !== "lost");
@@ -498,7 +516,10 @@ setInterval(() => {
   }
 }, 250);
 
-/** Leaves the station for a while; `wake` goes on with the same session if it is still there. */
+/**
+ * Releases the connection while the page is hidden. `wake` resumes the same session if the station
+ * still has it.
+ */
 export function rest(): void {
   client?.close();
   store.subscription.value = null;
@@ -515,18 +536,21 @@ document.addEventListener("visibilitychange", () => {
   )
     open();
 });
-/** The worker of a page that goes has so long to say its last, ms: browsers end both together. */
+/**
+ * Time for the worker's last message when the page closes, ms. Browsers terminate page and worker
+ * together, so the page blocks for this long.
+ */
 const LAST = 80;
 function last(order: ToWorker): void {
   client?.tell(order);
   for (const ends = performance.now() + LAST; performance.now() < ends; );
 }
-/** What a page says to its station as it goes. */
+/** Last message of a closing page to its station. */
 export const leaveWith = (message: Wire) => last({ kind: "send", message: { jsonrpc: "2.0", ...message } });
 addEventListener("pagehide", () => {
   if (store.backend.value === "serial") {
     last({ kind: "leave" });
-    // A page that is shown again begins anew.
+    // A page restored from the history starts anew.
     disconnect();
   }
   if (resume !== null) remember("sessionStorage", RESUME, resume);

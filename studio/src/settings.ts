@@ -1,7 +1,7 @@
-// What the page keeps of its person, in this browser alone.
+// Settings of the user, stored in this browser only.
 import { effect, type Signal, signal } from "@preact/signals";
 
-/** What a storage of the browser has under a name; nothing in a browser that keeps nothing. */
+/** Stored value under a name; null if there is no value or the browser permits no storage. */
 export function remembered(of: "localStorage" | "sessionStorage", name: string): string | null {
   try {
     return globalThis[of].getItem(`magician.${name}`);
@@ -9,17 +9,17 @@ export function remembered(of: "localStorage" | "sessionStorage", name: string):
     return null;
   }
 }
-/** Keeps it, or nothing more under that name, as far as the browser lets it. */
+/** Stores a value, or deletes it if it is null, if the browser permits it. */
 export function remember(of: "localStorage" | "sessionStorage", name: string, value: string | null): void {
   try {
     if (value === null) globalThis[of].removeItem(`magician.${name}`);
     else globalThis[of].setItem(`magician.${name}`, value);
   } catch {
-    // It is there until the page is closed.
+    // Without storage the value lasts until the page is closed.
   }
 }
 
-/** A set with or without one of its members. */
+/** Set with or without a member. */
 export const toggled = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> =>
   new Set(is ? [...set, member] : [...set].filter((one) => one !== member));
 
@@ -33,17 +33,17 @@ function kept<T extends string>(name: string, usual: T, takes: (value: string) =
 export const THEMES = ["system", "light", "dark"] as const;
 export type Theme = (typeof THEMES)[number];
 
-/** A language that the page has no file of is English (`i18n.ts`). */
+/** Language of the page. A language without a translation falls back to English (`i18n.ts`). */
 export const language = kept("language", navigator.language.slice(0, 2).toLowerCase(), (value) =>
   /^[a-z]{2}$/.test(value),
 );
 export const theme = kept<Theme>("theme", "system", (value) => (THEMES as readonly string[]).includes(value));
 export const ownName = kept<string>("name", "", (value) => value.length <= 40);
-/** The arm that was shown last. */
+/** Arm that was shown last. */
 export const lastArm = kept<string>("arm", "", () => true);
-/** What is opened again after a reload. */
+/** Connection to restore after a reload. */
 export const used = kept<"none" | "sim">("used", "none", (value) => value === "sim");
-/** Whether the first steps were closed. */
+/** True after the first steps were closed. */
 export const hasTried = kept<"no" | "yes">("tried", "no", (value) => value === "yes");
 
 effect(() => {

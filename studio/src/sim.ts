@@ -1,32 +1,36 @@
-// The station in the worker: arm.wasm with a virtual arm, or with a line to a real one, turned by the worker's clock.
+// Station in the worker: arm.wasm with a virtual arm or with a line to a real one, driven by the
+// worker's clock.
 import { load, type Station } from "../../crates/magician-wasm/node/shim.mjs";
 import { PORT_SILENT, type Wire } from "./carrier";
 import { FilesWorker } from "./files";
 import { Kept } from "./kept";
 import type { SerialLine } from "./serial";
 
-/** What a session hears: its messages, and its end with a code as WebSockets have. */
+/** Client of a session: receives its messages, and its end with a WebSocket close code. */
 export interface Hearer {
   heard(message: Wire): void;
   closed(code: number): void;
 }
 
-/** Sessions of the module have numbers of two bytes. */
+/** Largest session number: the module's are two bytes long. */
 const SESSIONS = 65535;
-/** One that the page does not know: it readies the arm, and fills the library. */
+/** Session of the worker itself, unknown to the page. Prepares the arm and fills the library. */
 const OWN = 1;
-/** Id of the request that homes an arm in a new world: no page's own. */
+/** Id of the request that homes an arm after a scenario is loaded. Pages use no negative ids. */
 const HOMED = -1;
-/** A virtual arm is ready for the page this soon, ms of its clock: homing is over then. */
+/** Time for a virtual arm to be ready, homing included, ms of its own clock. */
 const READY = 120_000;
-/** A real arm has answered by then, ms: the driver asks for three seconds. */
+/** Time for a real arm to answer, ms. The driver's own timeout is three seconds. */
 const ANSWERS = 15_000;
-/** A turn that is so late, ms, comes after a sleep: of the browser, or of the computer. */
+/**
+ * Delay of a turn from which on the browser or the computer must have slept, ms. A choice: a busy
+ * worker is late by less.
+ */
 const SLEPT = 500;
-/** When a page goes, its arm has so long to answer the stop, ms. */
+/** Time for an arm to answer the stop when its page closes, ms. */
 const LEAVES = 250;
 
-/** Unix seconds when the worker's clock was 0. */
+/** Unix time at zero of the worker's clock, s. */
 const unixZero = () => (Date.now() - performance.now()) / 1000;
 
 export class WorkerStation {
@@ -38,19 +42,22 @@ export class WorkerStation {
   private readonly files: FilesWorker;
 
   private traced: ((file: Uint8Array) => void) | null = null;
-  /** Control was taken: what moves then is this page's doing. */
+  /** True after the page took control: the arm's motion is then the page's. */
   private hasControlled = false;
-  /** The request that loads a scenario, by its session. */
+  /** Session and id of the request that loads a scenario. */
   private loads: { session: number; id: Wire["id"] } | null = null;
 
-  /** When the next turn is due, by the worker's clock; null while nothing is. */
+  /** Time of the next turn, by the worker's clock; null if no turn is due. */
   private due: number | null = null;
 
   private constructor(
     private readonly station: Station,
-    /** How far the clock of a virtual arm runs ahead, ms. */
+    /** Lead of a virtual arm's clock, ms. */
     private readonly clock: { ahead: number },
-    /** Hears how far ahead it is, s, from which time on, Unix s by that clock. */
+    /**
+     * Called with the time of a jump, Unix s by the virtual arm's clock, and its lead since then,
+     * s.
+     */
     private readonly jumped: (from: number, ahead: number) => void,
     private readonly kept: Kept,
     private readonly line: SerialLine | null,
@@ -60,14 +67,17 @@ export class WorkerStation {
       try {
         this.station.fileIn(id, answer);
       } catch {
-        // There is no memory for it.
+        // The module has no memory for the answer.
         this.station.fileIn(id, new Uint8Array());
       }
       this.turns();
     });
   }
 
-  /** Loads the module and homes its arm: what takes seconds of the arm's clock takes none of the person's. */
+  /**
+   * Loads the module and homes its virtual arm. The arm's clock is advanced, so that homing costs
+   * the user no time.
+   */
   static async simulated(module: URL, speed: number, jumped: WorkerStation["jumped"]): Promise<WorkerStation> {
     const first = await fetched(new URL("first.json", module));
     const { scenario } = (await first.json()) as { scenario: string };
@@ -77,7 +87,10 @@ export class WorkerStation {
     return made.opened();
   }
 
-  /** Over a line: it only reads. `closed` hears of the end; what is thrown is its code. */
+  /**
+   * Opens a station at a serial line. Unlike for a virtual arm, the preparation only reads. Throws
+   * the code of `closed`.
+   */
   static async atLine(module: URL, line: SerialLine): Promise<WorkerStation> {
     const made = await WorkerStation.load(module, { name: "arm", line: true }, line);
     line.begin({
@@ -130,7 +143,7 @@ export class WorkerStation {
     return this;
   }
 
-  /** What passed between the driver and the arm lately, as a file. */
+  /** Trace file of the recent traffic between driver and arm. */
   trace(): Promise<Uint8Array> {
     return new Promise((done) => {
       this.traced = done;
@@ -143,7 +156,10 @@ export class WorkerStation {
     return this.line?.again(chosen) ?? Promise.resolve();
   }
 
-  /** Stops what a page has set going on a real arm, before all that waits; then the port is free. */
+  /**
+   * Stops what the page has started on a real arm, ahead of all queued messages, then releases the
+   * port.
+   */
   async leave(): Promise<void> {
     if (this.line === null) return;
     this.halt();
@@ -160,7 +176,7 @@ export class WorkerStation {
     this.turns();
   }
 
-  /** A session of its own; what it is sent goes by `send`. */
+  /** Opens a session. Messages to it go through `send`. */
   connect(hearer: Hearer): number {
     do this.last = (this.last % SESSIONS) + 1;
     while (this.hearers.has(this.last));
@@ -182,7 +198,7 @@ export class WorkerStation {
     this.turns();
   }
 
-  /** A program of the library, kept or given. */
+  /** Writes a program to the library, or reads it without `bytes`. */
   file(name: string, bytes?: ArrayBuffer): ArrayBuffer {
     if (bytes === undefined) {
       const found = this.station.programOut(name);
@@ -208,7 +224,10 @@ export class WorkerStation {
     if (this.due !== null) this.timer = setTimeout(() => this.turns(), this.due - performance.now());
   }
 
-  /** While the worker slept a virtual arm stood still: it makes up for nothing, and what was held goes no further. */
+  /**
+   * After a sleep of the worker the virtual arm's clock continues where it stopped: missed time is
+   * not caught up, so a jog that was held does not run on.
+   */
   private wakes(): void {
     const late = this.due === null ? 0 : performance.now() - this.due;
     if (this.line !== null || late < SLEPT) return;
@@ -246,7 +265,10 @@ export class WorkerStation {
     return next;
   }
 
-  /** Waits for this: the clock of a virtual arm runs ahead until it is so, that of a real one cannot. */
+  /**
+   * Waits for a value. The clock of a virtual arm is advanced meanwhile; that of a real arm cannot
+   * be.
+   */
   private async until<T>(found: () => T | undefined, within = this.line === null ? READY : ANSWERS): Promise<T> {
     const now = () => performance.now() + this.clock.ahead;
     const before = this.clock.ahead;
@@ -265,14 +287,14 @@ export class WorkerStation {
     }
   }
 
-  /** The arm was switched on in the world of a scenario: its session has it homed, as at the start. */
+  /** Homes the arm after a scenario is loaded, as at the start, in the session that loaded it. */
   private loaded(session: number, { id, error }: Wire): void {
     if (this.loads === null || session !== this.loads.session || id !== this.loads.id) return;
     this.loads = null;
     if (error) return;
     this.answers = [];
     this.station.rpc(session, JSON.stringify({ jsonrpc: "2.0", id: HOMED, method: "arm.home" }));
-    // Behind what the module is at.
+    // After the module's current call.
     queueMicrotask(
       () =>
         void this.until(() => this.answers.find((message) => message.id === HOMED))
@@ -292,7 +314,7 @@ export class WorkerStation {
     return answer.result as Record<string, unknown>;
   }
 
-  /** The module says whether the arm answers. */
+  /** Waits for the module's report that the arm answers. */
   private async ready(): Promise<void> {
     const first = (await this.until(() => this.answers[0])) as unknown as { error?: { kind: string; message: string } };
     if (first.error)
@@ -312,7 +334,7 @@ export class WorkerStation {
 
   private async fills(): Promise<void> {
     for await (const [name, bytes] of this.kept.all()) this.keeps(name, bytes);
-    // What it is told from now on nobody reads.
+    // Later messages to this session are of no interest.
     this.hearers.set(OWN, { heard: () => {}, closed: () => {} });
   }
 }

@@ -1,5 +1,6 @@
-// The arms of a station, or of all stations of a site, for the teacher's view: looked at while it is shown. What a page may ask in a
-// second is limited, and drawing costs more than asking: tiles in view are read often, the others now and then.
+// Arms of a station, or of all stations of a site, for the teacher's view. They are polled while
+// the view is shown. The number of requests per second is limited, and rendering costs more than
+// polling, so tiles in view are updated often and all others rarely.
 import { batch, type Signal, signal } from "@preact/signals";
 import { complain, dangerOf } from "./actions";
 import type { Job, State } from "./api";
@@ -14,21 +15,28 @@ import { remember, remembered } from "./settings";
 import * as store from "./store";
 import type { Stroke } from "./view/seen";
 
-/** States asked for in a second, of all arms in view together, while `LONGEST_IN_VIEW` allows it. A station takes 200 messages a second
-    of a page, a hub two more for each arm. */
+/**
+ * Requests for states per second for all arms in view together, as far as `LONGEST_IN_VIEW`
+ * permits. A station accepts 200 messages a second from a page, and a hub needs two more for each
+ * arm.
+ */
 const ASKED = 100;
-/** Time between two readings of one arm, ms: at least, at most in view (a tile is to be less than a second old), and out of view,
-    where it is counted alone. */
+/**
+ * Interval between two requests for one arm, ms: at least, at most in view (a tile is to be less
+ * than a second old), and out of view, where the limit of requests is counted separately.
+ */
 const SHORTEST = 200;
 const LONGEST_IN_VIEW = 750;
 const OUT_OF_VIEW = 5000;
 const LIST = 1000;
-/** States that come within this time are shown together, ms; so are changes of jobs, of which fifty arms that draw send hundreds a
-    second. */
+/**
+ * Time within which states, and changes of jobs, are collected before they are rendered together,
+ * ms. Fifty drawing arms cause hundreds of changes of jobs a second.
+ */
 const TOGETHER = 50;
 const JOBS = 250;
 
-/** Values of arms, each a signal of its own, so that a change draws the tile of its arm alone. */
+/** Values by arm, each a signal of its own, so that a change renders only the tile of its arm. */
 class ByArm<T> {
   private readonly signals = new Map<string, Signal<T | undefined>>();
 
@@ -49,30 +57,35 @@ class ByArm<T> {
 
 export const states = new ByArm<State>();
 export const jobs = new ByArm<Job>();
-/** The arms that are chosen for what is done to several. */
+/** Arms selected for an action on several arms. */
 export const chosen = signal<ReadonlySet<string>>(new Set());
 
-/** What a virtual arm has drawn in a job. */
+/** Drawing of a virtual arm's job. */
 export interface Picture {
   name: string;
   at: Date;
   svg: string;
   strokes: Stroke[];
 }
-/** The newest first. */
+/** Pictures, newest first. */
 export const pictures = signal<readonly Picture[]>([]);
 void kept().then((before) => {
   const names = pictures.value.map(({ name }) => name);
   pictures.value = newest([...pictures.value, ...before.filter(({ name }) => !names.includes(name))]);
 });
 
-/** Jobs whose pictures are kept, and their titles: those that this tab has sent, also before it was loaded again. */
+/**
+ * Jobs whose pictures are kept, with their titles: those started by this tab, including before a
+ * reload.
+ */
 const SENT = "sent";
 const sent = new Map(JSON.parse(remembered("sessionStorage", SENT) ?? "[]") as Array<[job: string, title: string]>);
 const keepSent = () => remember("sessionStorage", SENT, JSON.stringify([...sent]));
 
-/** Reads list, jobs and states until the function that it returns is called. `inView` has the arms that are read first; all of them
-    unless given. */
+/**
+ * Polls the list, jobs and states until the returned function is called. `inView` contains the arms
+ * that are polled first; all arms by default.
+ */
 export function watchSite(inView?: ReadonlySet<string>): () => void {
   let over = false;
   let timers: Array<ReturnType<typeof setTimeout>> = [];
@@ -84,7 +97,7 @@ export function watchSite(inView?: ReadonlySet<string>): () => void {
     void turn();
   };
   again(list, () => LIST);
-  // Those that ended while the page was loaded again.
+  // Jobs that ended during a reload.
   for (const job of sent.keys()) {
     call("job.get", { job }).then(
       heard,
@@ -101,10 +114,10 @@ export function watchSite(inView?: ReadonlySet<string>): () => void {
   };
 }
 
-/** Whether what is known of an arm is of now: it is reached, and the station as well. */
+/** True if the known state of an arm is current: both the arm and the station can be reached. */
 export const isKnown = (arm: store.ArmEntry): boolean => arm.link === "up" && store.socket.value === "up";
 
-/** The job that has an arm, in words; null if none has. */
+/** Text for the active job of an arm; null if it has no job. */
 export function jobOf(arm: store.ArmEntry): string | null {
   const job = jobs.get(arm.name);
   if (job === undefined || !isUnderWay(job)) return null;
@@ -112,7 +125,7 @@ export function jobOf(arm: store.ArmEntry): string | null {
   return `${t(`job.${job.state}` as "job.running")}${percent}`;
 }
 
-/** What an arm does, in words. */
+/** Text for the activity of an arm. */
 export function doingOf(arm: store.ArmEntry): string {
   if (!isKnown(arm)) return t(store.socket.value === "up" ? "arms.link.lost" : "arms.unknown");
   const job = jobOf(arm);
@@ -123,7 +136,7 @@ export function doingOf(arm: store.ArmEntry): string {
 export async function list(): Promise<void> {
   const { arms } = await call("arm.list", {});
   const before = new Map(store.arms.value.map((arm) => [arm.name, arm]));
-  // An entry that has not changed stays the same object: its tile is not drawn again.
+  // An unchanged entry remains the same object, so that its tile is not rendered again.
   const after = arms.map((arm) => {
     const known = before.get(arm.name);
     return known !== undefined && JSON.stringify(known) === JSON.stringify(arm) ? known : arm;
@@ -136,12 +149,15 @@ export async function list(): Promise<void> {
   );
 }
 
-/** When each arm was asked for its state, ms; `Infinity` until it has answered. */
+/** Time of the last request for each arm's state, ms; `Infinity` while one is in flight. */
 const askedAt = new Map<string, number>();
-/** States that have come since some were shown last. */
+/** States received since the last rendering. */
 const arrived = new Map<string, State>();
 
-/** Asks for the states that are due: in view first, the oldest first. An arm that does not answer delays no other. */
+/**
+ * Requests the states that are due: first those in view, oldest first. An arm that does not answer
+ * delays no other arm.
+ */
 function look(inView?: ReadonlySet<string>): void {
   const now = performance.now();
   const up = store.arms.value.filter(({ link }) => link === "up").map(({ name }) => name);
@@ -149,7 +165,8 @@ function look(inView?: ReadonlySet<string>): void {
   const [near, far] = [up.filter(isIn), up.filter((arm) => !isIn(arm))];
   const pause = Math.min(LONGEST_IN_VIEW, Math.max(SHORTEST, (1000 * near.length) / ASKED));
   const due = (arms: string[], after: number) => {
-    // Half a turn early is due: timers are late, not early.
+    // Half an interval of tolerance: without it a timer that fires slightly early would skip a
+    // whole interval.
     const late = arms.filter((arm) => now - (askedAt.get(arm) ?? -Infinity) >= after - SHORTEST / 2);
     const most = Math.ceil((arms.length * SHORTEST) / after);
     return late.sort((one, two) => (askedAt.get(one) ?? 0) - (askedAt.get(two) ?? 0)).slice(0, most);
@@ -162,7 +179,7 @@ function look(inView?: ReadonlySet<string>): void {
       if (arrived.size === 0) setTimeout(showArrived, TOGETHER);
       arrived.set(arm, state);
     };
-    // A refusal leaves what was heard before; an arm that is lost is marked in the list.
+    // A refusal keeps the last known state. A lost arm is marked in the list.
     call("arm.state", { arm }).then(heard, answered);
   }
 }
@@ -172,7 +189,7 @@ function showArrived(): void {
   arrived.clear();
 }
 
-/** Jobs that have changed since they were shown last. */
+/** Jobs changed since the last rendering. */
 const changed = new Map<string, Job>();
 
 function keep(job: Job): void {
@@ -194,7 +211,7 @@ function heard(job: Job): void {
   if (job.state === "done" && job.job !== null && sent.has(job.job)) void picture(job, sent.get(job.job) ?? "");
 }
 
-/** Forgets those of these names. */
+/** Deletes the pictures with these names. */
 export async function drop(names: readonly string[]): Promise<void> {
   await change(null, names);
   pictures.value = pictures.value.filter(({ name }) => !names.includes(name));
@@ -220,8 +237,10 @@ async function picture({ arm, job }: Job, title: string): Promise<void> {
   }
 }
 
-/** What is done to several arms: each by itself, the first refusal is said with its arm. On how many it was done: where the
-    work says `false` it was not. */
+/**
+ * Applies `work` to several arms concurrently and reports the first refusal with its arm. Returns
+ * the number of arms for which it succeeded; `work` returns `false` if it did nothing.
+ */
 export async function each(arms: readonly string[], work: (arm: string) => Promise<unknown>): Promise<number> {
   const done = await Promise.allSettled(arms.map(work));
   const refused = done.findIndex(({ status }) => status === "rejected");
@@ -233,9 +252,9 @@ export async function each(arms: readonly string[], work: (arm: string) => Promi
 
 const holds = (arm: string) =>
   store.arms.value.find(({ name }) => name === arm)?.holder?.session === store.session.value;
-/** A teacher takes an arm away, others take one that is free. */
+/** Takes an arm: a teacher from its holder, everyone else only a free one. */
 export const take = (arm: string) => call(store.role.value === "teacher" ? "lease.take" : "lease.acquire", { arm });
-/** The holder of a lease is told its id again. */
+/** Releases an arm. Acquiring its lease again returns the lease's id to the holder. */
 export async function give(arm: string): Promise<void> {
   if (!holds(arm)) return;
   const { lease } = await call("lease.acquire", { arm });
@@ -243,12 +262,15 @@ export async function give(arm: string): Promise<void> {
 }
 type Source = Omit<Params<"job.start">, "arm">;
 
-/** Starts a program on several arms, after the questions that real arms and a laser need; on how many. */
+/**
+ * Starts a program on several arms, after confirmation for real arms and for a laser. Returns the
+ * number of arms on which it started.
+ */
 export async function send(arms: readonly string[], source: Source, title: string): Promise<number> {
   const real = arms.filter((arm) => store.arms.value.find(({ name }) => name === arm)?.virtual !== true);
   const about = t("site.real.text", { names: real.join(", ") });
   if (real.length > 0 && !(await store.ask(t("site.real.title", { title }), about, t("run.start")))) return 0;
-  // They are refused before anything is sent to them.
+  // The station refused these as dangerous. Nothing was sent to the arms yet.
   const refused = new Map<string, string>();
   const begun = await each(arms, async (arm) => {
     try {
@@ -262,7 +284,7 @@ export async function send(arms: readonly string[], source: Source, title: strin
     return true;
   });
   if (refused.size === 0) return begun;
-  // In the order of the arms, whichever answered first.
+  // In the order of the arms, independent of the order of the answers.
   const why = arms.flatMap((arm) => (refused.has(arm) ? [`${arm}: ${refused.get(arm)}`] : [])).join(" ");
   if (!(await store.ask(t("run.burns"), why, t("run.burns")))) return begun;
   return begun + (await each([...refused.keys()], (arm) => start(arm, { ...source, yes: true }, title)));
@@ -279,7 +301,7 @@ async function begin(arm: string, source: Source): Promise<string | null> {
   return (await call("job.start", { ...source, arm, after_check: true })).job;
 }
 
-/** In a class it waits for the pupil's job that has the arm. */
+/** Queues a program in a class, behind the active job of the arm's pupil. */
 async function queue(arm: string, source: Source): Promise<string | null> {
   const {
     jobs: [sent],

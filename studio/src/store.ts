@@ -1,8 +1,8 @@
-// What the page knows: one place for all of it. `session.ts` changes it, the panels show it.
+// State of the page as signals. `session.ts` changes it, the panels render it.
 import { computed, signal } from "@preact/signals";
 import type { Holder, Methods, State } from "./api";
 
-/** At a hub with the machine of the arm, as far as it is known, and whether it is frozen. */
+/** Entry of an arm. A hub adds its machine, if known, and whether it is frozen. */
 export type ArmEntry = Methods["arm.list"]["result"]["arms"][number] & { machine?: string; frozen?: boolean };
 export type Model = Methods["arm.model"]["result"];
 export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
@@ -35,46 +35,61 @@ export const ROUTES: readonly Route[] = [
   "arms",
   "settings",
 ];
-/** Routes of people in front of whom a class has its door: look on and sign in. */
+/** Routes for a page that has not signed in to a class: view and sign in. */
 const AT_DOOR: readonly Route[] = ["class", "move", "arms", "settings"];
-/** Routes of pupils, in the order of a lesson. */
+/** Routes for pupils, in the order of a lesson. */
 const OF_PUPILS: readonly Route[] = ["class", "draw", "teach", "run", "move"];
-/** Not in a pupil's frame, and shown where its address is opened: with a laser that pupils may use. */
+/**
+ * Routes not shown in a pupil's navigation but open by their address, for pupils who may use a
+ * laser.
+ */
 const HIDDEN_OF_PUPILS: readonly Route[] = ["engrave"];
 
-/** How the station is reached: `none` before anything is chosen. */
+/** Kind of station. `none` until one is chosen. */
 export const backend = signal<"none" | "sim" | "station" | "serial">("none");
-/** How fast the page's virtual arm is: `?speed=N`. */
+/** Speed factor of the page's virtual arm: `?speed=N`. */
 export const simSpeed = Math.max(1, Math.min(100, Number(new URLSearchParams(location.search).get("speed")) || 1));
-/** Whether the page is of files, without a station behind it. */
+/** True if the page is served as static files, without a station. */
 export const isStatic = signal(false);
-/** A newer build of the page is there: a press takes it. */
+/** Activates a newer build of the page; null if there is none. */
 export const update = signal<(() => void) | null>(null);
-/** `lost`: it was there, and is looked for; `closed`: it is not looked for. */
+/**
+ * State of the connection. `lost`: a connection that is being restored; `closed`: no connection is
+ * wanted.
+ */
 export const socket = signal<"closed" | "connecting" | "up" | "lost">("closed");
 export const since = signal<Date | null>(null);
-/** Why the page is not let in: a token is wanted, another page took the session over, all places are taken. */
+/**
+ * Reason for which the page is refused: a token is required, another page took the session over,
+ * the station is full.
+ */
 export const refused = signal<"token" | "revoked" | "taken" | "full" | "unreachable" | null>(null);
-/** What the station said of a name, code or PIN that it did not take; a hub says at which `machines` pupils sign in. */
+/**
+ * Refusal of a name, code or PIN by the station. A hub lists the `machines` at which pupils can
+ * sign in.
+ */
 export const signInFault = signal<{ of: "pupil" | "pin"; wait: unknown; machines: unknown } | null>(null);
-/** Why the serial port did not lead to an arm. */
+/** Reason for which no arm was reached at the serial port. */
 export const portFault = signal<"busy" | "gone" | "silent" | "died" | "denied" | null>(null);
 
-/** The subscription to the shown arm. */
+/** Subscription to the shown arm. */
 export const subscription = signal<number | null>(null);
 export const session = signal<string | null>(null);
 export const role = signal<"viewer" | "student" | "teacher">("viewer");
-/** Whether a hub answers: pupils, turns and codes are at the pages of its stations. */
+/** True if a hub answers. Pupils, turns and codes are managed on the pages of its stations. */
 export const hub = signal(false);
-/** The name of the session. */
+/** Name of the session's owner. */
 export const ownerName = signal("");
-/** Who is signed in as a pupil of a class. */
+/** Pupil who is signed in; null for everyone else. */
 export const pupil = signal<string | null>(null);
-/** For whom the page is made up: `door` for people whom a class does not know yet. `class.ts` says it. */
+/**
+ * Users for whom the page is laid out: `door` for those who have not signed in to the class. Set by
+ * `class.ts`.
+ */
 export const audience = signal<"all" | "door" | "pupil">("all");
-/** The address behind the `#` of the page. */
+/** Address after the `#`. */
 export const wanted = signal("");
-/** As they stand in the page's frame. */
+/** Routes in the order of the navigation. */
 export const routes = computed<readonly Route[]>(() => {
   if (audience.value !== "all") return audience.value === "door" ? AT_DOOR : OF_PUPILS;
   return backend.value === "station" ? ROUTES : ROUTES.filter((one) => one !== "class");
@@ -86,18 +101,18 @@ export const route = computed<Route>(() => {
 export const arms = signal<ArmEntry[]>([]);
 export const armName = signal<string | null>(null);
 export const state = signal<State | null>(null);
-/** When the last state came, by the page's clock. */
+/** Time of the last state, by the page's clock. */
 export const heardAt = signal(0);
 export const stale = signal(true);
 export const model = signal<Model | null>(null);
 export const alarms = signal<Alarm[]>([]);
-/** Code of the alarm of an arm that was switched on, or whose controller was reset: nothing is wrong with it. */
+/** Code of the alarm after power-on or a reset of the controller. It indicates no fault. */
 export const SWITCHED_ON = 0;
 export const fence = signal<Fence>(null);
 export const jobState = signal<string>("none");
-/** Those who ask for control. */
+/** Session that requests control. */
 export const asked = signal<(Holder & { message?: string | null }) | null>(null);
-/** Whether this page has asked, and waits. */
+/** True while a request of this page for control is pending. */
 export const asking = signal(false);
 
 export const arm = computed(() => arms.value.find((entry) => entry.name === armName.value) ?? null);
@@ -115,11 +130,14 @@ export const lease = computed<"mine" | "other" | "free">(() => {
 export const isHomed = computed(() => state.value?.homed ?? null);
 export const holds = computed(() => alarms.value.some((alarm) => alarm.holds_queue));
 export const isLaserOn = computed(() => isUp.value && state.value?.tool.laser === true);
-/** States of a job in which it has the arm. */
+/** States of a job in which it occupies the arm. */
 const BUSY = ["checking", "running", "pausing", "stopping"];
 export const isBusy = computed(() => BUSY.includes(jobState.value));
 
-/** Why somebody can do nothing to an arm, as a key of the texts; `isThere` is whether it is reached. */
+/**
+ * Key of the text that says why an arm cannot be controlled; null if it can. `isThere` is true if
+ * the arm is reached.
+ */
 export function barred(isThere: boolean) {
   if (socket.value === "closed") return "why.closed" as const;
   if (!isThere) return "why.lost" as const;
@@ -128,10 +146,10 @@ export function barred(isThere: boolean) {
   if (audience.value === "pupil") return "why.turn" as const;
   return lease.value === "other" ? ("why.other" as const) : ("why.free" as const);
 }
-/** Why nothing can be moved now. */
+/** Reason for which nothing can be moved now; null if motion is possible. */
 export const why = computed(() => barred(isUp.value) ?? (isBusy.value ? ("why.busy" as const) : null));
 
-/** A sentence that passes: what was refused, and why. */
+/** Temporary message, such as a refusal with its reason. */
 export const notice = signal<{ text: string; bad: boolean } | null>(null);
 let noticeEnds: ReturnType<typeof setTimeout> | undefined;
 export function say(text: string, bad = false): void {
@@ -140,7 +158,7 @@ export function say(text: string, bad = false): void {
   noticeEnds = setTimeout(() => (notice.value = null), bad ? 12_000 : 5_000);
 }
 
-/** A question that waits for yes or no. */
+/** Question to be answered with yes or no. */
 export interface Question {
   title: string;
   text: string;
@@ -158,9 +176,9 @@ export function ask(title: string, text: string, yes: string): Promise<boolean> 
     question.value = { title, text, yes, answer };
   });
 }
-/** Asks for the person's own name, once a tab; answered with null if none is given. */
+/** Asks for the user's name, once per tab. Answered with null if no name is given. */
 export const naming = signal<((name: string | null) => void) | null>(null);
 export const showsKeys = signal(false);
-/** What is open beside the panel, on every route. */
+/** Content opened beside the panel, on every route. */
 export type Beside = "help" | "tour";
 export const beside = signal<Beside | null>(null);

@@ -1,15 +1,22 @@
-// A page that nobody sees gives its socket up: a station has room for 128, and a class has more tabs than pupils.
+// Hidden pages release their WebSocket: a station accepts 128 connections, and a class has more
+// tabs than pupils.
 import { myPlace, myTurn } from "./class";
 import { rest, wake } from "./session";
 import * as store from "./store";
 
-/** A page is left alone for so long, ms. */
+/**
+ * Time in the background after which the connection is released, ms. A choice between free
+ * connections and a page that is current when the user returns.
+ */
 const UNSEEN = 60_000;
 
 let timer: ReturnType<typeof setTimeout> | undefined;
 let rests = false;
 
-/** Whether something would be lost with the socket: an arm with what runs there, a turn, a place in a queue. */
+/**
+ * True if releasing the connection would lose something: a held arm and what runs on it, a turn, or
+ * a place in a queue.
+ */
 const isKept = (): boolean =>
   store.arms.value.some(({ holder }) => holder !== null && holder.session === store.session.value) ||
   myTurn.value !== null ||

@@ -1,11 +1,11 @@
 import { effect } from "@preact/signals";
 
-/** Waits until what signals say is so; false if it is not so within a time, ms. */
+/** Waits until a condition on signals is true; false if it is not within a time, ms. */
 export function until(is: () => boolean, within?: number): Promise<boolean> {
   return new Promise((done) => {
     const ended = (found: boolean) => {
       clearTimeout(late);
-      // The effect may be running for the first time, and has no end yet.
+      // On the effect's first run `end` is not assigned yet.
       queueMicrotask(() => end());
       done(found);
     };

@@ -7,10 +7,10 @@ for (const [file, texts] of Object.entries(panels)) {
   if ("en" in texts && "zh" in texts) pairs.push([file, texts.en as Sentences, texts.zh as Sentences]);
 }
 
-/** The values that a sentence takes. */
+/** Parameters of a sentence. */
 const values = (text: string) => [...text.matchAll(/\{(\w+)\}/g)].map(([, name]) => name).toSorted();
 
-// That no key is missing is found by the compiler; the sentences of the frame are judged by xtask, with those of the station.
+// The compiler finds missing keys. xtask checks the sentences of the frame and of the station.
 test("there are sentences of panels", () => expect(pairs.length).toBeGreaterThan(5));
 
 test.each(pairs)("the sentences of %s take the same values in both languages", (_, english, chinese) => {

@@ -1,10 +1,10 @@
-// Sentences of a panel that come with it and not with the page's frame.
+// Sentences of a panel, loaded with it instead of with the page's frame.
 import { filled } from "./i18n";
 import { language } from "./settings";
 
 type Values = Record<string, string | number>;
 
-/** Says the sentences of a panel in the language that is chosen. Both languages have the same keys, or this does not compile. */
+/** Texts of a panel in the chosen language. A key missing in one language is a compile error. */
 export function sentencesOf<Word extends string>(texts: {
   en: Record<Word, string>;
   zh: Record<NoInfer<Word>, string>;

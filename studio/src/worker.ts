@@ -1,4 +1,5 @@
-// The worker that holds the line: a WebSocket to a station, or the station itself with a virtual arm or a real one at a serial port.
+// Worker that owns the connection: a WebSocket to a station, or the station itself with a virtual
+// arm or with a real one at a serial port.
 import { type FromWorker, PORT_GONE, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
 import { JogKeeper } from "./keeper";
 import { SerialLine } from "./serial";
@@ -6,23 +7,26 @@ import { WorkerStation } from "./sim";
 
 const tell = (message: FromWorker) => postMessage(message);
 
-/** A connection: what is sent after its end is lost. */
+/** Connection. Messages sent after its end are discarded. */
 interface Line {
   send(message: Wire): void;
-  /** A program past the messages, of a station in this worker. */
+  /** Transfers a program without a message, for a station in this worker. */
   file?(name: string, bytes?: ArrayBuffer): ArrayBuffer;
   close(): void;
 }
 let line: Line | null = null;
 const keeper = new JogKeeper((message) => line?.send(message));
-/** A module is a station, and lasts as long as the worker: a virtual arm that is connected again stands where it stood. */
+/**
+ * Station with the virtual arm. It lasts as long as the worker, so that the arm keeps its pose
+ * across connections.
+ */
 let sim: Promise<WorkerStation> | null = null;
-/** The station at the serial port: until the page is done with it. */
+/** Station at the serial port, until the page leaves it. */
 let real: Promise<WorkerStation> | null = null;
-/** The port of the one before is not free until then. */
+/** Resolves when the previous station has released its port. */
 let left: Promise<unknown> = Promise.resolve();
 
-/** What a connection hears as long as it is the one that the page has. */
+/** Client for a connection, active while that is the page's current one. */
 function hearer(isOn: () => boolean) {
   return {
     heard(message: Wire) {
@@ -95,7 +99,7 @@ async function openHere(opening: Promise<WorkerStation>, failed: () => void): Pr
   }
 }
 
-/** Done with the real arm: what moves there is stopped first. */
+/** Leaves the real arm, after stopping what moves. */
 function leave(): void {
   keeper.release();
   const station = real;
@@ -109,7 +113,7 @@ async function choosePort(chosen: string): Promise<void> {
   try {
     await (await real)?.choosePort(chosen);
   } catch (code) {
-    // The station goes on: the port of before is still looked for.
+    // The station goes on and still searches for the previous port.
     tell({ kind: "closed", code: typeof code === "number" ? code : PORT_GONE });
   }
 }
@@ -119,7 +123,9 @@ async function trace(): Promise<void> {
   if (station !== null) tell({ kind: "traced", file: (await station.trace()) as Uint8Array<ArrayBuffer> });
 }
 
-/** Another client of the station in the worker: messages as over a WebSocket, by a port. */
+/**
+ * Connects another client to the station in the worker, with the same messages as over a WebSocket.
+ */
 async function join(port: MessagePort): Promise<void> {
   const station = await (real ?? sim);
   if (station === null) return port.close();

@@ -1,4 +1,5 @@
-//! A table of the Magician's alarms on the virtual arm, made of the conformance cases that show them.
+//! Page of the Magician's alarms on the virtual arm, generated from the conformance cases that show
+//! them.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -38,7 +39,7 @@ pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The cases that show an alarm, by its code.
+/// Returns the cases that show an alarm, sorted by code.
 fn rows(suite: &Suite) -> Vec<(&AlarmCase, &Case)> {
     let cases = suite.cases().iter();
     let mut rows: Vec<_> = cases
@@ -83,7 +84,7 @@ mod tests {
         Suite::built_in().expect("its own cases")
     }
 
-    /// Those of the siblings that something raises here are listed too.
+    /// Alarms of sibling products are listed too if something raises them here.
     #[test]
     fn every_alarm_of_the_magician_has_one_row() {
         let suite = suite();
@@ -95,7 +96,8 @@ mod tests {
         assert_eq!(shown, wanted);
     }
 
-    /// What is said of every alarm is tried with each that has a name, or with its row.
+    /// General statements about alarms are tested with every alarm that has a name, or with its
+    /// row.
     #[test]
     fn every_alarm_with_a_name_is_injected_in_a_case() {
         let suite = suite();
@@ -106,7 +108,7 @@ mod tests {
         }
     }
 
-    /// What drops by itself in the protocol's own list of alarms does so here if it arises here.
+    /// Alarms that clear by themselves in the protocol's list do so here if they can arise here.
     #[test]
     fn the_list_of_alarms_agrees() {
         for (row, case) in rows(&suite()) {

@@ -1,21 +1,28 @@
-//! Citations of errata (`E07`) and of sections of the model (`model section 7`): where they stand in a text, and the links that lead on.
+//! Citations of errata (`E07`) and of sections of the model (`model section 7`): finds them in
+//! texts and turns them into links.
 //!
+<<<<<<< HEAD
 //! The pages that are written from tables take their links from here, and a test holds every citation in the repository
 //! against the anchors of `docs/reference/ERRATA.md` and `docs/reference/MODEL.md`.
+=======
+//!
+//! Pages that are generated from tables get their links from here. A test compares every citation
+//! in the repository with the anchors of `docs/reference/ERRATA.md` and `docs/reference/MODEL.md`.
+>>>>>>> t-cli
 
 use std::ops::Range;
 
-/// What a text refers to.
+/// Target of a citation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// `E07`, an erratum to the vendor's document.
+    /// Erratum to the vendor's document, such as `E07`.
     Erratum(String),
-    /// `7` or `15a`, a section of the model.
+    /// Section of the model, such as `7` or `15a`.
     Section(String),
 }
 
 impl Place {
-    /// Its page in `docs` and its anchor there.
+    /// Returns the page in `docs` and the anchor.
     pub(crate) fn target(&self) -> (&'static str, String) {
         match self {
             Self::Erratum(number) => ("ERRATA.md", number.to_lowercase()),
@@ -24,15 +31,15 @@ impl Place {
     }
 }
 
-/// A number in a text that stands for a place.
+/// Citation in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Citation {
-    /// Where the number is.
+    /// Bytes of the number.
     pub(crate) range: Range<usize>,
     pub(crate) place: Place,
 }
 
-/// The text with each citation a link, for a page in `docs`.
+/// Returns the text with every citation as a link, for a page in `docs`.
 pub(crate) fn linked(text: &str) -> String {
     let mut page = String::with_capacity(text.len());
     let mut done = 0;
@@ -45,8 +52,8 @@ pub(crate) fn linked(text: &str) -> String {
     page + &text[done..]
 }
 
-/// Every citation of a text, in order: `E07`, `erratum 7`, `model 7`, `model sections 4, 6 and 7`, across lines and in
-/// comments. A number as in `E10.5`, `0xE10` or `1E10` is none.
+/// Finds all citations of a text in order: `E07`, `erratum 7`, `model 7`, `model sections 4, 6 and
+/// 7`, across line breaks and in comments. Numbers as in `E10.5`, `0xE10` or `1E10` do not count.
 pub(crate) fn citations(text: &str) -> Vec<Citation> {
     let words = words(text);
     let mut found = Vec::new();
@@ -75,13 +82,13 @@ pub(crate) fn citations(text: &str) -> Vec<Citation> {
     found
 }
 
-/// A run of characters without a space, and where it begins.
+/// Run of characters without a space, with its start.
 struct Word<'a> {
     start: usize,
     text: &'a str,
 }
 
-/// The words of a text without the marks that begin a line of a comment.
+/// Returns the words of a text without the markers of comment lines.
 fn words(text: &str) -> Vec<Word<'_>> {
     const MARKS: [&str; 7] = ["///", "//!", "//", "#", "*", "--", "|"];
     let base = text.as_ptr().addr();
@@ -96,13 +103,14 @@ fn words(text: &str) -> Vec<Word<'_>> {
         .collect()
 }
 
-/// Whether a word is one of these, whatever brackets and quotes stand before it.
+/// True if a word is one of these, after any brackets and quotes.
 fn is_one_of(word: &Word<'_>, names: &[&str]) -> bool {
     let bare = (word.text).trim_start_matches(|c: char| !c.is_alphanumeric());
     names.iter().any(|name| bare.eq_ignore_ascii_case(name))
 }
 
-/// Numbers after their subject: one, or several with commas, `and`, `or`, `to` between them. The word behind them.
+/// Collects the numbers behind their subject: one, or several with commas, `and`, `or`, `to`
+/// between them. Returns the index of the following word.
 fn list(
     words: &[Word<'_>],
     mut at: usize,
@@ -122,7 +130,7 @@ fn list(
             place,
         });
         at += 1;
-        // A link has its target behind the number.
+        // In a link the target follows the number.
         let rest = rest
             .split_once(')')
             .filter(|_| rest.starts_with("]("))
@@ -137,7 +145,8 @@ fn list(
     at
 }
 
-/// How much of a word is a number of a section: one or two digits, a letter perhaps, and no decimals or unit behind it.
+/// Returns the length of a section number at the start of a word: one or two digits and optionally
+/// a letter, without decimals or a unit behind them. `None` for any other word.
 fn length_of_number(word: &str) -> Option<usize> {
     let digits = word.bytes().take_while(u8::is_ascii_digit).count();
     let letter = word[digits..]
@@ -150,9 +159,9 @@ fn length_of_number(word: &str) -> Option<usize> {
     ((1..=2).contains(&digits) && letter <= 1 && !more).then_some(digits + letter)
 }
 
-/// The errata that a word names as `E07`.
+/// Collects errata in the form `E07`.
 fn errata(word: &Word<'_>, found: &mut Vec<Citation>) {
-    // Most words name none.
+    // Fast path: most words contain no `E`.
     if !word.text.as_bytes().contains(&b'E') {
         return;
     }
@@ -166,7 +175,7 @@ fn errata(word: &Word<'_>, found: &mut Vec<Citation>) {
     }
 }
 
-/// The parts of a text that are one of these letters and a number of one or two digits, standing alone.
+/// Finds these letters followed by a number of one or two digits, standing alone.
 pub(crate) fn numbered<'a>(text: &'a str, letters: &[char]) -> Vec<(&'a str, Range<usize>)> {
     let alone = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || "_.-+%$\\".contains(c));
     let found = text.match_indices(letters).filter_map(|(at, letter)| {

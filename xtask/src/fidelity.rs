@@ -1,4 +1,4 @@
-//! A page of everything that the virtual arm assumes.
+//! Page of all assumptions of the virtual arm.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -69,7 +69,7 @@ fn page(suite: &Suite) -> String {
     page
 }
 
-/// The cases that hold an assumption; those that were written together by their pattern.
+/// Returns the cases that depend on an assumption; generated ones by their common pattern.
 fn cases_of(suite: &Suite, assumption: Assumption) -> String {
     let mut names: Vec<String> = Vec::new();
     for case in suite

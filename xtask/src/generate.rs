@@ -1,4 +1,5 @@
-//! Files that are not kept in git because something else in the repository says all that is in them.
+//! Generated files, kept out of git because other files of the repository determine them
+//! completely.
 
 use std::error::Error;
 use std::path::Path;
@@ -8,8 +9,8 @@ use crate::{library, python};
 
 const PARTS: [&str; 3] = ["headers", "python", "modules"];
 
-/// `generate [headers | python | modules]..`: writes what is not current, all of it unless parts
-/// are named.
+/// `generate [headers | python | modules]..`: writes the named parts, or all of them, where they
+/// are not current.
 pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     if let Some(unknown) = { words.iter() }.find(|word| !PARTS.contains(&word.as_str())) {
         return Err(format!(

@@ -1,4 +1,4 @@
-//! Chores of this repository. `cargo xtask` lists them.
+//! Maintenance tasks of this repository. `cargo xtask` lists them.
 
 mod alarms;
 mod bench;

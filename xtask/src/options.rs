@@ -1,4 +1,4 @@
-//! The options of a program as others have them: keywords of Python, and rows of a page.
+//! Program options for other uses: keywords of the Python package, and a table of a page.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -7,11 +7,11 @@ use std::path::Path;
 
 use magician_program::{DefaultValue, OptionKind, OptionSpec, SetupOptions};
 
-/// Source of the Python package with the keywords.
+/// Source of the Python package that contains the keywords.
 const PYTHON: &str = "crates/magician-py/python/magician/programs.py";
 const BEGIN: &str = "# `cargo xtask python` writes this class from the table of options.\n";
 const END: &str = "# So far it is written.\n";
-/// Options that a plan of Python has in another way: `Plan.on_grid`, `arm.speed` and `arm.run`.
+/// Options that a plan in Python has in another form: `Plan.on_grid`, `arm.speed` and `arm.run`.
 const NOT_OF_A_PLAN: [&str; 4] = ["grid", "speed_ratio", "stay", "park"];
 
 /// Writes the keywords into the Python package.
@@ -25,7 +25,7 @@ pub(crate) fn write_python(root: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The same source with the keywords that the table says.
+/// Returns the source with the keywords of the table; `None` without markers.
 fn with_keywords(text: &str) -> Option<String> {
     let (before, rest) = text.split_once(BEGIN)?;
     let (_, behind) = rest.split_once(END)?;
@@ -54,8 +54,9 @@ fn keywords() -> String {
     text + ")\n"
 }
 
-/// A docstring within a class, wrapped.
+/// Returns a docstring inside a class, wrapped.
 fn docstring(text: &str) -> String {
+    // Line length of the Python package without the indentation of a class.
     const WIDTH: usize = 120 - 4;
     let mut lines = vec![String::from("\"\"\"")];
     for word in text.split_whitespace() {
@@ -87,7 +88,7 @@ fn python_type(row: &OptionSpec) -> String {
             .collect();
         format!("Literal[{}]", words.join(", "))
     };
-    // What is more than its kind.
+    // Types that are more specific than their kind.
     let own = match row.name {
         "tool" => "Tool",
         "surface" => "float | Surface",
@@ -112,7 +113,7 @@ fn python_type(row: &OptionSpec) -> String {
     format!("{kind} | None")
 }
 
-/// The sentence of an option with its range and its default.
+/// Returns the sentence of an option with its range and its default.
 fn first(row: &OptionSpec) -> String {
     let mut text = row.about.to_owned();
     let takes = takes(row);
@@ -133,11 +134,11 @@ fn sentence(text: &str) -> String {
     }
 }
 
-/// The range of an option, where its kind does not say it.
+/// Returns the range of an option; empty if its type shows it.
 fn takes(row: &OptionSpec) -> String {
     match row.kind {
         OptionKind::Switch | OptionKind::List | OptionKind::Pens => String::new(),
-        // The type names the words.
+        // The type lists the words.
         OptionKind::Choice if row.expects.is_empty() => String::new(),
         _ if !row.expects.is_empty() && row.about.contains(row.expects) => String::new(),
         OptionKind::Number if row.least.is_none() && row.above.is_none() => row.unit.to_owned(),
@@ -145,7 +146,7 @@ fn takes(row: &OptionSpec) -> String {
     }
 }
 
-/// The default of an option, as words.
+/// Returns the default of an option as text.
 fn default(row: &OptionSpec) -> String {
     match row.default {
         _ if !row.usually.is_empty() => row.usually.to_owned(),
@@ -156,7 +157,7 @@ fn default(row: &OptionSpec) -> String {
     }
 }
 
-/// The options as a table in Markdown.
+/// Returns the options as a table in Markdown.
 pub(crate) fn table() -> String {
     let mut text =
         "| option | value | default | needs | purpose |\n|---|---|---|---|---|\n".to_owned();

@@ -1,5 +1,5 @@
-//! The Rust programs on the repository's pages, which are compiled and run with the tests: here, because what goes to the registry has no
-//! pages beside it.
+//! Rust programs on the repository's pages, compiled and run as doctests. They are here because
+//! published crates do not include the pages.
 #![cfg(doctest)]
 
 #[doc = include_str!("../../README.md")]

@@ -1,5 +1,6 @@
-//! The commands in the schema of plan files: their fields, with the bounds that the protocol's table gives them. `schemars` could
-//! make the smaller part of the schema only, which is written by hand: what derives no type is in the table.
+//! Commands in the schema of plan files: their fields, with the bounds of the protocol table. The
+//! rest of the schema is written by hand; `schemars` could generate only the smaller part, since
+//! table rows derive no types.
 
 use std::error::Error;
 use std::fs;
@@ -11,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 use crate::python::described;
 
-/// The schema; all but what is made here is written by hand.
+/// Schema file, written by hand except for the commands.
 const FILE: &str = "crates/magician-formats/plan.schema.json";
 
 /// Writes the commands into the schema.
@@ -75,7 +76,7 @@ fn property(field: &Field) -> Value {
             "minItems": count,
             "maxItems": count,
         }),
-        // Whatever is not 0 is on.
+        // Any value but 0 means on.
         FieldType::Flag => number(Scalar::U8, Range::Any),
         FieldType::Enum(_) => number(Scalar::U8, field.range),
         FieldType::Text | FieldType::Bytes => json!({ "type": "string" }),
@@ -100,7 +101,7 @@ fn property(field: &Field) -> Value {
     schema
 }
 
-/// A number, with the bounds of its type where its range has none.
+/// Returns the schema of a number, with the bounds of its type where its range has none.
 fn number(scalar: Scalar, range: Range) -> Value {
     let Bounds {
         minimum,

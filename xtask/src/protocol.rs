@@ -1,4 +1,4 @@
-//! A page of every command of the protocol.
+//! Page of all commands of the protocol.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -154,7 +154,7 @@ fn type_name(ty: FieldType) -> String {
     }
 }
 
-/// The unit, where the type does not say it.
+/// Returns the unit; empty if the type implies it.
 fn unit(field: &Field) -> &'static str {
     match field.unit {
         "flag" | "enum" | "text" | "bytes" => "",
@@ -218,7 +218,7 @@ mod tests {
         assert!(written == page(), "cargo xtask protocol writes it anew");
     }
 
-    /// A citation that is no link has no bracket behind it.
+    /// A citation without a link has no bracket behind it.
     #[test]
     fn every_citation_leads_on() {
         let page = page();

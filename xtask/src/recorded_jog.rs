@@ -1,5 +1,5 @@
-//! A picture of the public recording of a jog, and of the same jog of virtual arms: one that computes in periods of 20 ms, and one
-//! in continuous time.
+//! Picture of the public recording of a jog, with the same jog on two virtual arms: computed in
+//! periods of 20 ms, and in continuous time.
 
 use std::error::Error;
 use std::fs;
@@ -16,16 +16,17 @@ const RECORDING: &str =
 const COMMANDS: &str =
     include_str!("../../crates/magician-sim/tests/virtual_arm/data/jog-commands.tsv");
 
+/// Control period, µs (model section 7).
 const PERIOD_US: u64 = 20_000;
-/// The recording begins in the middle of a period, us.
+/// Phase of the recording's start within a period, µs.
 const PHASE_US: u64 = 10_000;
-/// What is drawn, ms of the recording: before it the arm stands.
+/// Range that is drawn, ms of the recording: the arm stands before it.
 const FROM_MS: u64 = 5_400;
 const TO_MS: u64 = 11_900;
 const WIDTH: f64 = 760.0;
 const LEFT: f64 = 50.0;
 const TOP: f64 = 46.0;
-/// Of one axis: its height, and the mm that it shows.
+/// Height of one axis in the picture, and the range in mm that it shows.
 const ROW: f64 = 150.0;
 
 /// Time in ms, and x, y, z.
@@ -40,7 +41,7 @@ fn number(text: &str) -> f64 {
     text.parse().unwrap_or_default()
 }
 
-/// The recorded poses: ms, and x, y, z.
+/// Returns the recorded poses with their times in ms.
 fn recorded() -> Vec<Place> {
     let poses = rows(RECORDING).filter_map(|row| match row[..] {
         [at, x, y, z] => Some((number(at) as u64, [x, y, z].map(number))),
@@ -49,7 +50,7 @@ fn recorded() -> Vec<Place> {
     poses.collect()
 }
 
-/// The poses of a virtual arm every 5 ms.
+/// Returns the poses of a virtual arm, every 5 ms.
 fn simulated(mut profile: Profile, [x, y, z]: [f64; 3]) -> Result<Vec<Place>, Box<dyn Error>> {
     profile.power_up.tool = ToolBias::SUCTION;
     let geometry = Geometry::magician(profile.power_up.tool);

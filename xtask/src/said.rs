@@ -1,8 +1,9 @@
-//! Sentences of the core that a page can say in another language: each that is made by `message!` has a translation with
-//! the same places, and none is kept that no source says any more.
+//! Checks translations of the core's messages: each message of `message!` has a translation with
+//! the same placeholders, and no translation is left without a source.
 //!
-//! A sentence is known by its English template. What is translated is what `message!` makes and what a remedy does; crates and
-//! files that still make texts are not in [`TRANSLATED`].
+//!
+//! A message is identified by its English template. Translated are messages of `message!` and
+//! effects of remedies; crates and files that still create plain texts are not in [`TRANSLATED`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -23,7 +24,8 @@ const CRATES: [&str; 6] = [
     "magician-station",
 ];
 
-/// Files and directories all of whose diagnostics are messages: a text that is made there in another way has no translation.
+/// Files and directories in which every diagnostic is a message: a plain text there would have no
+/// translation.
 const TRANSLATED: [&str; 14] = [
     "magician-formats/src/artwork",
     "magician-formats/src/calibrate.rs",
@@ -41,17 +43,17 @@ const TRANSLATED: [&str; 14] = [
     "magician-program/src",
 ];
 
-/// Calls whose text a person reads.
+/// Calls whose text is shown to people.
 const SAYING: [&str; 5] = ["of_file", "help", "invalid", "in_place", "burning"];
 
-/// What a source says.
+/// Texts in a source file.
 #[derive(Default)]
 struct Said {
     /// Templates of messages and effects of remedies, with their lines.
     sentences: Vec<(usize, String)>,
-    /// Lines of texts that are given where messages are.
+    /// Lines with plain texts in place of messages.
     texts: Vec<usize>,
-    /// All strings: words in messages are among them.
+    /// All strings, since words inside messages are among them.
     strings: Vec<String>,
 }
 
@@ -68,7 +70,7 @@ impl Said {
             match token {
                 TokenTree::Group(group) => {
                     let before = |back: usize| at.checked_sub(back).and_then(|at| tokens.get(at));
-                    // Documentation has examples.
+                    // Examples in documentation do not count.
                     if before(1).is_some_and(|sign| is_sign(sign, '#')) {
                         continue;
                     }
@@ -107,7 +109,7 @@ impl Said {
     }
 }
 
-/// The tokens without what is there for tests only.
+/// Returns the tokens without test code.
 fn without_tests(tokens: TokenStream) -> Vec<TokenTree> {
     let mut all = Vec::new();
     let mut tokens = tokens.into_iter().peekable();
@@ -125,13 +127,13 @@ fn without_tests(tokens: TokenStream) -> Vec<TokenTree> {
     all
 }
 
-/// True if the group there has the arguments of `Remedy::new`.
+/// True if the group at this place holds the arguments of `Remedy::new`.
 fn of_remedy(tokens: &[TokenTree], at: usize) -> bool {
     let name = at.checked_sub(4).and_then(|at| tokens.get(at));
     name.is_some_and(|name| name.to_string() == "Remedy")
 }
 
-/// The arguments of a call.
+/// Splits the arguments of a call.
 fn arguments(tokens: TokenStream) -> Vec<Vec<TokenTree>> {
     let mut all = vec![Vec::new()];
     for token in tokens {
@@ -144,7 +146,7 @@ fn arguments(tokens: TokenStream) -> Vec<Vec<TokenTree>> {
     all
 }
 
-/// Line of an argument that is a text: a string, or one that `format!` makes.
+/// Returns the line of an argument that is a text: a string, or a result of `format!`.
 fn text(argument: &[TokenTree]) -> Option<usize> {
     let first = argument.first()?;
     let is_text = match first {
@@ -157,14 +159,14 @@ fn text(argument: &[TokenTree]) -> Option<usize> {
     is_text.then(|| first.span().start().line)
 }
 
-/// What a string literal stands for; `None` for other literals.
+/// Returns the value of a string literal; `None` for other literals.
 fn value(literal: &str) -> Option<String> {
     let text = literal.strip_prefix('"')?.strip_suffix('"')?;
     let mut out = String::new();
     let mut letters = text.chars().peekable();
     while let Some(letter) = letters.next() {
         match (letter, letters.peek()) {
-            // The break of a line, and what stands before the next one.
+            // A continued line, and the indentation of the next one.
             ('\\', Some('\n')) => while letters.next_if(|it| it.is_whitespace()).is_some() {},
             ('\\', Some('n')) => {
                 letters.next();
@@ -177,7 +179,7 @@ fn value(literal: &str) -> Option<String> {
     Some(out)
 }
 
-/// As `magician_host::Message::template` tells it.
+/// Returns a template as `magician_host::Message::template` does.
 fn without_formats(template: &str) -> String {
     let mut out = String::new();
     let mut rest = template;
@@ -190,13 +192,13 @@ fn without_formats(template: &str) -> String {
     out + rest
 }
 
-/// Names in braces.
+/// Returns the names in braces.
 fn places(sentence: &str) -> BTreeSet<&str> {
     let inner = sentence.split('{').skip(1);
     inner.filter_map(|place| place.split('}').next()).collect()
 }
 
-/// What is wrong with a language, by its file.
+/// Returns the problems of a translation.
 fn flaws(language: &BTreeMap<String, String>, said: &[(String, Said)]) -> Vec<String> {
     let mut flaws = Vec::new();
     for (file, said) in said {
@@ -218,7 +220,7 @@ fn flaws(language: &BTreeMap<String, String>, said: &[(String, Said)]) -> Vec<St
     flaws
 }
 
-/// What the crates of `CRATES` say; words that they quote are in those below.
+/// Returns the texts of `CRATES`. Words that these quote are defined in the crates below.
 fn said() -> Vec<(String, Said)> {
     let below = ["magician-protocol", "magician-motion"];
     let mut said = Vec::new();

@@ -1,5 +1,5 @@
-//! Sentences below the doors name no flag and no verb of the command and have no backticks: what to do is data
-//! (`magician_host::Remedy`), and each door says it in its own words.
+//! Checks that texts below the front ends contain no flags, no verbs and no backticks: remedies are
+//! data (`magician_host::Remedy`), which each front end words itself.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
-/// The crates below the doors.
+/// Crates below the front ends.
 const CRATES: [&str; 13] = [
     "magician-protocol",
     "magician-motion",
@@ -24,8 +24,9 @@ const CRATES: [&str; 13] = [
     "magician-measure",
 ];
 
-/// What begins a line for the operating system's shell: of `Act::System`, whose flags are of other programs, and of
-/// `Act::UseStation`, which is such a line in the JSON of every front end.
+/// Beginnings of command lines for the system's shell, which are allowed: of `Act::System`, with
+/// flags of other programs, and of `Act::UseStation`, which is the same in the JSON of every front
+/// end.
 const OF_THE_SYSTEM: [&str; 3] = ["sudo ", "printf ", "magician --station {url} VERB"];
 
 /// Attributes whose texts no user sees.
@@ -39,10 +40,10 @@ const FOR_PROGRAMMERS: [&str; 7] = [
     "must_use",
 ];
 
-/// The strings of a source, and the modules in other files that are there for tests only.
+/// Strings of a source, and names of its test modules in other files.
 #[derive(Default)]
 struct Strings {
-    /// With their lines.
+    /// Strings with their lines.
     found: Vec<(usize, String)>,
     tests: Vec<String>,
 }
@@ -112,7 +113,7 @@ fn is_of_word(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }
 
-/// Whether a string has the words of one door.
+/// True if a string is worded for one front end.
 fn is_of_a_door(text: &str) -> bool {
     let follows = |mark: &str| {
         text.match_indices(mark).any(|(at, _)| {
@@ -127,7 +128,7 @@ fn is_of_a_door(text: &str) -> bool {
     text.contains('`') || !for_system && (follows("--") || follows("magician "))
 }
 
-/// Every source of a crate that is not for tests only.
+/// Collects the sources of a crate, without those for tests only.
 fn sources(directory: &Path, found: &mut Vec<PathBuf>) {
     let mut paths: Vec<PathBuf> = (fs::read_dir(directory).expect("a directory"))
         .map(|entry| entry.expect("an entry").path())
@@ -142,7 +143,7 @@ fn sources(directory: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Where the submodules of a file are.
+/// Returns the folder of a file's submodules.
 fn home(path: &Path) -> PathBuf {
     match path.file_name().and_then(|name| name.to_str()) {
         Some("mod.rs" | "lib.rs") => path.with_file_name(""),
@@ -150,7 +151,7 @@ fn home(path: &Path) -> PathBuf {
     }
 }
 
-/// The sources of a crate that are not for tests only, by their paths from the root.
+/// Returns the sources of a crate, without those for tests only, with paths from the root.
 pub(crate) fn production_sources(name: &str) -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let directory = root.join("crates").join(name).join("src");
@@ -179,7 +180,7 @@ pub(crate) fn production_sources(name: &str) -> Vec<(String, String)> {
     .collect()
 }
 
-/// What a crate says in the words of one door: `file:line: text`.
+/// Returns the texts of a crate that are worded for one front end, as `file:line: text`.
 fn said_by(name: &str) -> Vec<String> {
     { production_sources(name).into_iter() }
         .flat_map(|(place, source)| {

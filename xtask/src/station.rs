@@ -1,4 +1,4 @@
-//! The page of a station's API, made of its tables: routes, methods, notifications, types.
+//! Page of the station's API, generated from its tables: routes, methods, notifications, types.
 
 pub(crate) mod python;
 mod wire;
@@ -37,7 +37,11 @@ The members of `setup`: `preset`, the name of a preset, and these, which are the
 
 ";
 
+<<<<<<< HEAD
 /// Writes `docs/reference/STATION-API.md`, and the types of it for Python.
+=======
+/// Writes `docs/reference/STATION-API.md` and the types for Python.
+>>>>>>> t-cli
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     fs::write(root.join("docs/reference/STATION-API.md"), page())?;
     python::write(root)
@@ -99,7 +103,7 @@ fn section(method: &Method) -> String {
     text
 }
 
-/// The name of a type, with the place where it stands.
+/// Returns the name of a type as a link to its description.
 fn linked(name: &str) -> String {
     match name {
         "Setup" => "[Setup](#options-of-a-program)".to_owned(),
@@ -109,7 +113,7 @@ fn linked(name: &str) -> String {
     }
 }
 
-/// An example as messages, without what all messages have.
+/// Returns an example as messages, without the members that all messages have.
 fn shown(method: &str, example: &Example) -> String {
     let request = json!({"method": method, "params": example.params});
     let mut text = format!("\n```text\n--> {request}\n");

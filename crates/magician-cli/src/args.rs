@@ -1,5 +1,13 @@
-//! The command line as a whole: the verbs, what reads it, and what does it. Nothing but `main` stands above this; what verbs share is in
-//! `options`, and those that show the command line itself have it of their [`Context`].
+//! The command line as a whole: its verbs, how they are parsed, and how each is dispatched.
+//!
+//! [`Cli`] is parsed by clap in two steps that clap alone does not offer: the virtual arm's
+//! `--tool` is added to the verbs in [`WORKS_WITH_AN_ARM`] after the derive, and `-h` renders the
+//! brief help of `brief` instead of the full one. Lines of a shell are parsed by the same code,
+//! without the environment.
+//!
+//! Only `main` and `lib` sit above this module. Options that verbs share are in `options`; verbs
+//! that show the command line itself (`help`, `completions`, `man`, `shell`) get it through
+//! [`Context`].
 
 use std::ffi::OsString;
 
@@ -22,13 +30,14 @@ use crate::verbs::{
 };
 use crate::voice::speaks_for;
 
-/// The name of the option that chooses the tool of a virtual arm.
+/// Argument id of the option that chooses the tool of a virtual arm.
 const VIRTUAL_TOOL: &str = "virtual_tool";
 
 const VIRTUAL_TOOL_HELP: &str = "Tool of the virtual arm (`--port sim`): none, suction, gripper, \
         pen, laser, or its bias X,Y,Z in mm [default: suction]";
 
-/// The verbs that have `--tool` for a virtual arm. Those that draw have a `--tool` that tells any arm.
+/// Verbs that get `--tool` for a virtual arm. Verbs that draw have a `--tool` of their own, which
+/// applies to any arm.
 const WORKS_WITH_AN_ARM: &[&str] = &[
     "info", "pose", "home", "jog", "record", "watch", "stop", "suction", "gripper", "laser", "io",
     "sensor", "rail", "conveyor", "alarms", "queue", "get", "set", "enqueue", "shell", "demo",
@@ -63,20 +72,21 @@ pub(crate) struct Cli {
     files: NamedFiles,
 }
 
-/// What verbs have of the command line as a whole.
+/// Access to the whole command line for verbs that show it or run lines of it.
 pub(crate) const COMMAND_LINE: CommandLine = CommandLine {
     description: Cli::description,
     follow: follow_in_shell,
 };
 
 impl Cli {
-    /// Does the command line and leaves: what it set going goes on if it ended well, and is stopped if not.
+    /// Runs the command line, then ends the connection: motions it started continue after success
+    /// and are stopped after a failure.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let outcome = self.follow(context);
         context.leave(outcome)
     }
 
-    /// True for a station or a hub, which runs unattended and says on stderr what becomes of it.
+    /// True for a station or a hub, which runs unattended and reports its state on stderr.
     pub(crate) fn serves(&self) -> bool {
         match &self.verb {
             Some(Verb::Serve(_) | Verb::Studio(_)) => true,
@@ -85,7 +95,7 @@ impl Cli {
         }
     }
 
-    /// Does the command line and keeps the connection.
+    /// Runs the command line and keeps the connection open.
     fn follow(self, context: &mut Context) -> Result<(), Failure> {
         self.check_files()?;
         context.begins(self.global);
@@ -97,17 +107,18 @@ impl Cli {
         outcome.and(context.out.flush())
     }
 
-    /// Refuses to write a file over one that the same command line names.
+    /// Refuses to overwrite a file that the same command line names as an input or another output.
     pub(crate) fn check_files(&self) -> Result<(), Failure> {
         self.files.check(self.global.trace.as_deref())
     }
 
-    /// Reads a command line; the first argument is the program's name.
+    /// Parses a command line; the first argument is the program's name.
     pub(crate) fn read(arguments: &[OsString]) -> Result<Self, clap::Error> {
         Self::read_as(Self::with_virtual_tool(), arguments)
     }
 
-    /// Reads a line of a shell. The shell itself has read the environment, so it is ignored here.
+    /// Parses one line of a shell. Environment variables are ignored here: the shell has read them
+    /// already.
     pub(crate) fn read_line(arguments: &[OsString]) -> Result<Self, clap::Error> {
         let without_env = |arg: Arg| arg.env(None::<&'static str>);
         Self::read_as(Self::with_virtual_tool().mut_args(without_env), arguments)
@@ -143,14 +154,14 @@ impl Cli {
         Ok(cli)
     }
 
-    /// The command line's description, for completions, manual pages and help.
+    /// Returns the built clap command, for completions, manual pages and help.
     pub(crate) fn description() -> clap::Command {
         let mut command = Self::with_virtual_tool();
         command.build();
         command
     }
 
-    /// The command line, with `--tool` for the verbs that work with an arm and have no tool of their own to speak of.
+    /// Returns the clap command with `--tool` added to the verbs in [`WORKS_WITH_AN_ARM`].
     fn with_virtual_tool() -> clap::Command {
         let tool = Arg::new(VIRTUAL_TOOL)
             .long("tool")
@@ -168,7 +179,7 @@ impl Cli {
     }
 }
 
-/// Does a line of a shell that was given these options.
+/// Runs one line of a shell that was started with the options in `session`.
 fn follow_in_shell(
     arguments: &[OsString],
     session: &Global,
@@ -189,7 +200,7 @@ fn follow_in_shell(
     cli.follow(context)
 }
 
-/// A negative number as clap knows one: `-.5` and `-1e-3` look like options to it.
+/// Rewrites a negative number so that clap accepts it: clap takes `-.5` and `-1e-3` for options.
 fn plain_number(word: &OsString) -> OsString {
     let text = word.to_str().unwrap_or_default();
     let is_odd = text.starts_with("-.") || text.contains(['e', 'E']);
@@ -203,7 +214,8 @@ fn plain_number(word: &OsString) -> OsString {
     }
 }
 
-/// Names the verbs that have the flag which this one lacks: what clap suggests is only spelled alike.
+/// Replaces clap's suggestion for an unknown flag by the verbs that do have it: clap only suggests
+/// flags with a similar spelling.
 fn name_verbs_with_it(command: &clap::Command, error: &mut clap::Error) {
     let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else {
         return;
@@ -229,7 +241,7 @@ fn name_verbs_with_it(command: &clap::Command, error: &mut clap::Error) {
     }
 }
 
-/// Shows what clap has to say: help on stdout, a mistake as a failure.
+/// Prints what clap returned: help on stdout; a mistake becomes a [`Failure`].
 pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Result<(), Failure> {
     match error.kind() {
         ErrorKind::DisplayHelp if json => output.json(&Text::from(&error.render())),
@@ -245,13 +257,14 @@ pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Res
     }
 }
 
-/// Whether the arguments ask for JSON, also when they cannot be understood otherwise.
+/// True if the arguments ask for JSON. Works on arguments that clap could not parse, so that errors
+/// are JSON too.
 pub(crate) fn asks_for_json(arguments: &[OsString]) -> bool {
     let options = arguments.iter().take_while(|argument| *argument != "--");
     options.into_iter().any(|argument| argument == "--json")
 }
 
-/// Whether the help that was asked for is the short one.
+/// True if the short help (`-h`) was asked for.
 fn asks_briefly(arguments: &[OsString]) -> bool {
     arguments.iter().any(|argument| argument == "-h")
 }
@@ -298,7 +311,7 @@ pub(crate) enum Verb {
     Studio(Box<serve::Studio>),
     Serve(Box<serve::Serve>),
     Station(station::Station),
-    // It is refused where it is not built in; nobody is led to it there.
+    // Builds without sites refuse it, so their help does not list it.
     #[cfg_attr(not(feature = "site"), command(hide = true))]
     Fleet(Box<fleet::Fleet>),
     #[cfg_attr(not(feature = "site"), command(hide = true))]
@@ -319,7 +332,8 @@ pub(crate) enum Verb {
 }
 
 impl Verb {
-    /// Whether it works at the bytes of a line of its own, or makes arms itself.
+    /// True if the verb works on the raw bytes of its own line, or creates arms itself, so that a
+    /// station is of no use to it.
     fn needs_a_line(&self) -> bool {
         matches!(
             self,
@@ -336,7 +350,7 @@ impl Verb {
         )
     }
 
-    /// Does it.
+    /// Runs the verb.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         if context.global.station.is_some() && self.needs_a_line() {
             let message = "this works at the line to an arm itself: --station does not go with it";
@@ -411,10 +425,11 @@ mod tests {
         Cli::with_virtual_tool().debug_assert();
     }
 
-    /// A verb is on one side or the other: it takes the tool of a virtual arm, has one of its own, or knows no arm.
+    /// Each verb is in exactly one group: it takes the virtual arm's `--tool`, has a `--tool` of
+    /// its own, or does not work with an arm.
     #[test]
     fn verbs_that_work_with_an_arm_take_the_tool_of_a_virtual_one() {
-        // Those of `calibrate` stand in its own verbs.
+        // The verbs below `calibrate` have a `--tool` of their own.
         const WITHOUT: &[&str] = &[
             "calibrate",
             "ports",

@@ -1,36 +1,43 @@
-//! The short help of a verb, `-h`: what people use most, on one screen.
+//! Short help of a verb (`-h`): its most used options and examples, on one screen.
+//!
+//! The full help is cut by rule instead of written twice: other options are hidden, each help text
+//! is reduced to its first sentence, and two examples are kept.
 
 use std::collections::BTreeSet;
 
 use clap::{Arg, Command};
 
-/// Options that are shown of a verb, at most.
+/// Largest number of options shown for a verb. With positionals, examples and usage the help then
+/// fits a screen of 30 lines (tested below).
 const MOST: usize = 12;
-/// Options of verbs that run a file, those that people use most first.
+/// Options shown for verbs that run a file, most used first.
 const USUAL: [&str; 21] = [
     "shape", "repeat", "cell", "pause", "check", "preview", "surface", "at", "size", "font",
     "width", "scale", "fit", "tool", "fill", "image", "power", "speed", "preset", "resume",
     "loops",
 ];
-/// Options of text, which verbs for drawings have too.
+/// Options of lettering: shown for `write`, hidden for verbs that draw files and happen to have
+/// them.
 const OF_TEXT: [&str; 2] = ["size", "font"];
-/// An option of verbs that draw files.
+/// Argument id that only verbs drawing files have; marks such a verb.
 const OF_DRAWINGS: &str = "clip_page";
-/// An option that verbs have that run a file.
+/// Argument id that only verbs running a file have; marks such a verb.
 const OF_FILES: &str = "speed_ratio";
-/// The one option of every verb that is shown, and what is said of it here.
+/// Global option that is shown for every verb, with its help text here.
 const PORT: (&str, &str) = (
     "port",
     "Where the arm is: a port, an address, or sim for a virtual arm",
 );
-/// Longest list of words in the place of a value, which would leave no room for sentences.
+/// Longest placeholder of a value, in characters. A longer list of choices is replaced by `WORD`,
+/// since it would leave no room for the help text.
 const LONGEST_VALUE: usize = 14;
-/// A sentence that takes more than a line.
+/// Sentences from this length on, in characters, do not fit in one line of help and are cut at
+/// their first comma or colon.
 const LONG_SENTENCE: usize = 68;
-/// Examples that are shown.
+/// Number of examples shown.
 const EXAMPLES: usize = 2;
 
-/// Returns the same command line with the short help of each verb.
+/// Returns the command with the short help of each verb in place of the full one.
 pub(crate) fn brief(command: Command) -> Command {
     command.mut_subcommands(|verb| brief_verb(verb, "magician"))
 }
@@ -66,7 +73,8 @@ fn brief_verb(command: Command, above: &str) -> Command {
     command.mut_subcommands(|below| brief_verb(below, &name))
 }
 
-/// The options of a verb that people use most.
+/// Returns the argument ids that are shown: the first [`MOST`] of [`USUAL`] for verbs that run a
+/// file, otherwise the verb's first own options.
 fn usual(command: &Command) -> BTreeSet<String> {
     let is_own = |arg: &&Arg| !arg.is_positional() && !arg.is_global_set() && !arg.is_hide_set();
     let own = command.get_arguments().filter(is_own);
@@ -88,7 +96,7 @@ fn usual(command: &Command) -> BTreeSet<String> {
         .collect()
 }
 
-/// The first sentence of a help; of a long one only what comes before its list.
+/// Returns the first sentence of a help text; of a long sentence only the part before its list.
 fn sentence(help: &str) -> String {
     let until = |ends: &[&str], text: &str| {
         let end = ends.iter().filter_map(|end| text.find(end)).min();
@@ -101,7 +109,7 @@ fn sentence(help: &str) -> String {
     }
 }
 
-/// The first examples of what stands at the end of a help.
+/// Returns the first examples from the text at the end of a help.
 fn first_examples(text: &str) -> String {
     let mut lines = text.lines();
     match lines.next() {
@@ -125,7 +133,7 @@ mod tests {
 
     #[test]
     fn short_help_of_every_verb_fits_on_a_screen() {
-        /// Lines of a screen, but for the prompt.
+        /// Lines of a terminal without the prompt.
         const SCREEN: usize = 30;
         let mut description = brief(Cli::description());
         for verb in description.get_subcommands_mut() {

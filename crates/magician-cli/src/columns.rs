@@ -1,4 +1,4 @@
-//! Text in aligned columns, the last one wrapped to the terminal.
+//! Text in aligned columns; the last column is wrapped to the terminal's width.
 
 use std::fmt::Display;
 
@@ -7,10 +7,10 @@ use magician_protocol::visible;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// Between two columns.
+/// Spaces between two columns.
 const GAP: usize = 2;
 
-/// Lines of cells.
+/// Rows of cells.
 #[derive(Debug, Default)]
 pub(crate) struct Columns {
     indent: usize,
@@ -18,7 +18,7 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// Columns that begin after this many spaces.
+    /// Creates an empty table whose rows are indented by this many spaces.
     pub(crate) fn indented(indent: usize) -> Self {
         Self {
             indent,
@@ -26,13 +26,15 @@ impl Columns {
         }
     }
 
-    /// Adds a line. What would break it, or a terminal obey, is made visible before it is measured.
+    /// Adds a row. Line breaks and terminal control characters are made visible before widths are
+    /// measured.
     pub(crate) fn row<C: Display>(&mut self, cells: impl IntoIterator<Item = C>) {
         let cells = cells.into_iter().map(|cell| visible(cell).to_string());
         self.rows.push(cells.collect());
     }
 
-    /// Width of a column that is not the last of its row.
+    /// Width of a column, in characters. Cells that end their row do not count: they may be
+    /// wrapped.
     fn width(&self, column: usize) -> usize {
         let inner = self.rows.iter().filter(|row| row.len() > column + 1);
         inner
@@ -42,7 +44,7 @@ impl Columns {
             .unwrap_or(0)
     }
 
-    /// Writes the lines; the first column stands out.
+    /// Writes the rows, the first column highlighted.
     pub(crate) fn write(&self, out: &mut Output) -> Result<(), Failure> {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let widths: Vec<_> = (0..columns).map(|column| self.width(column)).collect();
@@ -81,7 +83,7 @@ fn count(text: &str) -> usize {
     text.chars().count()
 }
 
-/// Writes what accompanies a list, within the terminal.
+/// Writes a remark on a list, wrapped to the terminal's width and dimmed.
 pub(crate) fn note(text: &str, out: &mut Output) -> Result<(), Failure> {
     let paint = out.paint;
     wrap(text, out.width())
@@ -89,7 +91,8 @@ pub(crate) fn note(text: &str, out: &mut Output) -> Result<(), Failure> {
         .try_for_each(|line| out.line(paint.dim(line)))
 }
 
-/// Breaks text between words into lines of at most `room` characters; longer words stand alone.
+/// Breaks text between words into lines of at most `room` characters. A longer word gets a line of
+/// its own.
 pub(crate) fn wrap(text: &str, room: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {

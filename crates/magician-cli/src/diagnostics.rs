@@ -1,4 +1,4 @@
-//! What is wrong in a file, as people see it: the place underlined, and what to do about it.
+//! Errors in files for people: the excerpt with the place underlined, and what to do about it.
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
@@ -8,15 +8,16 @@ use magician_protocol::{is_deceptive, visible, visible_lines};
 use crate::paint::{Paint, draws_on_stderr, width_of_stderr};
 use crate::voice::Command;
 
-/// The place in a line of more characters is told in words: each of them would be laid out before the line is cut.
+/// Longest line, in characters, of which an excerpt is drawn. The library lays out every character
+/// before it cuts the line, so longer ones are described in words.
 const LONGEST: usize = 20_000;
 
-/// How bad it is.
+/// Severity of a problem.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Severity {
     /// The file is refused.
     Error,
-    /// It is taken in a certain way.
+    /// The file is accepted, with this interpretation.
     Note,
 }
 
@@ -29,14 +30,15 @@ impl Severity {
     }
 }
 
-/// Draws a problem: `text` is the file's, if it is one. Ends without a line feed.
+/// Draws a problem, without a line feed at its end. `text` is the content of the file if it is
+/// text.
 pub(crate) fn draw(
     problem: &Diagnostic,
     severity: Severity,
     file: &str,
     text: Option<&str>,
 ) -> String {
-    // With colours where there are any, and without more than ASCII where the terminal is dumb or none.
+    // Colours only if stderr supports them, and only ASCII on a dumb terminal or in a file.
     let renderer = if Paint::for_stderr().is_on() {
         Renderer::styled()
     } else {
@@ -63,7 +65,8 @@ fn draw_by(
         Some(_) => problem.message.as_str().to_owned(),
         None => format!("{file}: {problem}"),
     };
-    // The library colours the drawing, so that what it is given has to be harmless before.
+    // The library adds escape sequences for colours, so control characters must be made visible
+    // before.
     let message = visible_lines(message).to_string();
     let file = visible(file).to_string();
     let label = problem.name.as_ref().map(|name| visible(name).to_string());
@@ -82,15 +85,15 @@ fn draw_by(
     renderer.render(&[title.element(shown).elements(help)])
 }
 
-/// The line that it is about.
+/// Line that a problem is about.
 struct Excerpt {
     line: String,
-    /// The bytes of it that are underlined.
+    /// Bytes of the line that are underlined.
     span: std::ops::Range<usize>,
 }
 
 impl Excerpt {
-    /// The line of an origin; none for a place that the text does not have.
+    /// Cuts the line of an origin out of the text; `None` if the text has no such place.
     fn of(text: &str, origin: &Origin) -> Option<Self> {
         let line = (origin.line as usize).checked_sub(1)?;
         let first = (origin.column as usize).checked_sub(1)?;
@@ -99,7 +102,8 @@ impl Excerpt {
         if count.max(first) > LONGEST {
             return None;
         }
-        // A place behind the last character: the line ends too early.
+        // A place behind the last character means that the line ends too early: pad it to underline
+        // there.
         line.extend(std::iter::repeat_n(' ', (first + 1).saturating_sub(count)));
         let length = (origin.length as usize).max(1);
         let mut places = line.char_indices().map(|(at, _)| at).skip(first);
@@ -112,7 +116,8 @@ impl Excerpt {
     }
 }
 
-/// What a terminal would obey is not shown to it. One sign stays one, so that the columns are those of the file.
+/// Replaces characters that a terminal would obey. One character stays one, so that columns match
+/// the file.
 fn plain(sign: char) -> char {
     match sign {
         '\t' => ' ',

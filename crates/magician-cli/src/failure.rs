@@ -1,4 +1,4 @@
-//! What goes wrong, as the user sees it: a kind that decides the exit status, and a message.
+//! Failures as the user sees them: a kind, which decides the exit status, and a message.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -16,25 +16,25 @@ use crate::json::write_json;
 use crate::paint::Paint;
 use crate::voice::Command;
 
-/// The message for a person who is asked.
+/// Safety advice that precedes every question about the laser.
 pub(crate) const GOGGLES: &str =
     "wear goggles for its wavelength, clear away what must not burn, and stay with it";
 
-/// Whose problem it is. The exit status and the name in JSON follow from it.
+/// Kind of failure. Decides the exit status and the name in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// What the driver tells apart.
+    /// Failure that the driver classifies.
     Driver(ErrorKind),
     Bug,
     Usage,
     CheckFailed,
     Interrupted,
-    /// The reader of our output went away: end quietly.
+    /// The reader of our output has gone away: end quietly, with status 0.
     BrokenPipe,
 }
 
 impl Kind {
-    /// The exit status.
+    /// Returns the exit status.
     pub(crate) const fn status(self) -> u8 {
         match self {
             Self::BrokenPipe => 0,
@@ -55,7 +55,7 @@ impl Kind {
         }
     }
 
-    /// The name in JSON.
+    /// Returns the name in JSON.
     const fn name(self) -> &'static str {
         match self {
             Self::Driver(kind) => kind.name(),
@@ -68,23 +68,23 @@ impl Kind {
     }
 }
 
-/// Why a verb could not do what it was asked to.
+/// Reason why a verb failed.
 #[derive(Clone, Debug)]
 pub(crate) struct Failure {
     pub(crate) kind: Kind,
     pub(crate) message: String,
-    /// What to do about it, where it is not among the figures; for people only.
+    /// Hint for people that the remedies in `figures` do not give.
     hint: Option<String>,
     figures: Option<Box<ErrorFigures>>,
-    /// The same with its place in a file, drawn for people.
+    /// The message with its place in a file, drawn for people.
     drawn: Option<Box<str>>,
-    /// Notes on the file, which people have read by then.
+    /// Notes on the file. People have read them by then, so only JSON repeats them.
     notes: Vec<Note>,
-    /// Whether the user has been told already.
+    /// True if the user has seen the message already.
     told: bool,
 }
 
-/// The object that `--json` puts on stderr.
+/// Object that `--json` writes to stderr.
 #[derive(Serialize)]
 struct Report<'a> {
     error: Body<'a>,
@@ -113,7 +113,7 @@ impl Failure {
         }
     }
 
-    /// A failure that the user has been told of already.
+    /// Creates a failure whose message the user has already seen.
     pub(crate) fn told(kind: Kind) -> Self {
         Self {
             told: true,
@@ -133,12 +133,12 @@ impl Failure {
         Self::new(Kind::Driver(ErrorKind::Unexpected), message)
     }
 
-    /// The laser would or could burn, and is not allowed to.
+    /// Creates the failure of work that could burn without permission.
     pub(crate) fn not_allowed_to_burn(message: impl Into<String>) -> Self {
         Self::usage(message).hint(format!("{GOGGLES}; --yes allows it"))
     }
 
-    /// A file of the person's could not be written.
+    /// Creates the failure of a file that could not be written.
     pub(crate) fn unwritable(path: &Path, error: &impl fmt::Display) -> Self {
         Self::invalid(format!("{} cannot be written: {error}", path.display()))
     }
@@ -147,13 +147,14 @@ impl Failure {
         Self::new(Kind::Interrupted, "interrupted")
     }
 
-    /// Adds what to do about it.
+    /// Adds a hint.
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 
-    /// What is wrong, where it is clear which command is meant.
+    /// Returns the bare fact, without the name of the command, for places where the command is
+    /// clear.
     pub(crate) fn fact(&self) -> &str {
         let fact = self
             .figures
@@ -162,26 +163,26 @@ impl Failure {
         fact.unwrap_or(&self.message)
     }
 
-    /// Adds what it is about.
+    /// Adds the driver's figures: remedies, indices, alarms.
     pub(crate) fn about(mut self, figures: ErrorFigures) -> Self {
         self.figures = Some(Box::new(figures));
         self
     }
 
-    /// Adds the notes on the file: the reason may be among them.
+    /// Adds the notes on the file, since they may contain the reason.
     pub(crate) fn noted<'n>(mut self, notes: impl IntoIterator<Item = &'n Diagnostic>) -> Self {
         self.notes = Note::all(&Command, notes);
         self
     }
 
-    /// Shows people this picture of it instead of the message.
+    /// Replaces the message by this drawing for people.
     pub(crate) fn drawn(mut self, picture: impl Into<Box<str>>) -> Self {
         self.drawn = Some(picture.into());
         self
     }
 
-    /// Tells the user on stderr, as one JSON object if asked to. A stderr that cannot be written
-    /// to is no reason to fail again.
+    /// Prints the failure on stderr, as one JSON object if `json`. An unwritable stderr is ignored:
+    /// there is nowhere left to report it.
     pub(crate) fn report(&self, json: bool) {
         let mut stderr = io::stderr().lock();
         let _ = match (self.kind, json) {
@@ -212,7 +213,7 @@ impl Failure {
             None if self.kind == Kind::Interrupted => writeln!(to, "{message}")?,
             None => writeln!(to, "{} {message}", paint.error("error:"))?,
         }
-        // A drawing has them.
+        // A drawing contains the remedies already.
         let figures = self.figures.as_ref().filter(|_| self.drawn.is_none());
         let remedies = figures.map(|figures| &figures.remedies);
         let remedies = remedies.and_then(|remedies| Command.remedies(remedies));
@@ -275,7 +276,7 @@ impl From<RecordError> for Failure {
     }
 }
 
-/// A file of what was done meanwhile is not whole; all else was done.
+/// Creates the failure of an incomplete recording of work that itself succeeded.
 pub(crate) fn incomplete(what: &str, why: &str) -> Failure {
     Failure::new(
         Kind::Driver(ErrorKind::Port),

@@ -1,11 +1,12 @@
-//! The fence of the arm that is meant.
+//! Fence of the arm that the options name.
 
 use magician::Fence;
 
 use crate::context::Context;
 
 impl Context {
-    /// The fence of the arm that is meant, as far as that is known without one.
+    /// Returns the fence of the named arm, from the open connection or the settings; `None` if it
+    /// has none or it is unknown.
     pub(crate) fn fence(&mut self) -> Option<Fence> {
         if let Some(arm) = self.connected() {
             return arm.fence();

@@ -1,4 +1,4 @@
-//! JSON as a terminal may be given it.
+//! JSON that is safe to print on a terminal.
 
 use std::io::{self, Write};
 
@@ -6,15 +6,17 @@ use magician_protocol::is_deceptive;
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter};
 
-/// Writes a value as JSON that a terminal obeys nothing of: JSON itself escapes C0 alone.
+/// Writes a value as JSON with all control and deceptive characters escaped. JSON itself only
+/// requires that for C0.
 pub(crate) fn write_json(to: impl Write, value: &impl Serialize) -> serde_json::Result<()> {
     value.serialize(&mut serde_json::Serializer::with_formatter(to, Harmless))
 }
 
-/// The same as text.
+/// Returns the same as a string.
 pub(crate) fn json(value: &impl Serialize) -> String {
     let mut bytes = Vec::new();
-    // Neither a string nor a number of ours has no form in JSON.
+    // Serializing cannot fail: our types have no map with keys other than strings and no failing
+    // `Serialize`.
     let _ = write_json(&mut bytes, value);
     String::from_utf8(bytes).unwrap_or_default()
 }

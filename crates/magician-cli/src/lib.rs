@@ -1,9 +1,10 @@
 //! The `magician` command: find, look, move and simulate a Dobot Magician arm.
 //!
-//! The command holds no robot knowledge: a verb reads its arguments, asks the crates below, and
-//! shows what they say. Each verb is one file in `verbs`.
+//! The command holds no knowledge of robots: a verb parses its arguments, calls the crates below,
+//! and prints their results. Each verb is one file or directory in `verbs`.
 //!
-//! A library, so that the Python package can bring the command along; it has no other interface than [`run`].
+//! It is a library so that the Python package can include the command. Its only interface is
+//! [`run`].
 #![forbid(unsafe_code)]
 
 mod args;
@@ -47,9 +48,10 @@ use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::verbs::serve::is_started_by_hand;
 
-/// Runs the command and returns its exit status. The first of the arguments is the name it was started by.
+/// Runs the command and returns its exit status. The first argument is the program's name.
 ///
-/// For a process of its own: it takes over the process's signals, its panic hook and its log.
+/// Meant for a separate process: it replaces the process's signal handlers, panic hook and log
+/// subscriber.
 #[must_use]
 pub fn run(arguments: &[OsString]) -> u8 {
     match guarded(|| follow(arguments)) {
@@ -63,6 +65,7 @@ pub fn run(arguments: &[OsString]) -> u8 {
 
 fn follow(arguments: &[OsString]) -> Result<(), Failure> {
     let mut output = Output::stdout();
+    // Without arguments and a terminal, as after a double click, the program shows the studio.
     let by_hand = arguments.len() <= 1 && is_started_by_hand();
     let by_hand = by_hand.then(|| ["magician", "studio", "--app"].map(OsString::from));
     let arguments = by_hand.as_ref().map_or(arguments, |words| &words[..]);
@@ -81,7 +84,7 @@ fn follow(arguments: &[OsString]) -> Result<(), Failure> {
     cli.run(&mut context)
 }
 
-/// Runs the command; a panic becomes a failure of kind bug.
+/// Runs `work` and turns a panic into a failure of kind `Bug`.
 fn guarded(work: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
     let place = std::sync::Arc::new(std::sync::Mutex::new(String::new()));
     let seen = place.clone();

@@ -1,6 +1,7 @@
-//! What the crates below have to say, on stderr: warnings, and with `-v` more. Nothing with
-//! `--json` unless asked for, because stderr then belongs to the error object; but for a verb that
-//! serves, whose stderr has its lines as text with `--json` too.
+//! Log of the crates below, on stderr: warnings, and more with `-v`.
+//!
+//! With `--json` nothing is logged unless asked for, because stderr then belongs to the error
+//! object. Servers are the exception: they log text with `--json` too.
 
 use std::fmt;
 
@@ -18,7 +19,7 @@ use crate::options::Global;
 use crate::paint::Paint;
 use crate::terminal::LogWriter;
 
-/// Begins to listen. `serves`: [`Cli::serves`](crate::args::Cli::serves).
+/// Installs the subscriber. `serves`: see [`Cli::serves`](crate::args::Cli::serves).
 pub(crate) fn begin(global: &Global, serves: bool) {
     let level = match (global.verbose, global.json && !serves) {
         (0, true) => LevelFilter::OFF,
@@ -27,12 +28,14 @@ pub(crate) fn begin(global: &Global, serves: bool) {
         (2, _) => LevelFilter::DEBUG,
         _ => LevelFilter::TRACE,
     };
-    // Where many stations come at once Zenoh drops states that come before their keys, and tells each: the next ones follow.
+    // When many stations join at once, Zenoh drops states that arrive before their keys and warns
+    // for each. That is harmless: the next states follow.
     let known = (global.verbose == 0).then_some([
         ("zenoh::api::session", LevelFilter::OFF),
         ("zenoh::net::routing", LevelFilter::OFF),
         ("zenoh::net::runtime", LevelFilter::ERROR),
-        // Who has signed a certificate counts; the name in it is not compared with an address.
+        // The site checks the signer of a certificate and not its name against an address, which
+        // this library warns about.
         ("zenoh_link_tls", LevelFilter::ERROR),
     ]);
     let shown = Targets::new()
@@ -40,15 +43,15 @@ pub(crate) fn begin(global: &Global, serves: bool) {
         .with_targets(known.into_iter().flatten());
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| LogWriter)
-        // The colours are ours.
+        // `LineFormat` colours the lines itself.
         .with_ansi(false)
         .event_format(LineFormat(Paint::for_stderr()))
         .with_filter(shown);
-    // Only a second start could fail, and there is none.
+    // Fails only if a subscriber is already installed, which nothing else here does.
     let _ = tracing_subscriber::registry().with(lines).try_init();
 }
 
-/// `warning: what happened name=value`.
+/// Format of a log line: `warning: what happened name=value`.
 struct LineFormat(Paint);
 
 impl<S, N> FormatEvent<S, N> for LineFormat

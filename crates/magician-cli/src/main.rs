@@ -1,4 +1,4 @@
-//! The `magician` command, as a program.
+//! Entry point of the `magician` command.
 #![forbid(unsafe_code)]
 
 use std::ffi::OsString;

@@ -1,4 +1,4 @@
-//! Stations on the local network by multicast DNS: one that announces itself, and those that are found.
+//! Announces and finds stations on the local network by multicast DNS (DNS-SD).
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -7,30 +7,31 @@ use std::time::{Duration, Instant};
 use mdns_sd::{ResolvedService, ServiceDaemon, ServiceEvent, ServiceInfo};
 use serde::Serialize;
 
-/// The kind of service.
+/// Service type.
 const KIND: &str = "_magician._tcp.local.";
-/// What a text of a service may have at most, bytes; its name counts, too.
+/// Largest TXT entry, in bytes with its key (RFC 6763 section 6.1).
 const TEXT: usize = 255;
 
-/// A station that was found.
+/// Station found on the network.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub(crate) struct FoundStation {
-    /// What `--station` takes.
+    /// Address for `--station`.
     pub(crate) url: String,
-    /// What its computer is called.
+    /// Name of its computer.
     pub(crate) name: String,
-    /// Its arms, as far as they are told.
+    /// Names of its arms, as far as they fit into the announcement.
     pub(crate) arms: Vec<String>,
 }
 
-/// A station that announces itself, while this lasts.
+/// Announcement of a station, valid until it is dropped.
 pub(crate) struct Announcement {
     daemon: ServiceDaemon,
     name: String,
 }
 
 impl Announcement {
-    /// Announces a station at these addresses. It tells no secret: what it is, and how its arms are called.
+    /// Announces a station at these addresses. The announcement is public and holds no secret: only
+    /// the service, whether it is encrypted, and the names of the arms.
     pub(crate) fn new(
         addresses: &[SocketAddr],
         encrypted: bool,
@@ -44,7 +45,7 @@ impl Announcement {
         let every = named.is_empty();
         let domain = format!("{host}.local.");
         let info = ServiceInfo::new(KIND, &host, &domain, &named[..], port, &properties[..])?;
-        // All addresses of the machine, also those that it gets later.
+        // Listens at every address: announce all addresses of the machine, also later ones.
         let info = if every { info.enable_addr_auto() } else { info };
         let name = info.get_fullname().to_owned();
         let daemon = ServiceDaemon::new()?;
@@ -55,7 +56,8 @@ impl Announcement {
 
 impl Drop for Announcement {
     fn drop(&mut self) {
-        // Who found it should not ask it any more; not more than a moment is spent on that.
+        // Withdraws the announcement so that others drop it from their caches. 200 ms is a choice:
+        // the end of the program shall not hang on the network.
         if let Ok(told) = self.daemon.unregister(&self.name) {
             let _ = told.recv_timeout(Duration::from_millis(200));
         }
@@ -63,14 +65,15 @@ impl Drop for Announcement {
     }
 }
 
-/// Looks for stations for so long.
+/// Browses for stations for this long.
 pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Error> {
     let until = Instant::now() + patience;
     let daemon = ServiceDaemon::new()?;
     let events = daemon.browse(KIND)?;
     let mut found = BTreeMap::new();
     while let Ok(event) = events.recv_deadline(until) {
-        // A station with many addresses is reported more than once; the last report has the most.
+        // A station with many addresses is reported more than once; the last report is the most
+        // complete.
         if let ServiceEvent::ServiceResolved(service) = event
             && let Some(station) = station(&service)
         {
@@ -81,9 +84,10 @@ pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Err
     Ok(found.into_values().collect())
 }
 
-/// What a service is told to be.
+/// Returns the TXT entries of an announcement.
 fn properties(encrypted: bool, arms: &[String]) -> Vec<(&'static str, String)> {
     let mut names = arms.join(",");
+    // Arms that do not fit are left out of the announcement; the station itself lists all.
     while names.len() + "arms=".len() > TEXT {
         names = names
             .rsplit_once(',')
@@ -97,7 +101,7 @@ fn properties(encrypted: bool, arms: &[String]) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// The station that a service is; none for what has no address.
+/// Converts a service into a station; `None` if it has no usable address.
 fn station(service: &ResolvedService) -> Option<FoundStation> {
     let addresses = service.get_addresses().iter().map(|at| at.to_ip_addr());
     let text = |key| service.get_property_val_str(key).unwrap_or_default();
@@ -112,7 +116,8 @@ fn station(service: &ResolvedService) -> Option<FoundStation> {
     )
 }
 
-/// As what it is shown. Others may announce anything: what a terminal would obey is taken out.
+/// Creates the station to show. The announcement comes from the network, so control characters are
+/// made visible.
 fn found(
     name: &str,
     addresses: impl Iterator<Item = IpAddr>,
@@ -121,10 +126,10 @@ fn found(
     arms: &str,
 ) -> Option<FoundStation> {
     let usable = |address: &IpAddr| match address {
-        // That of the other computer, not of this one.
+        // A loopback address is that of the other computer.
         address if address.is_loopback() => false,
         IpAddr::V4(_) => true,
-        // It would need the name of an interface, which no URL has.
+        // A link-local address needs the name of an interface, for which a URL has no place.
         IpAddr::V6(address) => !address.is_unicast_link_local(),
     };
     let address = addresses.filter(usable).min()?;
@@ -138,7 +143,7 @@ fn found(
     })
 }
 
-/// What this computer is called, without its domain.
+/// Returns this computer's name without its domain.
 pub(crate) fn host_name() -> String {
     #[cfg(unix)]
     let name = rustix::system::uname()

@@ -1,11 +1,11 @@
-//! The tool that settings say is on the arm.
+//! Tool that the settings name as mounted.
 
 use magician_program::Tool;
 
 use crate::config::{Config, Key};
 use crate::failure::Failure;
 
-/// The tool of the environment or the settings, if they name one.
+/// Returns the tool from the environment or the settings; `None` if neither names one.
 pub(crate) fn usual_tool(config: &Config) -> Result<Option<Tool>, Failure> {
     let key = Key::named("tool");
     let Some((text, _)) = key.and_then(|key| config.value(key)) else {

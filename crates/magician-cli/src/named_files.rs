@@ -1,5 +1,8 @@
-//! The files that a command line names: none is written over another that the same command reads or
-//! writes, whatever the verb.
+//! Files that a command line names, checked before any verb runs: no output may overwrite another
+//! file of the same command line.
+//!
+//! Roles are looked up by the name of the argument, so a verb cannot forget the check. A test fails
+//! for a path argument without a role.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -10,18 +13,18 @@ use magician_job::files::check_distinct;
 
 use crate::failure::Failure;
 
-/// The option that every verb has.
+/// Argument id of the global option for a trace.
 const TRACE: &str = "trace";
 
-/// Use that a verb makes of the file that an argument names.
+/// Use of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     Reads,
-    /// Also if it reads the same file first, as an editor does.
+    /// Written; also if the verb reads the same file first, as an editor does.
     Writes,
 }
 
-/// The role of an argument of a verb, by their names; `None` if it names no file.
+/// Returns the role of a verb's argument; `None` if it names no file.
 fn role(verb: &str, argument: &str) -> Option<Role> {
     Some(match (verb, argument) {
         ("record" | "teach" | "new", "file") => Role::Writes,
@@ -39,7 +42,7 @@ fn role(verb: &str, argument: &str) -> Option<Role> {
     })
 }
 
-/// The files of a command line.
+/// Files of a command line.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NamedFiles {
     inputs: Vec<PathBuf>,
@@ -48,7 +51,7 @@ pub(crate) struct NamedFiles {
 }
 
 impl NamedFiles {
-    /// Finds them among the arguments of a verb and of the verbs below it.
+    /// Collects the files from the arguments of a verb and its subcommands.
     pub(crate) fn of(matches: &ArgMatches) -> Self {
         let mut arguments = BTreeMap::new();
         let mut level = Some(("", matches));
@@ -57,7 +60,7 @@ impl NamedFiles {
                 let role = role(verb, id.as_str());
                 let values = matches.try_get_raw(id.as_str()).ok().flatten();
                 if let (Some(role), Some(values)) = (role, values) {
-                    // What all verbs have is known at each level.
+                    // Global options appear at each level; the map keeps one copy.
                     let values: Vec<OsString> = values.map(OsString::from).collect();
                     arguments.insert(id.as_str(), (role, values));
                 }
@@ -70,7 +73,7 @@ impl NamedFiles {
         };
         for (role, values) in arguments.into_values() {
             let paths = values.into_iter().map(PathBuf::from);
-            // Standard input and output are no files.
+            // `-` is standard input or output.
             let paths = paths.filter(|path| path != Path::new("-"));
             match role {
                 Role::Reads => files.inputs.extend(paths),
@@ -80,7 +83,8 @@ impl NamedFiles {
         files
     }
 
-    /// Refuses a file that would be written over, with the trace of a shell among them.
+    /// Returns an error if an output is the same file as another one. `trace` is a shell's trace,
+    /// unless the line has its own.
     pub(crate) fn check(&self, trace: Option<&Path>) -> Result<(), Failure> {
         let trace = trace.filter(|_| !self.has_trace);
         let [inputs, outputs] =
@@ -101,7 +105,7 @@ mod tests {
     use super::*;
     use crate::args::Cli;
 
-    /// Directories, and the name of a pseudo-terminal.
+    /// Path arguments that are no files: directories and the name of a pseudo-terminal.
     const NO_FILES: &[&str] = &["dir", "export", "programs", "pty"];
 
     fn names_a_path(argument: &Arg) -> bool {

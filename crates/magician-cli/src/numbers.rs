@@ -1,6 +1,6 @@
-//! Numbers as people type them.
+//! Parsers for numbers that users type.
 
-/// Parses `N` finite numbers with commas between them.
+/// Parses `N` finite numbers separated by commas.
 pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let parsed: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     let parsed = parsed

@@ -1,4 +1,4 @@
-//! Options that verbs share, and how their values are read.
+//! Global options, and parsers that verbs share.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ use magician_station::client::Trust;
 use crate::failure::Failure;
 use crate::tokens::token_of;
 
-/// How a tool is written.
+/// Placeholder for the value of a tool option.
 pub(crate) const TOOL: &str = "NAME|X,Y,Z";
 
 /// Options of every verb.
@@ -88,21 +88,21 @@ pub(crate) struct Global {
 }
 
 impl Global {
-    /// The token for a station.
+    /// Returns the token for stations from the environment.
     pub(crate) fn token(&self) -> Option<String> {
         let token = std::env::var("MAGICIAN_TOKEN").ok();
         token.filter(|token| !token.is_empty())
     }
 
-    /// The token for the station at this address: the one that is given, else what a station of this machine has for
-    /// commands of its own user.
+    /// Returns the token for this station: the user's, otherwise the token that a station of this
+    /// machine stores for commands of the same user.
     pub(crate) fn token_for(&self, url: &str) -> Option<String> {
         self.token().or_else(|| token_of(url))
     }
 
-    /// Whose certificates are trusted at a station.
+    /// Returns which certificates of stations are trusted.
     pub(crate) fn trust(&self) -> Trust {
-        // An empty variable says nothing, as an empty port does.
+        // An empty variable counts as not set, as for the port.
         let file = self
             .station_ca
             .clone()
@@ -110,14 +110,15 @@ impl Global {
         file.map_or(Trust::System, Trust::File)
     }
 
-    /// Where the arm is: at a station, or a port.
+    /// Returns the station or the port.
     pub(crate) fn place(&self) -> Option<&str> {
         self.station.as_deref().or(self.port.as_deref())
     }
 
-    /// The options of a line within a shell that was given `session`'s: the same connection, and what is said besides.
+    /// Returns the options of a line in a shell: `session` decides the connection, the line's own
+    /// options are added.
     pub(crate) fn within(self, session: &Self) -> Result<Self, Failure> {
-        // All of them, so that a new one is not forgotten.
+        // Destructured completely, so that a new field causes a compiler error here.
         let Self {
             port,
             station,
@@ -158,7 +159,7 @@ impl Global {
     }
 }
 
-/// Seconds above 0, with a fraction if need be.
+/// Parses seconds above 0, fractions allowed.
 pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
     let value = text.strip_suffix('s').unwrap_or(text).parse::<f64>();
     value
@@ -168,7 +169,7 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "expected seconds above 0, such as 0.5".to_owned())
 }
 
-/// Seconds from 0 on.
+/// Parses seconds, 0 allowed.
 pub(crate) fn seconds_from_zero(text: &str) -> Result<Duration, String> {
     match text.strip_suffix('s').unwrap_or(text).parse::<f64>() {
         Ok(0.0) => Ok(Duration::ZERO),
@@ -176,14 +177,14 @@ pub(crate) fn seconds_from_zero(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// A request window. An empty variable says nothing, as an empty port does.
+/// Parses a request window. An empty variable counts as not set, as for the port.
 fn window(text: &str) -> Result<u8, String> {
     let value = if text.is_empty() { Ok(1) } else { text.parse() };
     let value = value.ok().filter(|value| (1..=8).contains(value));
     value.ok_or_else(|| "expected 1 to 8, here or in MAGICIAN_WINDOW".to_owned())
 }
 
-/// A number with a fraction if need be.
+/// Parses a number, fractions allowed.
 pub(crate) fn number<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "expected a number".to_owned())
 }

@@ -1,4 +1,4 @@
-//! Standard output: buffered, painted only on a terminal, silent when its reader has gone.
+//! Standard output: buffered, coloured only on a terminal, and quiet when its reader has gone away.
 
 use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
@@ -17,7 +17,7 @@ use crate::paint::{Paint, tell};
 use crate::saved::{self, Settled};
 use crate::voice::Command;
 
-/// A text as JSON has it.
+/// Plain text as a JSON object.
 #[derive(Serialize)]
 pub(crate) struct Text {
     text: String,
@@ -35,9 +35,9 @@ impl From<String> for Text {
     }
 }
 
-/// Adds notes to an object; any other value stays unchanged.
+/// Adds notes to a JSON object; any other value is unchanged.
 fn with_notes(value: &impl Serialize, notes: Vec<Note>) -> Result<Value, serde_json::Error> {
-    // By way of the text: a value in memory makes long decimals of single-precision numbers.
+    // Via text: `serde_json::to_value` would widen `f32` to `f64` and print long decimals.
     let mut value = serde_json::from_str(&json(value))?;
     if let Value::Object(object) = &mut value {
         let told = object.entry("notes").or_insert_with(|| json!([]));
@@ -48,12 +48,12 @@ fn with_notes(value: &impl Serialize, notes: Vec<Note>) -> Result<Value, serde_j
     Ok(value)
 }
 
-/// Where results go.
+/// Writer for results.
 pub(crate) struct Output {
     to: BufWriter<Stdout>,
     pub(crate) paint: Paint,
     width: Option<usize>,
-    /// What the next object in JSON says besides.
+    /// Notes for the next JSON object.
     notes: Vec<Note>,
 }
 
@@ -69,18 +69,19 @@ impl Output {
         }
     }
 
-    /// Columns to keep within: the terminal's, at least 60; without a terminal no bound.
+    /// Returns the width for wrapping, in columns: the terminal's, at least 60 since narrower
+    /// tables are unreadable; unlimited without a terminal.
     pub(crate) fn width(&self) -> usize {
         self.width.map_or(usize::MAX, |width| width.max(60))
     }
 
-    /// Writes a line.
+    /// Writes a line, with control characters made visible.
     pub(crate) fn line(&mut self, text: impl Display) -> Result<(), Failure> {
         let text = self.paint.harmless(text);
         Ok(writeln!(self.to, "{text}")?)
     }
 
-    /// Writes one object on a line.
+    /// Writes a result as one JSON object on a line, with the notes so far.
     pub(crate) fn json(&mut self, value: &impl Serialize) -> Result<(), Failure> {
         match mem::take(&mut self.notes) {
             notes if notes.is_empty() => self.event(value),
@@ -88,13 +89,14 @@ impl Output {
         }
     }
 
-    /// Writes one object of those that come while the verb is at it: notes are for its result.
+    /// Writes an intermediate JSON object. Notes wait for the result.
     pub(crate) fn event(&mut self, value: &impl Serialize) -> Result<(), Failure> {
         write_json(&mut self.to, value)?;
         self.line("")
     }
 
-    /// A person is told now; a reader of JSON finds it in the next object.
+    /// Reports settings of an earlier command: as a note to a person now, in the next JSON object
+    /// otherwise.
     pub(crate) fn settled(&mut self, settled: &Settled, json: bool) {
         let Some(text) = saved::note(settled) else {
             return;
@@ -103,7 +105,7 @@ impl Output {
         self.note(&note, json);
     }
 
-    /// Tells a note, with what to do about it: a person now, a reader of JSON in the next object.
+    /// Prints a note with its advice; with `json` it is added to the next object instead.
     pub(crate) fn note(&mut self, note: &Diagnostic, json: bool) {
         if json {
             self.notes.extend(Note::all(&Command, [note]))
@@ -114,8 +116,8 @@ impl Output {
         }
     }
 
-    /// Tells a note as it comes up, also to a reader of JSON: as an object of its own, because a verb that
-    /// fails has no result to carry it.
+    /// Prints a note at once, with `json` as a separate object, because a verb that may fail has no
+    /// result to carry it.
     pub(crate) fn note_at_once(&mut self, note: &Diagnostic, json: bool) -> Result<(), Failure> {
         if !json {
             self.note(note, json);
@@ -141,7 +143,7 @@ impl Output {
         self.flush()
     }
 
-    /// Hands on what is buffered.
+    /// Flushes the buffer.
     pub(crate) fn flush(&mut self) -> Result<(), Failure> {
         Ok(self.to.flush()?)
     }
@@ -161,7 +163,7 @@ impl Write for Output {
 mod tests {
     use super::*;
 
-    /// Numbers of the wire have their shortest form beside notes too.
+    /// Single-precision numbers keep their shortest form if notes are added.
     #[test]
     fn notes_leave_the_rest_of_an_object_as_it_is() {
         #[derive(Serialize)]

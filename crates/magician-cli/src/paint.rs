@@ -1,11 +1,13 @@
-//! Colours, and what a terminal may be given: on a terminal that can, and nothing that a file or an arm says is obeyed.
+//! Colours on terminals that support them, and protection of the terminal from control characters
+//! in names and files.
 
 use std::fmt::{self, Display};
 use std::io::{self, IsTerminal, Write};
 
 use magician_protocol::{is_deceptive, visible_lines};
 
-/// Whether this is a terminal that obeys escape sequences. Windows consoles do when told to, which this does.
+/// True if this is a terminal that interprets escape sequences. On Windows this enables them on the
+/// console.
 pub(crate) fn obeys(to: &impl IsTerminal) -> bool {
     #[cfg(windows)]
     let obeys = ratatui::crossterm::ansi_support::supports_ansi;
@@ -14,20 +16,22 @@ pub(crate) fn obeys(to: &impl IsTerminal) -> bool {
     to.is_terminal() && obeys()
 }
 
-/// Colours, or none: only on a terminal that can, and not with `NO_COLOR`.
+/// Colours, or their absence: enabled only on a terminal that supports them and without `NO_COLOR`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Paint {
     on: bool,
 }
 
-/// Columns of the terminal at stderr, within what can be read at a glance; elsewhere the most of it.
+/// Returns the width for text on stderr, in columns: the terminal's, but 60 to 100 for readability;
+/// 100 elsewhere.
 pub(crate) fn width_of_stderr() -> usize {
     let width = terminal_size::terminal_size_of(io::stderr());
     let width = width.filter(|_| io::stderr().is_terminal());
     width.map_or(100, |(width, _)| usize::from(width.0).clamp(60, 100))
 }
 
-/// Whether stderr shows more signs than ASCII: a terminal that is not dumb, in a place where text is UTF-8.
+/// True if stderr is a terminal other than a dumb one, in a UTF-8 locale, so that box-drawing
+/// characters can be used.
 pub(crate) fn draws_on_stderr() -> bool {
     let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
     let place = ["LC_ALL", "LC_CTYPE", "LANG"]
@@ -39,17 +43,17 @@ pub(crate) fn draws_on_stderr() -> bool {
     obeys(&io::stderr()) && utf8 && !dumb
 }
 
-/// The colours that there are.
+/// Colours, as parameters of the SGR escape sequence.
 const ERROR: &str = "1;31";
 const GOOD: &str = "32";
 const NAME: &str = "1";
 const DIM: &str = "2";
 const NOTE: &str = "33";
 const HEADING: &str = "1;4";
-/// All that this program says to a terminal in a line of text.
+/// Only escape sequences that this program writes to a terminal in a line of text.
 const SEQUENCES: [&str; 7] = [ERROR, GOOD, NAME, DIM, NOTE, HEADING, "0"];
 
-/// A text in a colour.
+/// Text in a colour.
 struct Painted<T> {
     text: T,
     code: Option<&'static str>,
@@ -77,8 +81,9 @@ impl Paint {
         }
     }
 
-    /// The text as a terminal may be given it: it obeys our own colours and nothing else, whatever an arm is called and
-    /// whatever stands in a file. Every line for people goes through here.
+    /// Returns the text with all control characters made visible but our own colours, so that a
+    /// terminal obeys nothing from an arm's name or a file. Every line for people passes through
+    /// here.
     pub(crate) fn harmless(self, text: impl Display) -> String {
         let text = text.to_string();
         if !text.contains(is_deceptive) {
@@ -98,12 +103,12 @@ impl Paint {
         to
     }
 
-    /// Whether there are colours.
+    /// True if colours are enabled.
     pub(crate) fn is_on(self) -> bool {
         self.on
     }
 
-    /// Without colours.
+    /// Returns the paint without colours.
     pub(crate) const fn plain() -> Self {
         Self { on: false }
     }
@@ -119,38 +124,38 @@ impl Paint {
         }
     }
 
-    /// What an error begins with, and what is wrong in a list.
+    /// Paints the word that introduces an error, and failed entries of a list.
     pub(crate) fn error(self, text: impl Display) -> impl Display {
         self.with(ERROR, text)
     }
 
-    /// What is as it should be.
+    /// Paints entries that are in order.
     pub(crate) fn good(self, text: impl Display) -> impl Display {
         self.with(GOOD, text)
     }
 
-    /// What a list is about.
+    /// Paints the subject of a list.
     pub(crate) fn name(self, text: impl Display) -> impl Display {
         self.with(NAME, text)
     }
 
-    /// What only accompanies.
+    /// Paints text of secondary importance.
     pub(crate) fn dim(self, text: impl Display) -> impl Display {
         self.with(DIM, text)
     }
 
-    /// What deserves a look.
+    /// Paints text that needs attention.
     pub(crate) fn note(self, text: impl Display) -> impl Display {
         self.with(NOTE, text)
     }
 
-    /// A heading.
+    /// Paints a heading.
     pub(crate) fn heading(self, text: impl Display) -> impl Display {
         self.with(HEADING, text)
     }
 }
 
-/// Writes a line for people to stderr. A stderr that cannot be written to is no reason to stop.
+/// Writes a line for people to stderr. An unwritable stderr is ignored.
 pub(crate) fn tell(text: impl Display) {
     let text = Paint::for_stderr().harmless(text);
     let _ = writeln!(io::stderr().lock(), "{text}");
@@ -172,7 +177,8 @@ mod tests {
             shown(Paint { on: true }),
             format!("\x1b[1marm\x1b[0m is {escaped}")
         );
-        // Without colours even our own sequences are shown as text: they are not from here.
+        // Without colours our own sequences do not occur, so they count as foreign and are shown as
+        // text.
         let ours = Paint { on: false }.harmless("\x1b[1mbold");
         assert_eq!(ours, r"\u{1b}[1mbold");
     }

@@ -1,4 +1,7 @@
-//! What a person has to confirm: the laser of a real arm, and unusual jobs.
+//! Confirmations by the user: the laser of a real arm, and unusual jobs.
+//!
+//! The driver refuses whatever may burn without permission. The command obtains it before it
+//! connects or sends: `--yes`, or a question on the terminal. A virtual arm needs none.
 
 use std::io::{self, IsTerminal, Write};
 
@@ -7,15 +10,16 @@ use magician::{Arm, ErrorCode, Set, Target, burns};
 use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, GOGGLES};
 
-/// Whether a person at the terminal may be asked.
+/// Source of a confirmation that `--yes` does not give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Asks {
     AtTheTerminal,
-    /// What is on stdin is a file.
+    /// Never asks: standard input is the file to run.
     Never,
 }
 
-/// The arm for what needs to know where it is: one that is not known to be homed is refused, or taken with `--unhomed`.
+/// Returns the arm for work that depends on its position. Refused if the arm is not known to be
+/// homed, unless `unhomed` is set.
 pub(crate) async fn homed(arm: &Arm, unhomed: bool) -> Result<Arm, Failure> {
     let arm = if unhomed {
         arm.allowing_unhomed()
@@ -27,7 +31,7 @@ pub(crate) async fn homed(arm: &Arm, unhomed: bool) -> Result<Arm, Failure> {
 }
 
 impl Context {
-    /// Whether the arm is a virtual one, in this process or of a station: everything else counts as real.
+    /// True if the arm is virtual, in this process or at a station; anything else counts as real.
     pub(crate) fn is_virtual(&mut self) -> Result<bool, Failure> {
         match self.connected() {
             Some(arm) => Ok(arm.is_virtual()),
@@ -38,14 +42,14 @@ impl Context {
         }
     }
 
-    /// Whether a laser may be wired to the pins of the arm.
+    /// True if a laser may be wired to the arm's pins.
     pub(crate) fn laser_pins(&mut self) -> Result<bool, Failure> {
         let port = self.port()?;
         Ok(self.config()?.laser_is_mounted(port.as_deref()))
     }
 
-    /// Lets what burns of these commands burn during this verb, once a person has said so; nothing has been sent by then.
-    /// Whether any does.
+    /// Asks the user before commands that may burn, and allows them for this verb. Nothing has been
+    /// sent by then. Returns true if any of the commands may burn.
     pub(crate) fn permit<'a>(
         &mut self,
         commands: impl IntoIterator<Item = &'a Set>,
@@ -58,13 +62,13 @@ impl Context {
         Ok(burns)
     }
 
-    /// Lets the laser burn during this verb, once a person has said so.
+    /// Asks the user and allows the laser for this verb.
     pub(crate) fn permit_laser(&mut self, asks: Asks) -> Result<(), Failure> {
         self.ask_for_laser(asks, "this lights the laser of the arm")
     }
 
-    /// Lets the queue run during this verb. If commands of another program wait in it, a person has to confirm: they may
-    /// burn, and cannot be read back.
+    /// Allows the queue to run during this verb. If it holds commands of another program the user
+    /// must confirm: they may burn, and the protocol cannot read them back.
     pub(crate) fn permit_queue(&mut self) -> Result<(), Failure> {
         if self.laser_is_allowed() || self.is_virtual()? {
             return Ok(());
@@ -101,7 +105,7 @@ impl Context {
         )))
     }
 
-    /// Asks for confirmation of something unusual; `--yes` confirms it.
+    /// Asks the user to confirm something unusual; `--yes` confirms it in advance.
     pub(crate) fn confirm(&mut self, asks: Asks, what: &str) -> Result<(), Failure> {
         if self.global.yes || self.may_ask(asks) && says_yes(what)? {
             return Ok(());
@@ -109,14 +113,14 @@ impl Context {
         Err(Failure::usage(format!("{what}; nothing was sent")).hint("give --yes to go on"))
     }
 
-    /// Whether a person is there to be asked.
+    /// True if a user is at the terminal to answer.
     fn may_ask(&self, asks: Asks) -> bool {
         let person = io::stdin().is_terminal() && io::stderr().is_terminal();
         asks == Asks::AtTheTerminal && person && !self.global.json
     }
 }
 
-/// Asks on stderr.
+/// Asks a question on stderr; true if the answer is yes.
 fn says_yes(what: &str) -> io::Result<bool> {
     let mut stderr = io::stderr();
     write!(stderr, "{what}. Go on? y/n ")?;

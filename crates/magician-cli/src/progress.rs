@@ -1,4 +1,4 @@
-//! Telling that something takes its time: a live line on a terminal, a line elsewhere, nothing with
+//! Progress of long work: an animated line on a terminal, one plain line elsewhere, nothing with
 //! `--json`.
 
 use std::cell::Cell;
@@ -12,12 +12,14 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use crate::paint::obeys;
 
-/// Waits shorter than this need no telling.
+/// Waits shorter than this are not announced. A choice: most requests end sooner, and a line for
+/// each would be noise.
 const PATIENCE: Duration = Duration::from_secs(1);
+// Interval of the animation and its frames.
 const FRAME: Duration = Duration::from_millis(100);
 const FACES: [char; 4] = ['|', '/', '-', '\\'];
 
-/// Waits for `work`; says what it waits for if that takes longer than a second.
+/// Awaits `work`, and says after one second what it waits for.
 pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Output = T>) -> T {
     let mut work = pin!(work);
     if quiet {
@@ -32,6 +34,7 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
         return work.await;
     }
     let mut frames = interval(FRAME);
+    // A terminal that was stalled must not receive the missed frames at once.
     frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let _clear = Clear;
     for face in FACES.into_iter().cycle() {
@@ -39,7 +42,7 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
             biased;
             done = &mut work => return done,
             _ = frames.tick() => {
-                // Short, so that a `^C` behind it stays on its line.
+                // Short, so that the `^C` which a terminal echoes behind it stays on the line.
                 let seconds = begun.elapsed().as_secs();
                 let _ = write!(io::stderr(), "\r{face} {what} {seconds} s\x1b[K");
             }
@@ -48,16 +51,16 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
     work.await
 }
 
-/// A bar on stderr while something is counted, gone afterwards; elsewhere than on a terminal a line, if it takes longer
-/// than a second.
+/// Progress bar on stderr, removed at its end. Without a terminal one line is printed if the work
+/// takes longer than a second.
 pub(crate) struct Bar {
     shown: ProgressBar,
-    /// What is to be said where there is no bar, and since when it is due.
+    /// Line to print where there is no bar, and when it is due.
     line: Cell<Option<(&'static str, Instant)>>,
 }
 
 impl Bar {
-    /// From 0 to `total`.
+    /// Starts a bar that counts from 0 to `total`.
     pub(crate) fn begin(quiet: bool, what: &'static str, total: u64) -> Self {
         let at_terminal = io::stderr().is_terminal();
         let target = if !quiet && at_terminal {
@@ -79,7 +82,7 @@ impl Bar {
         }
     }
 
-    /// So many are done.
+    /// Sets the number of completed items.
     pub(crate) fn at(&self, done: u64) {
         if let Some((what, _)) = self.line.get().filter(|(_, due)| *due <= Instant::now()) {
             let _ = writeln!(io::stderr(), "{what} ...");
@@ -95,7 +98,7 @@ impl Drop for Bar {
     }
 }
 
-/// Takes the live line off the screen, also when the wait is given up.
+/// Guard that erases the animated line, also if the wait is cancelled.
 struct Clear;
 
 impl Drop for Clear {

@@ -1,8 +1,8 @@
-//! Settings that a verb changes for its own time and gives back, in the words of the command.
+//! Settings that a verb changes temporarily and restores, and the note about them.
 
 pub(crate) use magician_job::{Access, SavedSettings, Settled};
 
-/// The note for the user, if there is something to say.
+/// Returns the note for the user; `None` if there is nothing to report.
 pub(crate) fn note(settled: &Settled) -> Option<String> {
     let before = "an earlier command ended without restoring the arm's settings";
     Some(match settled {

@@ -1,4 +1,4 @@
-//! What the verbs that serve others have in common: `sim` and `proxy`.
+//! Parts shared by the verbs that serve other programs: `sim`, `proxy`, `serve`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -9,14 +9,14 @@ use magician_job::files::WholeFile;
 
 use crate::failure::{Failure, Kind};
 
-/// What to do about having no door.
+/// Hint for a server without an endpoint.
 pub(crate) const DOORS: &str = if cfg!(unix) {
     "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT"
 } else {
     "give --udp HOST[:PORT], --tcp HOST:PORT, or both"
 };
 
-/// The path of a new pseudo-terminal, where there are such things.
+/// Parser for the path of a new pseudo-terminal. Fails on systems that have none.
 pub(crate) fn pty() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| {
         if cfg!(unix) {
@@ -27,7 +27,7 @@ pub(crate) fn pty() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// Says where something is served.
+/// Returns the line that announces an endpoint.
 pub(crate) fn serving(endpoint: &Endpoint) -> String {
     match endpoint {
         #[cfg(unix)]
@@ -38,12 +38,12 @@ pub(crate) fn serving(endpoint: &Endpoint) -> String {
     }
 }
 
-/// A trace or recording of the person's that begins; one that another program is writing stays as it is.
+/// Creates or extends a trace or recording of the user. Fails if another program is writing it.
 pub(crate) fn grow(path: &Path) -> Result<WholeFile, Failure> {
     WholeFile::grow(path).map_err(|error| Failure::unwritable(path, &error))
 }
 
-/// A parent that does not listen is no reason to stop serving.
+/// Prints `ready`, for a parent process that waits for it. An unwritable stdout is ignored.
 pub(crate) fn say_ready() {
     let mut stdout = io::stdout().lock();
     let _ = writeln!(stdout, "ready").and_then(|()| stdout.flush());
@@ -55,7 +55,7 @@ impl From<ServeError> for Failure {
     }
 }
 
-/// Time since 1970, by the clock of this machine.
+/// Returns the time since 1970 by this machine's clock.
 pub(crate) fn unix_time() -> std::time::Duration {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     since.unwrap_or_default()

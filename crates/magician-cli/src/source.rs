@@ -1,4 +1,4 @@
-//! The file that a person names: read whole, understood, its place shown where it is wrong.
+//! File that the user names: read completely, parsed, and with errors shown at their place.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -11,24 +11,24 @@ use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions, foreign
 use crate::diagnostics::{self, Severity};
 use crate::failure::Failure;
 
-/// The largest file that is read, bytes.
+/// Largest file that is read, bytes. A choice: far above real drawings, small enough for memory.
 const LARGEST: u64 = 256 << 20;
 
-/// As many characters of a line are quoted in a sentence.
+/// Longest quotation of a line in a sentence, in characters.
 const WORDS: usize = 40;
 
-/// A file that has been read.
+/// File that has been read.
 #[derive(Debug)]
 pub(crate) struct Source {
-    /// As the person wrote it; `stdin` for `-`.
+    /// Name as the user wrote it; `stdin` for `-`.
     pub(crate) name: String,
-    /// What it is called without its folder and its ending.
+    /// Name without folder and extension.
     pub(crate) title: String,
     bytes: Arc<[u8]>,
 }
 
 impl Source {
-    /// Reads a file, or stdin for `-`.
+    /// Reads a file, or standard input for `-`.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
         let is_stdin = path.as_os_str() == "-";
         let name = if is_stdin {
@@ -58,7 +58,7 @@ impl Source {
         })
     }
 
-    /// Text that a person gave instead of a file.
+    /// Creates a source from text given on the command line.
     pub(crate) fn of_text(text: &str) -> Self {
         let first = text.lines().next().unwrap_or_default();
         Self {
@@ -68,7 +68,7 @@ impl Source {
         }
     }
 
-    /// A test grid that flags describe.
+    /// Creates a source from a test grid that flags describe.
     pub(crate) fn of_test_grid(text: &str) -> Self {
         Self {
             name: "test grid".to_owned(),
@@ -77,13 +77,13 @@ impl Source {
         }
     }
 
-    /// Its name without its folder.
+    /// Returns the file's name without its folder.
     pub(crate) fn short_name(&self) -> &str {
         let name = Path::new(&self.name).file_name();
         name.and_then(|name| name.to_str()).unwrap_or(&self.name)
     }
 
-    /// What it is: as the person says, else as its name and its first bytes do.
+    /// Returns the format: `said` if given, otherwise derived from the name and the first bytes.
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
         let known = said.or_else(|| Format::of(&self.name, &self.bytes));
         known.ok_or_else(|| {
@@ -101,12 +101,12 @@ impl Source {
         })
     }
 
-    /// What is in it.
+    /// Returns the content.
     pub(crate) fn bytes(&self) -> Arc<[u8]> {
         Arc::clone(&self.bytes)
     }
 
-    /// Understands it.
+    /// Parses the content.
     pub(crate) fn read(
         &self,
         format: Format,
@@ -117,7 +117,7 @@ impl Source {
             .map_err(|problem| self.failure(&problem))
     }
 
-    /// What a line of it says, if it is text; no more than fits into a sentence.
+    /// Returns a line of the content, shortened for a sentence; `None` if the content is not text.
     pub(crate) fn words(&self, line: u32) -> Option<String> {
         let text = source_text(&self.bytes)?;
         let nth = (line as usize).checked_sub(1)?;
@@ -131,7 +131,7 @@ impl Source {
         (!short.is_empty()).then_some(short)
     }
 
-    /// A problem with it, as the user gets it.
+    /// Converts a problem into a failure with its drawing and remedies.
     pub(crate) fn failure(&self, problem: &Diagnostic) -> Failure {
         let failure = Failure::invalid(format!("{}: {problem}", self.name));
         let figures = ErrorFigures::of(&magician::Error::from(problem.clone()));
@@ -140,7 +140,7 @@ impl Source {
             .drawn(self.draw(problem, Severity::Error))
     }
 
-    /// A problem with it, drawn.
+    /// Draws a problem with the excerpt of the file.
     pub(crate) fn draw(&self, problem: &Diagnostic, severity: Severity) -> String {
         let text = source_text(&self.bytes);
         diagnostics::draw(problem, severity, &self.name, text.as_deref())

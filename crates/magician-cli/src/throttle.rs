@@ -1,16 +1,22 @@
-//! Lines that others can cause as fast as they send bytes: a few of a kind are shown, the rest is counted.
+//! Rate limit for log lines that remote peers can cause: a few of each kind are shown, the rest is
+//! counted.
+//!
+//! A peer that sends garbage could otherwise fill the log of a station at the speed of its line.
+//! Each kind of line has a budget for a period. When the period ends, one summary replaces the
+//! suppressed lines, and the next period is twice as long; a period without lines resets the kind.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::time::Duration;
 
-/// So many lines of a kind are shown at once.
+/// Lines of a kind shown at once. A choice.
 const SHOWN: u32 = 10;
-/// A flood is counted for so long before it is told, and then twice as long each time.
+/// First period after which suppressed lines are summarized. Each further period is twice as long,
+/// up to `LONGEST`, so that the summaries of a lasting flood stay few.
 const FIRST: Duration = Duration::from_secs(1);
 const LONGEST: Duration = Duration::from_secs(64);
 
-/// Lines by their kind. It reads no clock: instants are told, as time since any beginning.
+/// Lines counted by kind. Reads no clock: the caller passes the time since any origin.
 #[derive(Clone, Debug)]
 pub(crate) struct Throttle<K> {
     kinds: HashMap<K, Flood>,
@@ -18,24 +24,24 @@ pub(crate) struct Throttle<K> {
 
 #[derive(Clone, Debug)]
 struct Flood {
-    /// When the period began.
+    /// Start of the period.
     since: Duration,
     period: Duration,
-    /// Lines that may still be shown in it.
+    /// Lines that may still be shown in the period.
     left: u32,
-    /// Lines that were not.
+    /// Lines suppressed in the period.
     held: u64,
-    /// The last of them.
+    /// Last of them.
     last: String,
 }
 
-/// Lines that were not shown.
+/// Summary of suppressed lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Held {
     pub(crate) count: u64,
-    /// The last of them.
+    /// Last of them.
     pub(crate) last: String,
-    /// The time in which they came, s.
+    /// Time in which they came, s.
     pub(crate) seconds: u64,
 }
 
@@ -48,7 +54,7 @@ impl<K> Default for Throttle<K> {
 }
 
 impl<K: Hash + Eq> Throttle<K> {
-    /// Whether a line of this kind is to be shown now.
+    /// True if a line of this kind may be shown now.
     pub(crate) fn passes(&mut self, now: Duration, kind: K, line: &str) -> bool {
         let flood = self.kinds.entry(kind).or_insert_with(|| Flood::calm(now));
         if flood.left > 0 {
@@ -62,7 +68,8 @@ impl<K: Hash + Eq> Throttle<K> {
         false
     }
 
-    /// What has been held back in the periods that have ended. To be asked before each line, and often enough.
+    /// Returns summaries of all periods that have ended. To be called before each line and at
+    /// regular intervals.
     pub(crate) fn ended(&mut self, now: Duration) -> Vec<Held> {
         let mut told = Vec::new();
         self.kinds.retain(|_, flood| {
@@ -70,13 +77,13 @@ impl<K: Hash + Eq> Throttle<K> {
                 return true;
             }
             told.extend(flood.take(now));
-            // A kind that was quiet for a period is as new.
+            // A kind without lines for a whole period starts anew.
             flood.left == 0 && flood.since == now
         });
         told
     }
 
-    /// The end: what has been held back until now.
+    /// Returns summaries of everything suppressed so far, for the end of the program.
     pub(crate) fn rest(&mut self, now: Duration) -> Vec<Held> {
         let floods = self.kinds.values_mut();
         floods.filter_map(|flood| flood.take(now)).collect()
@@ -94,7 +101,8 @@ impl Flood {
         }
     }
 
-    /// Begins the next period of a flood; what the one before has held back, if anything.
+    /// Begins the next period. Returns the summary of the last one, or `None` if nothing was
+    /// suppressed.
     fn take(&mut self, now: Duration) -> Option<Held> {
         let count = std::mem::take(&mut self.held);
         if count == 0 {
@@ -110,7 +118,7 @@ impl Flood {
     }
 }
 
-/// `a damaged frame was ignored; and 4811 more like it in the last 2 s`
+/// Formats as `a damaged frame was ignored; and 4811 more like it in the last 2 s`.
 impl std::fmt::Display for Held {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self {
@@ -132,7 +140,7 @@ impl std::fmt::Display for Held {
 mod tests {
     use super::*;
 
-    /// Lines that are written if one comes each millisecond for so many seconds.
+    /// Returns the lines written if one comes each millisecond for this many seconds.
     fn written(seconds: u64) -> (u64, u64) {
         let mut throttle = Throttle::default();
         let (mut lines, mut told) = (0, 0);

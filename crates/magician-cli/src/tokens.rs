@@ -1,15 +1,16 @@
-//! Tokens that stations of this machine have for commands of the same user.
+//! Tokens that stations on this machine publish for commands of the same user.
 
 use magician::stations::{LocalStation, stations};
 use magician_station::client::StationAddress;
 
-/// Hosts by which this machine reaches itself.
+/// Names of this machine's loopback interface.
 const HERE: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
-/// Hosts of a station that listens at all addresses.
+/// Wildcard addresses, which include the loopback interface.
 const EVERYWHERE: [&str; 2] = ["0.0.0.0", "[::]"];
 
-/// The token that the station at this address has for commands of this user. `None` for one of another machine, and for one
-/// that does not listen at this machine's own addresses, where alone the token counts.
+/// Returns the token of the station at this address for commands of this user. `None` if the
+/// station is on another machine or does not listen on the loopback interface: the token is
+/// accepted only there.
 pub(crate) fn token_of(url: &str) -> Option<String> {
     let address = |url: &str| {
         let address: StationAddress = url.parse().ok()?;

@@ -1,4 +1,4 @@
-//! A command line that makes no sense: what clap found, as data, in our words.
+//! Errors of the command line, reworded from clap's structured error.
 
 use std::error::Error;
 
@@ -20,7 +20,7 @@ impl From<&clap::Error> for Failure {
 struct Found<'e>(&'e clap::Error);
 
 impl Found<'_> {
-    /// The texts of this kind; empty if clap gives none.
+    /// Returns all texts of this kind; empty if clap gives none.
     fn all(&self, kind: ContextKind) -> Vec<String> {
         match self.0.get(kind) {
             Some(ContextValue::String(text)) => vec![text.clone()],
@@ -35,14 +35,14 @@ impl Found<'_> {
         }
     }
 
-    /// The first text of this kind, in quotes.
+    /// Returns the first text of this kind in backticks.
     fn quoted(&self, kind: ContextKind) -> String {
         self.all(kind)
             .first()
             .map_or_else(|| "an option".to_owned(), |text| format!("`{text}`"))
     }
 
-    /// What is wrong.
+    /// Returns the sentence that states the error.
     fn message(&self) -> String {
         let argument = || self.quoted(ContextKind::InvalidArg);
         let value = || self.quoted(ContextKind::InvalidValue);
@@ -98,7 +98,7 @@ impl Found<'_> {
         }
     }
 
-    /// What to do about it.
+    /// Returns hints: suggestions of clap, and usage.
     fn hints(&self) -> Vec<String> {
         let near = [
             ContextKind::SuggestedSubcommand,

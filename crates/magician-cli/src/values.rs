@@ -1,11 +1,11 @@
-//! The fields of a command with their values: as people read them, and as they type them.
+//! Fields of a command with their values, formatted for people and parsed from `key=value` words.
 
 use magician_protocol::{Description, LayoutInfo, MAX_PARAMS, Row, Writer, encode_text};
 
 use crate::columns::Columns;
 use crate::failure::Failure;
 
-/// The fields that a frame carries: name, value, unit.
+/// Formats the fields of a frame: name, value, unit.
 pub(crate) fn columns(description: &Description<'_>, indent: usize) -> Result<Columns, Failure> {
     let mut columns = Columns::indented(indent);
     let values = description.values();
@@ -17,7 +17,7 @@ pub(crate) fn columns(description: &Description<'_>, indent: usize) -> Result<Co
     Ok(columns)
 }
 
-/// A unit as it follows a value; nothing for what is no quantity.
+/// Returns a unit with its leading space; empty if the field is not a quantity.
 pub(crate) fn unit(unit: &'static str) -> String {
     match unit {
         "flag" | "enum" | "text" | "bytes" | "bitmap" | "reserved" | "index" | "id" | "count" => {
@@ -28,7 +28,7 @@ pub(crate) fn unit(unit: &'static str) -> String {
     }
 }
 
-/// The parameters that `key=value` arguments stand for.
+/// Encodes the parameters given by `key=value` words.
 pub(crate) fn params(row: &Row, layout: &LayoutInfo, words: &[String]) -> Result<Vec<u8>, Failure> {
     let mut pairs = Vec::with_capacity(words.len());
     for word in words {

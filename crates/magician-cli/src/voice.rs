@@ -1,19 +1,19 @@
-//! What to do about an error or a note, in the words of the command: verbs and flags.
+//! Wording of remedies for errors and notes, in verbs and flags of the command.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
 use magician::{Act, Action, Given, PinUse, Setting, Voice};
 
-/// The command's voice.
+/// Voice of the command.
 pub(crate) struct Command;
 
 thread_local! {
-    /// Flags of the verb that this thread does; `None` before there is one.
+    /// Flags of the verb that this thread runs; `None` before one is parsed.
     static FLAGS: RefCell<Option<BTreeSet<String>>> = const { RefCell::new(None) };
 }
 
-/// From now on the verb with these flags speaks: what it does not take it does not name.
+/// Sets the verb that is running: remedies name only flags that it has.
 pub(crate) fn speaks_for(verb: &clap::Command) {
     let flags = verb.get_arguments().filter_map(clap::Arg::get_long);
     let flags = flags.map(str::to_owned).collect();
@@ -93,7 +93,7 @@ mod tests {
     use crate::failure::Failure;
     use crate::paint::Paint;
 
-    /// Whether a verb, or the command itself, takes this flag.
+    /// True if a verb or one of its subcommands has this flag.
     fn is_taken(verb: &clap::Command, flag: &str) -> bool {
         let own = verb.get_arguments().any(|arg| arg.get_long() == Some(flag));
         own || verb.get_subcommands().any(|verb| is_taken(verb, flag))
@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// The verbs that do something, each with the flags of all.
+    /// Returns all verbs without subcommands, each with the global flags.
     fn verbs(command: &clap::Command) -> Vec<&clap::Command> {
         let own = command.get_subcommands().flat_map(verbs);
         let own: Vec<_> = own.collect();

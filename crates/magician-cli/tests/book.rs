@@ -1,12 +1,16 @@
-//! The pages are right: each of their shell blocks runs and prints what stands under it, and each link leads to a file.
+//! Tests of the pages: each shell block runs and prints what stands below it, and each link leads
+//! to a file.
 //!
-//! A block marked `sh` is run, line by line, in a directory of its own that holds the samples, the scenarios, the files of the workshop and
-//! the fonts. A line
-//! that ends with `# exit N` has to end with that status, every other one with 0; a line that ends with `&` is a virtual
-//! arm that is served until the block ends. A block marked `text` right after it is what it prints: each of its lines
-//! has to come, in this order; `…` stands for anything, a number for any number, and a space for any spaces: pages hold what was printed
-//! once, and how long an arm takes for a drawing is tried elsewhere. Blocks for a real arm, a terminal or a toolchain are marked
-//! `console`; those marked `bash` need Python or a C compiler, and `interop/book.py` runs them.
+//!
+//! * A block marked `sh` runs line by line in a new directory with the samples, scenarios, workshop
+//!   files and fonts. A line that ends with `# exit N` must exit with that status, every other line
+//!   with 0. A line that ends with `&` starts a virtual arm that is served until the end of the
+//!   block.
+//! * A block marked `text` right below it is the expected output: each of its lines must be
+//!   printed, in this order. `…` stands for any text, a number for any number and a space for any
+//!   spaces, because pages hold output of one run, and durations are tested elsewhere.
+//! * Blocks for a real arm, a terminal or a toolchain are marked `console` and not run. Blocks
+//!   marked `bash` need Python or a C compiler; `interop/book.py` runs them.
 #![cfg(unix)]
 
 use std::fs;
@@ -17,14 +21,14 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A block of a page between its fences.
+/// Fenced block of a page.
 #[derive(Debug)]
 struct Block {
-    /// Its line in the page.
+    /// Line number in the page.
     line: usize,
     language: String,
     text: Vec<String>,
-    /// Whether only empty lines are between it and the block before it.
+    /// True if only empty lines separate it from the block before.
     follows: bool,
 }
 
@@ -54,7 +58,8 @@ fn blocks(page: &str) -> Vec<Block> {
     blocks
 }
 
-/// A line of a block for the shell, or nothing if it needs a toolchain. The shell stops at the first line that fails.
+/// Returns a line of a block as a shell command, or `None` if it needs a toolchain. The shell stops
+/// at the first line that fails.
 fn script_line(line: &str) -> Option<String> {
     let (command, comment) = line.split_once(" #").unwrap_or((line, ""));
     let command = match command.trim().strip_prefix("cargo run -- ") {
@@ -65,7 +70,7 @@ fn script_line(line: &str) -> Option<String> {
         return None;
     }
     if let Some(served) = command.strip_suffix('&') {
-        // Its one line of output is `ready`: the next command begins after it.
+        // The server prints `ready` as its only line; the next command waits for it.
         return Some(format!(
             "mkfifo .ready; {served} >.ready & pids=\"$pids $!\"; read -r _ <.ready"
         ));
@@ -97,7 +102,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Runs a block in a new directory and gives what it printed, if it did as it should.
+/// Runs a block in a new directory and returns its output, or the reason why it failed.
 fn run(block: &Block) -> Result<String, String> {
     let place = tempfile::tempdir().expect("a directory");
     for directory in [
@@ -139,7 +144,7 @@ fn run(block: &Block) -> Result<String, String> {
     }
     let output = command
         .arg("-c")
-        // The shell's own error messages and those of the command, in order.
+        // Error messages of shell and command in their order.
         .arg(format!("exec 2>&1\n{}", script(block)))
         .env("PATH", path)
         .env("NO_COLOR", "1")
@@ -155,7 +160,7 @@ fn run(block: &Block) -> Result<String, String> {
     }
 }
 
-/// A line with one and the same number for each, and one space for several.
+/// Replaces all numbers by the same one, and runs of spaces by one space.
 fn plain(line: &str) -> String {
     let mut plain = String::new();
     for word in line.split_whitespace() {
@@ -172,11 +177,11 @@ fn plain(line: &str) -> String {
             number = c.is_ascii_digit();
         }
     }
-    // Its sign and its decimals are part of a number.
+    // Sign and decimals are part of a number.
     plain.replace("-0", "0").replace("0.0", "0")
 }
 
-/// Whether a line is as a page says it is.
+/// True if a printed line matches a line of a page.
 fn is_like(line: &str, pattern: &str) -> bool {
     let (line, pattern) = (plain(line), plain(pattern));
     let mut parts = pattern.split('…');
@@ -198,7 +203,7 @@ fn is_like(line: &str, pattern: &str) -> bool {
     }
 }
 
-/// The first line of a page that was not printed.
+/// Returns the first line of a page's output that was not printed.
 fn missing<'a>(printed: &str, said: &'a Block) -> Option<&'a str> {
     let mut lines = printed.lines();
     let said = said.text.iter().map(String::as_str);
@@ -206,7 +211,7 @@ fn missing<'a>(printed: &str, said: &'a Block) -> Option<&'a str> {
         .find(|pattern| !lines.any(|line| is_like(line, pattern)))
 }
 
-/// Runs the blocks of a page; all its mistakes at once.
+/// Runs all blocks of a page and reports all failures together.
 fn try_page(name: &str) {
     let page = fs::read_to_string(root().join(name)).expect("the page");
     let blocks = blocks(&page);
@@ -293,7 +298,7 @@ fn every_recipe_is_tried_and_every_page_is_in_the_book() {
                 "{path} is not in the book"
             );
             let text = fs::read_to_string(root().join(&path)).expect("a page");
-            // Those are tried by crates/magician-py/tests/test_pages.py.
+            // Pages in Python are tested by `crates/magician-py/tests/test_pages.py`.
             let in_python = text.contains("\n```python\n") && !text.contains("\n```sh\n");
             assert!(
                 directory != "recipes" || in_python || PAGES.contains(&path.as_str()),
@@ -303,7 +308,7 @@ fn every_recipe_is_tried_and_every_page_is_in_the_book() {
     }
 }
 
-/// What the README shows is what its first command leaves.
+/// The picture in the README is the output of its first command.
 #[test]
 fn the_picture_of_the_readme_is_what_the_arm_drew() {
     let page = fs::read_to_string(root().join("README.md")).expect("the page");
@@ -335,7 +340,7 @@ fn the_picture_of_the_readme_is_what_the_arm_drew() {
     );
 }
 
-/// Every page of the repository, without what is built or fetched.
+/// Collects all pages of the repository, except built or downloaded ones.
 fn all_pages(directory: &Path, pages: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(directory).expect("a directory") {
         let entry = entry.expect("an entry");
@@ -351,7 +356,7 @@ fn all_pages(directory: &Path, pages: &mut Vec<PathBuf>) {
     }
 }
 
-/// Where the links and pictures of a page lead, outside of its code.
+/// Returns the targets of a page's links and pictures, outside of code.
 fn links(page: &str) -> Vec<String> {
     let mut fenced = false;
     let mut found = Vec::new();
@@ -362,7 +367,7 @@ fn links(page: &str) -> Vec<String> {
         if fenced {
             continue;
         }
-        // What is between backquotes is code.
+        // Text between backquotes is code.
         let text: String = line.split('`').step_by(2).collect::<Vec<_>>().join("`");
         for (start, end) in [("](", ')'), ("src=\"", '"'), ("href=\"", '"')] {
             let targets = text
@@ -375,7 +380,7 @@ fn links(page: &str) -> Vec<String> {
     found
 }
 
-/// The names of the headings of a page, as links call them, and its explicit anchors.
+/// Returns the anchors of a page: its headings as links name them, and explicit ones.
 fn headings(page: &str) -> Vec<String> {
     let anchors = page.split("<a id=\"").skip(1);
     let anchors = anchors.filter_map(|rest| Some(rest.split_once('"')?.0.to_owned()));
@@ -411,7 +416,7 @@ fn no_link_is_dead() {
                 && (heading.is_empty()
                     || fs::read_to_string(&target)
                         .is_ok_and(|page| headings(&page).iter().any(|name| name == heading)));
-            // The book is a site of its own: what is beside it in the repository is named, not linked.
+            // The book is published alone, so it must not link to files outside of `docs`.
             let book = root().join("docs").canonicalize().expect("the book");
             let within = |file: &Path| file.canonicalize().is_ok_and(|at| at.starts_with(&book));
             if !there || within(&path) && !within(&target) {

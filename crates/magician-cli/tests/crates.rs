@@ -1,14 +1,14 @@
-//! Keeps the directions between the crates that ARCHITECTURE.md draws.
+//! Checks the dependencies between crates against the description in `ARCHITECTURE.md`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-/// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
+/// Direct dependencies of each crate on ours, outside of dev-dependencies. Must be complete.
 const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
-    // What neither of the two can say: commands as motions.
+    // Commands as motions, which needs both.
     ("magician-model", &["magician-protocol", "magician-motion"]),
     (
         "magician-sim",
@@ -101,7 +101,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
         "magician-site",
         &["magician-protocol", "magician", "magician-station"],
     ),
-    // Files.
+    // Files only.
     ("magician-studio", &[]),
     (
         "magician-cli",
@@ -140,14 +140,14 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-station",
             "magician-conform",
             "magician-measure",
-            // The command comes along as it is: one function.
+            // Includes the command through its one function.
             "magician-cli",
         ],
     ),
     (
         "magician-wasm",
         &[
-            // It chooses the readers.
+            // Selects the readers.
             "magician-formats",
             "magician",
             "magician-program",
@@ -168,7 +168,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-picture",
         ],
     ),
-    // Measures how large they are.
+    // Measures sizes.
     (
         "magician-sizes",
         &[
@@ -181,7 +181,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
             "magician-picture",
         ],
     ),
-    // Chores may use anything; what they use is said all the same.
+    // Maintenance tasks may use anything, but their dependencies are listed too.
     (
         "xtask",
         &[
@@ -198,7 +198,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// What each crate of the two workspaces depends on among ours, but for its tests.
+/// Returns the dependencies on our crates of each crate in both workspaces, without those of tests.
 fn members() -> BTreeMap<String, BTreeSet<String>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut members = BTreeMap::new();
@@ -237,7 +237,8 @@ fn crates_depend_on_what_is_said_of_them_and_on_nothing_else() {
     assert_eq!(members(), said);
 }
 
-/// All that a crate is built with, with these features alone: dependencies of dependencies too.
+/// Returns all crates that a crate is built with, for these features alone, including indirect
+/// dependencies.
 fn built_with(package: &str, features: &str) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))
         .args(["tree", "--offline", "--no-default-features"])
@@ -257,7 +258,7 @@ fn built_with(package: &str, features: &str) -> BTreeSet<String> {
     names.map(str::to_owned).collect()
 }
 
-/// What only a feature of `magician-formats` brings in: the crate, and the features that do.
+/// Crates that only features of `magician-formats` bring in, with these features.
 const BROUGHT_IN: [(&str, &[&str]); 9] = [
     (
         "crc32fast",
@@ -273,7 +274,7 @@ const BROUGHT_IN: [(&str, &[&str]); 9] = [
     ("usvg", &["drawings"]),
 ];
 
-/// What no plan needs: a virtual arm's line, a network, a runtime.
+/// Crates that a plan never needs: the driver and its lines, a network, a runtime.
 const NEVER: [&str; 4] = ["magician", "serial2", "socket2", "tokio"];
 
 #[test]

@@ -1,4 +1,4 @@
-//! What the registry and its readers want of each crate that goes there, and what compiler all of it needs.
+//! Requirements of the registry for each published crate, and the compiler that everything needs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// What cargo says of a workspace.
+/// Returns cargo's metadata of a workspace.
 fn metadata(manifest: &str, options: &[&str]) -> Value {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--format-version=1", "--offline"])
@@ -24,7 +24,7 @@ fn metadata(manifest: &str, options: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// The packages of a workspace.
+/// Returns the packages of a workspace.
 fn packages(manifest: &str) -> Vec<Value> {
     let metadata = metadata(manifest, &["--no-deps"]);
     metadata["packages"].as_array().expect("packages").clone()
@@ -34,7 +34,8 @@ fn word<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_default()
 }
 
-/// What goes to no registry: parts of the vendor's library, which is given away built, programs that compare and measure systems, chores.
+/// Unpublished crates: parts of the vendor's library (distributed built), programs that compare and
+/// measure systems, and maintenance tasks.
 const ASIDE: [&str; 8] = [
     "magician-capi",
     "magician-capi-v1",
@@ -46,7 +47,7 @@ const ASIDE: [&str; 8] = [
     "xtask",
 ];
 
-/// The crates that go to the registry.
+/// Returns the published crates.
 fn published() -> Vec<Value> {
     let (aside, published): (Vec<_>, Vec<_>) = packages("Cargo.toml")
         .into_iter()
@@ -62,7 +63,7 @@ fn folder(package: &Value) -> PathBuf {
     manifest.parent().expect("its folder").to_owned()
 }
 
-/// What a crate lacks before it can go to the registry.
+/// Returns the requirements that a crate does not meet.
 fn lacks(package: &Value) -> Vec<String> {
     let mut lacks = Vec::new();
     let mut want = |what: &str, there: bool| {
@@ -124,7 +125,7 @@ fn each_crate_has_what_the_registry_and_its_readers_want() {
     assert!(lacks.is_empty(), "{lacks:#?}");
 }
 
-/// What is at the end of a path with `..` in it, without a look at the disk.
+/// Resolves `..` in a path without accessing the disk.
 fn plain(path: &Path) -> PathBuf {
     path.components().fold(PathBuf::new(), |mut plain, part| {
         match part.as_os_str().to_str() {
@@ -135,7 +136,7 @@ fn plain(path: &Path) -> PathBuf {
     })
 }
 
-/// Files that sources read while they are compiled, and that do not go to the registry with them.
+/// Collects files that sources include at compile time but that are missing from the package.
 fn missed(folder: &Path, within: &Path, left_out: &[PathBuf], all: &mut Vec<String>) {
     for entry in fs::read_dir(within).into_iter().flatten().flatten() {
         let path = entry.path();
@@ -200,7 +201,8 @@ fn numbers(version: &str) -> Vec<u32> {
     numbers
 }
 
-/// The crates that may want a newer compiler than the libraries: the command, and the package that brings it along.
+/// Crates that may need a newer compiler than the libraries: the command, and the package that
+/// includes it.
 const COMMAND: [&str; 2] = ["magician-cli", "magician-py"];
 
 #[test]
@@ -215,7 +217,8 @@ fn no_dependency_wants_a_newer_compiler_than_the_workspace_says() {
         let package = all.iter().find(|package| word(package, "name") == name);
         word(package.expect("ours"), "rust_version").to_owned()
     };
-    // The command's line editor wants more than it says; the libraries do not have it.
+    // The command's line editor needs a newer compiler than it declares; the libraries do not use
+    // it.
     let (said, command) = (of("magician-protocol"), of(COMMAND[0]));
     let wants = |package: &Value| match word(package, "name") {
         name if COMMAND.contains(&name) => command.clone(),

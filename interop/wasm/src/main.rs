@@ -1,5 +1,6 @@
-//! Prints all that comes of a recorded session on the virtual arm, and of files that are planned, checked and rehearsed: every
-//! byte, pose and step to its last bit. What it prints natively and as WebAssembly is the same (`interop/wasm/run`).
+//! Prints the complete results of a recorded session on the virtual arm, and of files that are
+//! planned, checked and rehearsed: every byte, pose and step to the last bit. The output must be
+//! the same natively and as WebAssembly (`interop/wasm/run`).
 
 use std::error::Error;
 
@@ -12,7 +13,8 @@ use magician_protocol::Direction;
 use magician_record::replay::Replay;
 use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
-/// A taught program with arcs and lines on a virtual arm at its own speed, as `magician --port sim:1 --trace` wrote it.
+/// Taught program with arcs and lines on a virtual arm in real time, recorded by `magician --port
+/// sim:1 --trace`.
 const SESSION: &[u8] = include_bytes!("../session.pcapng");
 
 const FILES: [(&str, Tool, &[u8]); 5] = [
@@ -54,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Every answer and pose.
+/// Prints every reply and pose.
 fn play(replay: &Replay<'_>) {
     let mut arm = Controller::new(Profile::default());
     let packets = replay.packets();
@@ -73,7 +75,7 @@ fn play(replay: &Replay<'_>) {
     }
 }
 
-/// Every step, and what a virtual arm leaves.
+/// Prints every step, and the drawing of a virtual arm.
 fn plan(name: &str, tool: Tool, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     let format = Format::of(name, bytes).ok_or("unrecognised file type")?;
     let reading = read(format, bytes, &ReadOptions::default())?;

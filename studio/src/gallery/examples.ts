@@ -1,4 +1,4 @@
-// The examples of the gallery: each with the world that it needs, and the panel that it opens in.
+// Examples of the gallery: each with its scenario and the panel that it opens in.
 
 import playback from "../../../crates/magician-program/samples/jump_suction_named_v170.playback?raw";
 import landscape from "../../../crates/magician-program/samples/landscape.png";
@@ -16,10 +16,10 @@ export interface Example {
   panel: Route;
   /** Scenario of the virtual arm. */
   world: "drawing" | "engraving" | "cubes" | "pick_and_sort" | "faults";
-  /** What the panel opens: a file with its content or where that is, or a text to write. */
+  /** Input for the panel: a file with its content or URL, or a text to write. */
   file?: { name: string; text?: string; url?: string };
   text?: string;
-  /** Options that differ from those that the panel begins with. */
+  /** Options that differ from the panel's initial ones. */
   setup?: Record<string, string>;
 }
 

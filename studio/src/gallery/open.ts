@@ -1,4 +1,5 @@
-// Opens an example: the world that it needs round a virtual arm, its panel, and there it runs. A real arm does nothing before its person starts it.
+// Opens an example: its scenario around a virtual arm, and its panel, where it runs. On a real arm
+// it waits for the user to start it.
 import { computed } from "@preact/signals";
 import { take, tried } from "../actions";
 import { t } from "../i18n";
@@ -14,22 +15,26 @@ import { until } from "../until";
 import { loadBuiltIn } from "../view/seen";
 import type { Example } from "./examples";
 
-/** The page's own virtual arm is there within this, and the station tells who has control within that, ms. */
+/** Timeouts for the page's own virtual arm, and for the station to report who has control, ms. */
 const [PATIENCE, SOON] = [30_000, 3000];
 
-/** Whether an example runs by itself: only a virtual arm may be switched off and moved without a further question. */
+/**
+ * True if an example may start by itself: only a virtual arm may be reset and moved without asking.
+ */
 export const runs = computed(() => store.backend.value === "none" || store.arm.value?.virtual === true);
-/** Why none can be opened now. */
+/** Reason why no example can be opened now; null if one can. */
 export const why = computed(() => {
   const reason = store.why.value;
   return store.backend.value === "none" || reason === "why.free" ? null : reason;
 });
 
-/** An arm, and control of it: the page's own where there is none. False if the person did not take control. */
+/**
+ * Provides an arm under control, by default the page's own. False if the user did not take control.
+ */
 async function ready(): Promise<boolean> {
   if (store.backend.value === "none") connectSim();
   if (!(await until(() => store.isUp.value && store.state.value !== null, PATIENCE))) throw new Error(t("why.lost"));
-  // The page takes control of its own arm by itself.
+  // The page takes control of its own arm automatically.
   if (store.backend.value !== "sim" && store.lease.value === "free") await take();
   return (await until(() => store.lease.value === "mine", SOON)) && store.why.value === null;
 }
@@ -38,7 +43,7 @@ async function contentOf({ name, text, url }: NonNullable<Example["file"]>): Pro
   return new File([text ?? (await (await fetch(url ?? "")).blob())], name);
 }
 
-/** The workshop of its panel, which has taken it. */
+/** Workshop of the example's panel, with the example loaded. */
 async function taken(example: Example, title: string): Promise<Shop> {
   if (example.panel !== "draw" && example.panel !== "engrave") {
     await check.run.select(title);

@@ -1,4 +1,5 @@
-// What the book says of the route that is open, beside it: no network is needed, and the page goes on working.
+// Help beside the page: the book's text for the current route. Works offline, and the page stays
+// usable.
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import * as store from "../store";
@@ -9,7 +10,7 @@ import texts from "./words.json";
 
 const w = sentencesOf(texts);
 
-/** The pages, HTML by route; read once. */
+/** Help pages, HTML by route; loaded once. */
 let pages: Promise<Record<string, string>> | null = null;
 async function read(): Promise<Record<string, string>> {
   const answer = await fetch(new URL("assets/help.json", document.baseURI));

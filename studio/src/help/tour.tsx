@@ -1,4 +1,4 @@
-// One minute: what stands where, one thing at a time. It moves nothing.
+// Tour of one minute that points at the parts of the page. It moves nothing.
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import * as store from "../store";
@@ -9,7 +9,7 @@ import texts from "./words.json";
 
 const w = sentencesOf(texts);
 
-/** What each step points at. A step whose element is not on the page is left out. */
+/** Steps with the elements they point at. A step is skipped if its element is not on the page. */
 const STEPS = [
   ["tour.stop", '[data-testid="stop"]'],
   ["tour.control", ".lease"],
@@ -20,7 +20,7 @@ const STEPS = [
   ["tour.gallery", 'nav a[href="#/gallery"]'],
   ["tour.help", '[data-testid="help"]'],
 ] as const;
-/** Room round what is pointed at, and between it and the card, px. */
+/** Margin around the element, and its distance from the card, px. */
 const [ROOM, APART] = [6, 12];
 
 const elementOf = (selector: string) => {
@@ -38,7 +38,7 @@ export function Tour() {
     store.beside.value = null;
   };
   useEffect(() => {
-    // The tour is of Move: there is most to see.
+    // The tour is about Move, which shows the most.
     if (store.route.peek() !== "move") location.hash = "#/move";
     const element = card.current;
     element?.show();

@@ -1,4 +1,4 @@
-// The arms of the station, how it is reached, and what happened.
+// Arms of the station, the connection to it, and the log.
 
 import { tried } from "../actions";
 import { t } from "../i18n";

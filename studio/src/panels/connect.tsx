@@ -1,4 +1,4 @@
-// Where an arm comes from.
+// Choice of an arm: station, virtual arm, or serial port.
 import { useSignal } from "@preact/signals";
 import { t } from "../i18n";
 import { tokenFor } from "../pairing";
@@ -7,7 +7,7 @@ import { apiUrl, connect, connectSerial, connectSim, disconnect, keptPupil, kept
 import * as store from "../store";
 import { Card, Do, TextField } from "../ui/parts";
 
-/** What stands beside the button: what it does, or why it does nothing here. */
+/** Text beside the button: its effect, or why it is disabled here. */
 function serialHint() {
   const fault = store.portFault.value;
   if (fault !== null) return t(`serial.${fault}`);

@@ -1,4 +1,4 @@
-// Drawing with the pen: on the sheet first, then on the paper.
+// Drawing with the pen: arranged on the sheet, then drawn on the paper.
 import { t } from "../i18n";
 import { benches } from "../run/bench";
 import { Workshop } from "./workshop";

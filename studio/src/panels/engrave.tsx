@@ -1,4 +1,5 @@
-// Engraving with the laser: on the sheet first, round it with the laser off, and burnt once it is armed.
+// Engraving with the laser: arranged on the sheet, outlined with the laser off, and burnt once it
+// is armed.
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
@@ -12,7 +13,7 @@ import { Workshop, why } from "./workshop";
 
 const w = sentencesOf(texts);
 
-/** What is typed of a test grid; the rest is the station's. */
+/** Values typed for a test grid; the station supplies the others. */
 const grid = signal<Record<string, string>>({});
 const GRID = ["power", "speed", "cell"] as const;
 const bench = benches.laser;

@@ -1,4 +1,4 @@
-// The first minutes with the virtual arm: three things to try, each one press.
+// First steps with the virtual arm: three things to try, one press each.
 import { useSignal } from "@preact/signals";
 import { complain } from "../actions";
 import { t } from "../i18n";

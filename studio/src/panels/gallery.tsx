@@ -1,4 +1,4 @@
-// Examples: each opens in its panel, and runs at once where the arm is a virtual one.
+// Gallery of examples: each opens in its panel, and runs at once on a virtual arm.
 import { useSignal } from "@preact/signals";
 import { EXAMPLES, type Example } from "../gallery/examples";
 import { open, runs, why } from "../gallery/open";

@@ -1,26 +1,27 @@
-// A pose as people type, copy and paste it.
+// Pose as text for typing, copying and pasting.
 export const AXES = ["x", "y", "z", "r"] as const;
 export type PoseValues = readonly [x: number, y: number, z: number, r: number];
 
 const shown = (value: number) => String(Number(value.toFixed(2)) + 0);
 
-/** `x, y, z, r` with two digits at most. */
+/** Formats `x, y, z, r` with at most two decimals. */
 export const poseText = (pose: Record<(typeof AXES)[number], number>): string =>
   AXES.map((axis) => shown(pose[axis])).join(", ");
 
-/** A number as people type it, with a point or a comma; `null` if it is none. */
+/** Parses a number with a decimal point or comma; `null` if it is none. */
 export function numberOf(text: string): number | null {
   const plain = text.trim().replace("−", "-").replace(",", ".");
   return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : null;
 }
 
 /**
- * The values of a pasted pose, `null` where none is meant: two to five numbers, with or without names, units or
- * brackets; a fifth, the rail's, is left out. Numbers have a point: a comma parts them.
+ * Parses a pasted pose; `null` if the text is none. Accepts two to five numbers, with or without
+ * names, units and brackets. A fifth one, of the rail, is ignored. Decimals need a point, because
+ * commas separate the numbers.
  */
 export function poseOf(text: string): number[] | null {
   const plain = text.replaceAll("−", "-");
-  // Not in "J1" or "mm2": a number follows no letter.
+  // A number cannot follow a letter, as in "J1" or "mm2".
   const found = plain.match(/(?<![\w.])[+-]?(?:\d+\.?\d*|\.\d+)/g) ?? [];
   return found.length >= 2 && found.length <= 5 ? found.slice(0, 4).map(Number) : null;
 }

@@ -1,4 +1,4 @@
-// A pose that is typed, pasted or pressed on the table, and the way there: nothing moves before Go.
+// Going to a pose that is typed, pasted, or pressed on the table. Nothing moves before Go.
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { complain, problemOf } from "../actions";
@@ -12,11 +12,11 @@ import "./goto.css";
 import texts from "./goto.json";
 
 const w = sentencesOf(texts);
-/** Fields are looked at this long after the last key, ms. */
+/** Delay after the last key before the fields are checked, ms. */
 const RESTS = 200;
 const UNITS = { x: "mm", y: "mm", z: "mm", r: "°" } as const;
 
-/** Puts text where pastes come from; over plain HTTP browsers have only the old way. */
+/** Copies text to the clipboard. Over plain HTTP browsers only support the old way. */
 async function copy(text: string): Promise<boolean> {
   try {
     await navigator.clipboard.writeText(text);
@@ -56,7 +56,7 @@ function Fields() {
       why.value = w("number");
       return;
     }
-    // What was said of the pose before stays until the station has answered.
+    // The earlier result stays visible until the station has answered.
     let isOld = false;
     const look = async () => {
       const tool = store.model.peek()?.tool.bias;

@@ -1,4 +1,5 @@
-// Pins, sensors and steppers: what they are comes from the arm's table, so that this page knows no command of it.
+// Pins, sensors and steppers. Their commands come from the arm's table, so that this page knows
+// none.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { agreed, complain, tried } from "../actions";
@@ -17,14 +18,14 @@ const w = sentencesOf(sentences);
 
 type Pin = NonNullable<typeof io.value>["pins"][number];
 const WHY = "io-why";
-/** What the arm's table says, as the page says it: by language and the table's own words. */
+/** Translations of the table's texts, by language. */
 const WORDS: Record<string, Record<string, string>> = texts;
 const words = (text: string): string => {
   const [said = ""] = text.split(";");
   return WORDS[language.value]?.[said] ?? said;
 };
 
-/** Sends a command of the table with these values, in the order of its fields. */
+/** Sends a command of the table with values in the order of its fields. */
 async function send(row: Row, values: ReadonlyArray<number | boolean>): Promise<void> {
   const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at] as number | boolean]));
   await tried(() => agreed(row.about, (yes) => call("arm.set", { ...shown(), command: row.command, fields, ...yes })));
@@ -38,7 +39,7 @@ async function setPin(role: string, values: number[]): Promise<void> {
 const drive = (address: number, to: { level: boolean } | { value: number }) =>
   tried(() => call("world.input", { ...shown(), address, ...to }));
 
-/** What a pin reads, and whether that is high. */
+/** Reading of a pin as text, and true if it is high; null if unknown. */
 function reading({ address, function: own, frequency, duty_cycle }: Pin): { text: string; high: boolean | null } {
   const kind = watchOf(own);
   const value = levels.value.get(address);
@@ -50,7 +51,7 @@ function reading({ address, function: own, frequency, duty_cycle }: Pin): { text
     : { text: String(value), high: value !== 0 };
 }
 
-/** What a person does to a pin: an output is set, an input of a virtual arm driven. */
+/** Control of a pin: sets an output, or drives an input of a virtual arm. */
 function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const frequency = useSignal(pin.frequency || 1000);
   const duty = useSignal(pin.duty_cycle || 50);
@@ -169,10 +170,10 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
   );
 }
 
-/** How often a sensor is read, ms. */
+/** Interval of reading a sensor, ms. */
 const PAUSE = 500;
 
-/** A sensor or stepper: the fields that its command has, and what it answers. */
+/** Sensor or stepper: the fields of its command, and its answer. */
 function Device({ row, off }: { row: Row; off: boolean }) {
   const values = useSignal<Record<string, number>>({});
   const seen = useSignal<Record<string, number> | null>(null);

@@ -1,4 +1,4 @@
-// The objects on the sheet: shapes that are added, and what is done to the chosen one.
+// Objects on the sheet: shapes to add, and actions on the selected object.
 import { useEffect } from "preact/hooks";
 import type { Bench } from "../run/bench";
 import type { Item } from "../run/items";
@@ -11,7 +11,7 @@ import texts from "./workshop.json";
 
 const w = sentencesOf(texts);
 
-/** Pens that an object can be given; the first leaves it as it is. */
+/** Pens for an object; the first keeps the object's own. */
 const PENS = [
   { name: "own", color: null },
   { name: "black", color: "#000000" },
@@ -23,12 +23,12 @@ const PENS = [
 
 export const nameOf = (item: Item): string => (item.shape ? w(`shape.${item.shape}`) : item.name);
 
-/** Keys of the whole page while the workshop is open. */
+/** Keyboard shortcuts of the page while the workshop is open. */
 export function useUndoKeys(bench: Bench): void {
   useEffect(() => {
     const press = (event: KeyboardEvent) => {
       if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
-      // In a field they undo what is typed there.
+      // In an input field these keys undo typing.
       if (event.target instanceof Element && event.target.closest("input, textarea, select, dialog") !== null) return;
       const key = event.key.toLowerCase();
       if (key !== "z" && key !== "y") return;
@@ -102,7 +102,7 @@ function Row({ bench, item, isChosen }: { bench: Bench; item: Item; isChosen: bo
   );
 }
 
-/** The list of objects once there are several, and what is done to the chosen one. */
+/** List of objects if there are several, and actions on the selected one. */
 export function Objects({ bench }: { bench: Bench }) {
   const { items } = bench.doc.now.value;
   const item = bench.item.value;

@@ -1,4 +1,4 @@
-// Jobs that are over.
+// Finished jobs.
 
 import type { Job } from "../api";
 import { wallTime } from "../clock";
@@ -10,7 +10,7 @@ import { Card, Do, Heads } from "../ui/parts";
 
 const stateOf = (job: Job) => t(`job.${job.state}` as "job.running");
 
-/** What ran before, the newest first. */
+/** Earlier jobs, newest first. */
 export function PastJobs() {
   const past = jobs.jobs.value.filter((job) => !jobs.isUnderWay(job) && job !== strip.told.value).toReversed();
   const off = jobs.why.value !== null || jobs.busy.value;

@@ -1,4 +1,4 @@
-// The jog pad: a button for each direction, held or pressed.
+// Jog pad: a button for each direction, to hold or to press.
 import { t } from "../i18n";
 import * as jog from "../jog";
 import * as store from "../store";
@@ -7,7 +7,7 @@ import { Card, Choice, Field, Pick, Range } from "../ui/parts";
 interface ButtonProps {
   axis: jog.Axis;
   sign: 1 | -1;
-  /** The key that does the same, where keys drive this half of the pad. */
+  /** Keyboard key with the same effect, if keys control this half of the pad. */
   hint?: string | undefined;
   place?: string;
 }
@@ -43,7 +43,7 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
       onLostPointerCapture={lift}
       onContextMenu={(event) => event.preventDefault()}
       onClick={(event) => {
-        // Without a pointer or a key: a screen reader presses it. A hold would have no end.
+        // Activated by a screen reader, without pointer or key: a hold would never end.
         if (event.detail === 0 && jog.steps.value) jog.press(axis, sign, by);
       }}
     >

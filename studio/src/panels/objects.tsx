@@ -1,4 +1,4 @@
-// What stands round a virtual arm: each object can be gone to, picked up and put on another, without a number.
+// Objects around a virtual arm: go to one, pick it up, put it on another, without typing numbers.
 import { useEffect } from "preact/hooks";
 import { tried } from "../actions";
 import { t } from "../i18n";
@@ -18,7 +18,7 @@ const NAMES = {
 };
 const turn = () => store.state.value?.r ?? 0;
 
-/** Moves the arm above an object, or on it: by a way over what stands there. */
+/** Moves the arm above an object or onto it, clear of everything in between. */
 export function goTo(thing: Thing, above: boolean): Promise<void> {
   const [x, y, z] = holdOf(thing, gripOf(store.state.value?.tool.name) ?? "suction");
   const to = (z: number) => [x, y, z, turn()];
@@ -28,7 +28,7 @@ export function goTo(thing: Thing, above: boolean): Promise<void> {
   });
 }
 
-/** Both ways to an object. */
+/** Buttons for both. */
 export function GoTo({ thing, off, why }: { thing: Thing; off: boolean; why: string }) {
   const { name } = thing;
   return (

@@ -1,4 +1,5 @@
-// Three corners of the paper: a sketch of it as the person in front of the arm sees it, and the corner that is next.
+// Measuring three corners of the paper: a sketch as the user in front of the arm sees it, and the
+// next corner.
 import { tried } from "../actions";
 import * as surface from "../run/surface";
 import { w } from "../run/surface.words";
@@ -6,14 +7,14 @@ import { call, shown } from "../session";
 import * as store from "../store";
 import { Do } from "../ui/parts";
 
-/** The sheet of the sketch, and where its corners are. */
+/** Sheet of the sketch with its corners. */
 const SHEET = { x: 60, y: 62, width: 140, height: 84 };
 const AT: Record<surface.Corner, readonly [number, number]> = {
   "lower-left": [SHEET.x, SHEET.y + SHEET.height],
   "lower-right": [SHEET.x + SHEET.width, SHEET.y + SHEET.height],
   "upper-left": [SHEET.x, SHEET.y],
 };
-/** How far the pen is lifted between corners, mm. */
+/** Lift of the pen between corners, mm. */
 const LIFT = 10;
 
 const stateOf = (corner: surface.Corner): "now" | "taken" | "open" => {

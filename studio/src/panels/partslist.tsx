@@ -1,4 +1,5 @@
-// The parts of a drawing: its layers or colours, which of them are drawn, and whether the pen is changed between them.
+// Parts of a drawing: its layers or colours, which of them are drawn, and whether the pen is
+// changed in between.
 import { useEffect } from "preact/hooks";
 import type { Part } from "../api";
 import { t } from "../i18n";
@@ -11,7 +12,7 @@ import texts from "./partslist.json";
 
 const w = sentencesOf(texts);
 
-/** Whether it is drawn: as a person has ticked it, else as the station says. */
+/** True if the part is drawn: as ticked by the user, otherwise as the station says. */
 function isWanted({ n, skipped }: Part): boolean {
   const only = check.values.value.only;
   return only ? only.split("\n").includes(String(n)) : !skipped;
@@ -29,7 +30,7 @@ const Swatch = ({ of }: { of: Part }) => <span class="swatch" style={{ backgroun
 export function PartsCard({ bench }: { bench: Bench }) {
   const option = bench.asked.value.find(({ name }) => name === "parts");
   const parts = bench.report.value?.parts ?? [];
-  // A file whose layers say nothing is seen in its colours, and drawn without a pause.
+  // A file without useful layers is split by colour, and drawn without a pause.
   useEffect(() => {
     const strokes = bench.report.value?.preview?.strokes ?? [];
     if (

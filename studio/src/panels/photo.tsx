@@ -1,4 +1,4 @@
-// An image on the sheet: which part of it, how light, and what becomes of it, side by side.
+// Image on the sheet: crop, brightness, and original beside result.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Bench } from "../run/bench";
@@ -15,7 +15,7 @@ import "./photo.css";
 import texts from "./workshop.json";
 
 const w = sentencesOf(texts);
-/** A frame of fewer pixels is a tap. */
+/** Smallest crop, px; a smaller one is a tap. */
 const LEAST = 8;
 const SLIDERS = [
   { name: "brightness", least: -100, most: 100, usual: 0 },
@@ -23,7 +23,7 @@ const SLIDERS = [
   { name: "threshold", least: 1, most: 255, usual: 128 },
 ] as const;
 
-/** Options that are asked here. */
+/** Options that this panel asks for. */
 export const PHOTO = ["image", "mode", "crop", "invert", ...SLIDERS.map(({ name }) => name)];
 
 type Area = [x: number, y: number, width: number, height: number];
@@ -32,7 +32,7 @@ const areaOf = (text: string): Area | null => {
   return numbers.length === 4 && numbers.every(Number.isFinite) ? (numbers as Area) : null;
 };
 
-/** The picture of the file, in which a hand drags the frame of what is kept. */
+/** Picture of the file, in which the user drags the crop frame. */
 function Crop({ bench, item, url }: { bench: Bench; item: Item; url: string }) {
   const image = useRef<HTMLImageElement>(null);
   const size = useSignal<[number, number] | null>(null);
@@ -120,7 +120,7 @@ function CropField({ bench, item }: { bench: Bench; item: Item }) {
   );
 }
 
-/** What the core makes of it, as it lies for its reader. */
+/** Result as the core computes it, turned towards the reader. */
 function Result({ bench, item }: { bench: Bench; item: Item }) {
   const found = bench.found.value.get(item.id);
   const strokes = found?.report.preview?.strokes ?? [];

@@ -1,4 +1,4 @@
-// Two minutes of readings as lines, which can be held, gone back in, and taken along.
+// Plots of the last two minutes of readings, which can be paused, scrolled back and saved.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
@@ -21,7 +21,7 @@ const w = sentencesOf(texts);
 type Group = "tip" | "joints" | "speed" | "queue" | "pins";
 const GROUPS: readonly Group[] = ["tip", "joints", "speed", "queue", "pins"];
 const SPANS = ["10", "30", "120"] as const;
-/** Rows of the table, and how long it stands, ms. */
+/** Rows of the table, and the shortest time between updates, ms. */
 const ROWS = 8;
 const STANDS = 400;
 
@@ -29,7 +29,7 @@ interface Line {
   name: string;
   unit: string;
   column: number;
-  /** What a value is multiplied by. */
+  /** Factor that values are multiplied by. */
   scale: number;
 }
 
@@ -53,7 +53,7 @@ function linesOf(group: Group): Line[] {
 const COLORS = ["--p1", "--p2", "--p3", "--p4", "--p5", "--p6"];
 const colorOf = (nth: number) => COLORS[nth % COLORS.length] ?? "--p1";
 
-/** The rows of a window of time; `end` is how far it ends before the last reading, s. */
+/** Row range of a time window that ends `end` seconds before the last reading. */
 function window_(from: Readings, span: number, end: number): [number, number] {
   const last = from.count === 0 ? 0 : from.value(from.count - 1, at.t) - end;
   let [low, high] = [0, from.count];
@@ -63,7 +63,7 @@ function window_(from: Readings, span: number, end: number): [number, number] {
   return [low, high];
 }
 
-/** The columns of a window, times before its end. */
+/** Columns of a time window, with times relative to its end. */
 function columns(
   from: Readings,
   lines: readonly Line[],
@@ -88,11 +88,11 @@ function columns(
   return { data: [times, ...values] as uPlot.AlignedData, marks };
 }
 
-/** The alarms of a row, as they are written. */
+/** Alarms of a row as hexadecimal codes. */
 const codesOf = (from: Readings, row: number) =>
   from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`);
 
-/** As `magician record` writes them. */
+/** Readings as CSV, in the format of `magician record`. */
 function csv(from: Readings): string {
   const rows = ["time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms"];
   const first = from.count === 0 ? 0 : from.value(0, at.t);
@@ -158,7 +158,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
         ctx.fillText(code, x + 4 * devicePixelRatio, bbox.top + 14 * devicePixelRatio);
       }
       ctx.restore();
-      // What drawing costs is there to be read.
+      // The time of drawing, for tests.
       element.dataset.ms = (performance.now() - began).toFixed(2);
     };
     const make = () => {
@@ -231,7 +231,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
   );
 }
 
-/** An arm that stands is a level line, not its noise. */
+/** Axis range. A minimum width keeps the noise of an arm at rest from filling the plot. */
 function wide(least: number, most: number): [number, number] {
   if (!Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
   const room = Math.max((most - least) * 0.08, (2 - (most - least)) / 2, 0);
@@ -252,7 +252,7 @@ export function Plots() {
     return () => clearInterval(timer);
   }, []);
   void shown.value;
-  // Another set of pins is another set of lines.
+  // A different set of pins has different lines.
   if (group.value === "pins") void levels.value;
   const source = held.value ?? readings;
   const from = source();

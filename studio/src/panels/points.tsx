@@ -1,4 +1,4 @@
-// The table of points: a row a move, edited where it stands.
+// Table of points: one row per move, edited in place.
 import { useSignal } from "@preact/signals";
 import { toolWait, underWay } from "../teach/actions";
 import * as program from "../teach/rows";
@@ -7,7 +7,7 @@ import { Heads, NumberInput, Pick } from "../ui/parts";
 
 const WAYS = ["joints", "line", "jump"] as const;
 const AXES = { move: ["x", "y", "z", "r"], joints: ["J1", "J2", "J3", "J4"] } as const;
-/** What a tool does at a row: the members of the row that say it. */
+/** Members of a row that describe a tool's action. */
 const TOOLS: Record<string, Partial<program.Row>> = {
   none: { gripper: null, suction: null },
   suction: { gripper: null, suction: true },
@@ -17,7 +17,10 @@ const TOOLS: Record<string, Partial<program.Row>> = {
   off: { gripper: "off", suction: null },
 };
 
-/** A tool needs a moment to hold or let go: the row waits, unless a person has said how long. */
+/**
+ * Wait of a row. A tool needs time to grip or release, so a row with an action waits unless the
+ * user has set a time.
+ */
 const waitOf = ({ wait }: program.Row, tool: string): number | null => {
   if (tool === "none") return wait === toolWait.value ? null : wait;
   return wait ?? (toolWait.value > 0 ? toolWait.value : null);
@@ -28,7 +31,7 @@ const toolOf = ({ gripper, suction }: program.Row) => {
   return found?.[0] ?? "both";
 };
 
-/** What a row that is no plain move does, in the plan's own words. */
+/** Text of a row that is not a plain move, in the terms of the plan. */
 function plain(motion: program.Motion): string {
   const { command, values, ...rest } = motion;
   const shown = typeof command === "string" ? { [command]: values } : rest;
@@ -73,7 +76,7 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
   );
 }
 
-/** The row of the table at a place of the page. */
+/** Row of the table at a position of the page; null if there is none. */
 function rowAt(x: number, y: number): number | null {
   const found = document.elementFromPoint(x, y)?.closest<HTMLElement>("[data-nth]")?.dataset.nth;
   return found === undefined ? null : Number(found);

@@ -1,4 +1,4 @@
-// The eight numbers of a pose, and the place for going to one.
+// Eight numbers of a pose, and the panel to go to one.
 import { useSignal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { useEffect } from "preact/hooks";
@@ -19,7 +19,7 @@ const JOINTS = [
 ] as const;
 type Name = (typeof TIP)[number][0] | (typeof JOINTS)[number][0];
 
-/** Two digits, and no minus before a zero. */
+/** Two decimals, and no minus before a zero. */
 const shown = new Intl.NumberFormat("en", {
   minimumFractionDigits: 2,
   maximumFractionDigits: 2,
@@ -58,7 +58,7 @@ export function Pose() {
   );
 }
 
-/** Comes when the page's frame is there: it keeps its place. */
+/** Loaded after the page's frame; its place is reserved. */
 export function GoToPose() {
   const Panel = useSignal<ComponentType | null>(null);
   useEffect(() => {

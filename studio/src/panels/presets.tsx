@@ -1,4 +1,5 @@
-// Presets: options under a name, for a pen or a material. One that is chosen is in the fields, where it can be seen and changed.
+// Presets: named options for a pen or a material. Selecting one fills in the fields, where they can
+// be seen and changed.
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../actions";
@@ -22,7 +23,7 @@ const name = signal("");
 
 async function list(): Promise<void> {
   const { presets } = await call("preset.list", {});
-  // What one says stands on its tile.
+  // The tile of a preset shows its values.
   all.value = await Promise.all(
     presets.map((one) =>
       call("preset.show", { name: one.name }).then(
@@ -45,7 +46,7 @@ const choose = (bench: Bench, wanted: string) =>
     );
   });
 
-/** What a person has set, without what the route and the sheet say. */
+/** Options that the user has set, without those of the route and the sheet. */
 const own = (bench: Bench): Record<string, unknown> =>
   Object.fromEntries(
     Object.entries(bench.setup.value ?? {}).filter(([key]) => !(key in bench.fixed) && !["only", "crop"].includes(key)),
@@ -53,7 +54,7 @@ const own = (bench: Bench): Record<string, unknown> =>
 
 const keep = (bench: Bench, to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
   tried(async () => {
-    // As the library does: another page may have saved one since.
+    // Read again, because another page may have saved one since.
     await list();
     const replaces = all.value.some((one) => one.name === to);
     if (replaces && !(await store.ask(t("replace.title", { name: to }), w("preset.replace.text"), t("replace"))))
@@ -64,7 +65,7 @@ const keep = (bench: Bench, to: string, content: { setup: Record<string, unknown
     store.say(w("preset.saved", { name: to }));
   });
 
-/** What stands on the tile of one. */
+/** Values shown on the tile of a preset. */
 function factsOf({ options = {} }: Preset): string {
   const { speed, power } = options as { speed?: number; power?: number | string };
   const facts = [
@@ -73,7 +74,7 @@ function factsOf({ options = {} }: Preset): string {
   ];
   return facts.filter((fact) => fact !== null).join(" · ");
 }
-/** One that comes with the program is called by what it is for. */
+/** Title: the purpose of a preset that comes with the program, otherwise its name. */
 const titleOf = ({ name, shipped }: Preset): string =>
   shipped && `preset.${name}` in texts.en ? w(`preset.${name}` as "preset.pen") : name;
 

@@ -1,4 +1,4 @@
-// The library of programs: opened, selected, deleted.
+// Library of programs: open, select, delete.
 import { tried } from "../actions";
 import { t, told } from "../i18n";
 import * as check from "../run/check";

@@ -1,4 +1,4 @@
-// What is wrong, and what to do about it: a button for each thing that this page can do.
+// Problem with its remedies: a button for each that this page can carry out.
 import * as actions from "../actions";
 import { t } from "../i18n";
 import * as check from "../run/check";
@@ -16,12 +16,12 @@ interface Deed {
   id?: string;
   text: () => string;
   press: () => unknown;
-  /** Whether it may be pressed without control of the arm. */
+  /** True if it needs no control of the arm. */
   free?: boolean;
 }
 const to = (route: store.Route) => () => void (location.hash = `#/${route}`);
 
-/** Opens the three corners of the paper where they stand on this page, else where they always do. */
+/** Opens the measurement of the paper on this page if it is there, otherwise at its usual place. */
 async function measure(): Promise<void> {
   surface.measure();
   await new Promise(requestAnimationFrame);
@@ -30,8 +30,10 @@ async function measure(): Promise<void> {
   else card.scrollIntoView({ block: "center" });
 }
 
-/** What a remedy of the core does here, and what its button is called. What only other programs can do has none: `list-commands`
- * is the command line's. */
+/**
+ * Actions of the core that this page can carry out, with their buttons. Actions for other programs
+ * have none: `list-commands` is the command line's.
+ */
 const DONE: Record<string, Deed> = {
   home: { text: () => t("alarms.home"), press: actions.home },
   "clear-alarms": { text: () => t("alarms.these"), press: actions.clearAlarms },
@@ -53,10 +55,10 @@ const DONE: Record<string, Deed> = {
   "calibrate-surface": { text: () => w("paper.measure"), press: measure },
 };
 const laser = () => check.valueOf("tool") === "laser";
-/** Options that the sheet of a workshop sets by hand. */
+/** Options that are set by hand on the sheet of a workshop. */
 const ON_SHEET = ["at", "fit", "scale", "rotate", "width", "place", "turn"];
 
-/** What is done by itself, or by an option that this page asks. */
+/** Button for an action, or for an option that this page asks for. */
 function Remedy({ of }: { of: actions.Remedy }) {
   const known = DONE[of.action ?? ""];
   if (known !== undefined) {
@@ -87,7 +89,10 @@ function Remedy({ of }: { of: actions.Remedy }) {
   return <Do id={`remedy-${name}`} text={text} press={() => check.setValue(name, value)} />;
 }
 
-/** What two remedies do alike is offered once: all that is set on the sheet, and stopping what runs. */
+/**
+ * Key that is equal for remedies with the same effect, which are offered once: everything that is
+ * set on the sheet, and stopping a job.
+ */
 const keyOf = ({ action, option, without, value }: actions.Remedy): string => {
   const name = option ?? without ?? "";
   if (name !== "" && !check.shop.value.isOpen(name) && ON_SHEET.includes(name)) return "sheet";
@@ -96,7 +101,10 @@ const keyOf = ({ action, option, without, value }: actions.Remedy): string => {
 const isFirst = (one: actions.Remedy, nth: number, all: readonly actions.Remedy[]): boolean =>
   all.findIndex((other) => keyOf(other) === keyOf(one)) === nth;
 
-/** What is done at one press, what takes a while, what is to be typed. */
+/**
+ * Order of remedies: those of one press first, then those that take a while, then those that need
+ * typing.
+ */
 const rank = ({ action, value, without }: actions.Remedy): number =>
   action === undefined
     ? value === undefined && without === undefined

@@ -1,4 +1,4 @@
-// Programs: opened, looked at before anything moves, run, paused, gone on with.
+// Programs: open, preview before anything moves, run, pause, resume.
 import { signal } from "@preact/signals";
 import { t } from "../i18n";
 import * as check from "../run/check";

@@ -1,4 +1,4 @@
-// The person's own settings, and the fence of the arm.
+// Settings of the user, and the fence of the arm.
 import { LANGUAGES, t } from "../i18n";
 import { rename } from "../session";
 import { language, ownName, THEMES, type Theme, theme } from "../settings";

@@ -1,4 +1,5 @@
-// What the routes of programs share: the options of one, what its check has found, and what they hear while they are open.
+// Parts shared by the routes of programs: options, results of the check, and updates while they are
+// open.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../actions";
@@ -52,11 +53,11 @@ export function Asked({ option }: { option: Option }) {
   );
 }
 
-/** Options that a page has a place of its own for, or that no form can ask. */
+/** Options that have a place of their own on the page, or that no form can ask for. */
 const ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
 const GROUPS = ["fill", "text", "image", "laser", "pen", "place", "parts", "more"] as const;
 
-/** What a person is asked of a program: what is seldom left out, and the rest by what it belongs to. */
+/** Options of a program: the usual ones, and the others in folded groups. */
 export function Options({ first = [], not = [] }: { first?: readonly string[]; not?: readonly string[] }) {
   const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name) && !not.includes(name));
   const isFirst = ({ name, usual }: Option) => usual || first.includes(name);
@@ -86,7 +87,7 @@ export function Options({ first = [], not = [] }: { first?: readonly string[]; n
   );
 }
 
-/** The file's own picture, where the browser can show it. */
+/** The file's own picture, if the browser can show it. */
 export function Picture({ program }: { program: library.Entry }) {
   const url = useSignal<string | null>(null);
   useEffect(() => {
@@ -165,7 +166,7 @@ function Complaints({ report, program }: { report: Report; program: library.Entr
   );
 }
 
-/** What it takes and draws, in numbers. */
+/** Duration and lengths of a program as text. */
 export function about(report: Report | null): string {
   if (report === null) return "";
   const facts = [report.seconds === null ? null : t("run.takes", { time: jobs.duration(report.seconds) })];
@@ -176,10 +177,12 @@ export function about(report: Report | null): string {
   return facts.filter((fact) => fact !== null).join(" · ");
 }
 
-/** That lines are drawn in another order than the file has them is no news where nobody looks into the file. */
+/**
+ * Code of a note that is hidden: the order of lines matters only to users who look into the file.
+ */
 const QUIET = "reordered";
 
-/** What the check has found. */
+/** Results of the check. */
 export function Found() {
   const program = check.entry.value;
   const report = check.report.value;
@@ -211,7 +214,7 @@ export function Found() {
   );
 }
 
-/** That the lines would not be seen: the virtual arm has no such tool. */
+/** Warning that lines would be invisible, because the virtual arm has no such tool. */
 export function Unseen() {
   const around = world.value;
   if (around === null || store.arm.value?.virtual !== true || !((check.report.value?.drawn_mm ?? 0) > 0)) return null;
@@ -237,7 +240,7 @@ export function Unseen() {
   );
 }
 
-/** Follows jobs and library, and checks what is set, as long as the panel is open. */
+/** Follows jobs and library, and checks changes, while the panel is open. */
 export function usePrograms(most?: number): void {
   useEffect(() => {
     const ends = [

@@ -1,4 +1,5 @@
-// The sheet as the reader in front of the arm sees it: what the arm reaches of it, and the objects on it, which a hand drags, scales and turns.
+// Sheet as the reader in front of the arm sees it: the reachable part, and objects that can be
+// dragged, scaled and turned.
 import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Report } from "../api";
@@ -17,26 +18,28 @@ import texts from "./sheet.json";
 
 const w = sentencesOf(texts);
 
-/** What is seen before the station has said what the arm reaches, and round it. */
+/** Area shown before the station has reported the reach, and the margin around it. */
 const ROOM = { x: -60, y: -340, width: 400, height: 680 };
 const MARGIN = 14;
-/** What is behind this is not seen: the arm stands there, mm. */
+/** Edge of the visible area behind the arm's axis, mm: the arm stands there. */
 const BEHIND = -45;
-/** A table goes on beyond this, mm. */
+/** Edge of the table in the picture, mm. */
 const FAR = 345;
-/** From the middle of a small drawing to the edge of the picture, from near. */
+/** Smallest distance from the middle of a drawing to the edge of the picture. */
 const LEAST = 80;
-/** A drawing that takes this share of the paper is seen with all of it. */
+/** Share of the paper above which the whole paper is shown with a drawing. */
 const MUCH = 0.4;
-/** How much wider than high it is. */
+/** Aspect ratio of the picture. */
 const WIDE = 1.3;
-/** A turn snaps to its eighths when it is as near as this. */
+/** Distance at which a turn snaps to multiples of an eighth, degrees. */
 const SNAP = 3;
-/** What the beam leaves is as wide as this, mm: the lines of a photo are seen apart where they are. */
+/**
+ * Width of burnt lines in the picture, mm, so that lines of a photo appear separate where they are.
+ */
 const BEAM = 0.2;
-/** The dot goes along the whole path in no more seconds than this. */
+/** Longest time in which the dot runs along the whole path, s. */
 const LONGEST = 20;
-/** What a key makes of the size and the turn. */
+/** Factor of the size, and angle, for one key press. */
 const [GROWS, TURNS] = [1.05, 15];
 const CORNERS: readonly Point[] = [
   [-1, -1],
@@ -47,7 +50,7 @@ const CORNERS: readonly Point[] = [
 
 const outlines = signal<number[][][]>([]);
 
-/** What the tip reaches at the height where it draws. */
+/** Keeps the reach at the drawing height up to date. */
 function followReach(bench: Bench): () => void {
   const height = computed(() => bench.report.value?.preview?.strokes[0]?.height ?? null);
   return effect(() => {
@@ -62,7 +65,7 @@ function followReach(bench: Bench): () => void {
 
 const sheetOf = () => paper.corners()?.map((corner) => corner.map((value) => Math.max(-FAR, Math.min(FAR, value))));
 
-/** The sheet of paper and the arm's base, or all that the arm reaches in front of it. */
+/** Frame of the sheet with the arm's base, or of everything in reach. */
 function whole(): Frame {
   const sheet = sheetOf();
   const points = sheet ?? outlines.value.flat();
@@ -72,7 +75,10 @@ function whole(): Frame {
   return { x: top, y, width: x + width - top, height };
 }
 
-/** The objects from near. A frame in which they are seen well stays: the sheet does not move below a hand. */
+/**
+ * Frame close to the objects. The current one is kept while they fit well, so that the sheet does
+ * not move under the pointer.
+ */
 function near(bench: Bench, before: Frame): Frame {
   const boxes = bench.doc.now.value.items.flatMap((item) => {
     const place = bench.found.value.has(item.id) ? bench.placeOf(item) : null;
@@ -94,13 +100,13 @@ function near(bench: Bench, before: Frame): Frame {
     all.y + all.height < before.y + before.height;
   const sheet = boundsOf(sheetOf() ?? [], MARGIN);
   const isOnPaper = sheet.width > 0;
-  // What takes much of the paper is seen with all of it.
+  // A drawing that takes much of the paper is shown with all of it.
   if (isOnPaper && (all.height > sheet.height * MUCH || all.width > sheet.width * MUCH))
     return boundsOf([...boxes, [sheet.x, sheet.y], [sheet.x + sheet.width, sheet.y + sheet.height]]);
   const half = Math.max((all.width / 2) * 1.25, (all.height / 2 / WIDE) * 1.1, LEAST);
   if (isSeen && before.width < 3 * half) return before;
   const [wide, high] = [2 * half * WIDE, 2 * half];
-  // Beyond the paper, and out of reach, there is nothing to see.
+  // Beyond the paper, or out of reach, there is nothing to show.
   const room = isOnPaper ? sheet : whole();
   const within = (from: number, side: number, least: number, most: number) =>
     side > most ? least - (side - most) / 2 : Math.max(least, Math.min(least + most - side, from));
@@ -112,7 +118,7 @@ function near(bench: Bench, before: Frame): Frame {
   };
 }
 
-/** What a hand makes of a place: as it was when it was taken, where it was taken, and where the hand is now. */
+/** Effect of dragging: from the place at the start and the pointer's positions to the new place. */
 type Hand = (place: Place, from: Point, to: Point) => Partial<Place>;
 const far = ({ at: [x, y] }: Place, [px, py]: Point) => Math.max(Math.hypot(px - x, py - y), 1);
 const angle = ({ at: [x, y] }: Place, [px, py]: Point) => (Math.atan2(py - y, px - x) * 180) / Math.PI;
@@ -130,7 +136,7 @@ interface Line {
   power: number;
   path: string;
 }
-/** The lines of an object, those that look the same in one path. */
+/** Lines of an object; equal-looking lines are one path. */
 function linesOf(report: Report, pen: string | null, isOwn: boolean, usual: string): Line[] {
   const colors = new Map(report.parts.map(({ n, color }) => [n, color]));
   const all = new Map<string, Line>();
@@ -145,7 +151,7 @@ function linesOf(report: Report, pen: string | null, isOwn: boolean, usual: stri
   return [...all.values()];
 }
 
-/** One object as it was found, moved to where it is wanted. */
+/** Object as it was checked, moved to where it is wanted. */
 function Drawn({ bench, item, width }: { bench: Bench; item: Item; width: number }) {
   const found = bench.found.value.get(item.id);
   const [was, now] = [found?.place ?? null, bench.placeOf(item)];
@@ -197,7 +203,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const isComplete = items.length > 0 && report !== null && !bench.isChecking.value && bench.isFound.value;
   const sheet = paper.corners();
   const reach = outlines.value.map((outline) => `${pathOf(outline)}Z`).join("");
-  /** A place on the sheet for the pointer. */
+  /** Position on the sheet of a pointer event. */
   const pointOf = (event: PointerEvent): Point => {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(plane.current?.getScreenCTM()?.inverse());
     return [at.x, at.y];
@@ -243,7 +249,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
     event.preventDefault();
     bench.change(wanted, "key");
   };
-  /** Where a place on the sheet is in the picture, percent. */
+  /** Position in the picture of a point on the sheet, percent. */
   const spot = ([px, py]: Point) => ({
     left: `${(100 * (py - y)) / height}%`,
     top: `${(100 * (px - x)) / width}%`,
@@ -401,7 +407,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   );
 }
 
-/** Another sheet of paper. It stands where the sheet is full too. */
+/** Button for a new sheet of paper. Also shown where the sheet is full. */
 export function NewSheet({ bench, id = "sheet-new" }: { bench: Bench; id?: string }) {
   const reason = jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
   const isVirtual = store.arm.value?.virtual === true;
@@ -421,7 +427,7 @@ export function NewSheet({ bench, id = "sheet-new" }: { bench: Bench; id?: strin
   );
 }
 
-/** The place in numbers, which can be typed. */
+/** Place and size of the object as numbers to edit. */
 function Placing({ bench, off }: { bench: Bench; off: boolean }) {
   const place = bench.place.value;
   const item = bench.item.value;

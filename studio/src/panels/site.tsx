@@ -1,4 +1,4 @@
-// The arms of a station: who has which, what each does, and what is done to several.
+// Arms of a station or site: who has which, what each does, and actions on several.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { complain, stop } from "../actions";
@@ -36,10 +36,10 @@ import texts from "./site.json";
 
 const own = sentencesOf(texts);
 
-/** Up to so many arms each has a larger place. */
+/** Largest number of arms with large tiles. */
 const FEW = 4;
 
-/** What holds an arm, in a word each. */
+/** Marks of an arm's state. */
 function marksOf(arm: store.ArmEntry) {
   const state = states.get(arm.name);
   const job = jobs.get(arm.name);
@@ -57,7 +57,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   const { name, holder, port } = arm;
   const { alarms, asks, waits, job, lost } = marksOf(arm);
   const isMine = holder !== null && holder.session === store.session.value;
-  // Nobody knows who has the arm of a station that is gone.
+  // The holder of an arm is unknown while its station is unreachable.
   const turn = store.socket.value === "up" ? turnOf(name) : null;
   const frozen = store.socket.value === "up" && frozenArms.value.includes(name);
   const who =
@@ -148,7 +148,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   );
 }
 
-/** The arms in 3D, each in its tile: one picture for all. */
+/** 3D pictures of the arms in their tiles, drawn on one canvas. */
 function useFleet(place: { current: HTMLDivElement | null }): void {
   const arms = store.arms.value;
   const model = store.model.value;
@@ -175,7 +175,7 @@ function useFleet(place: { current: HTMLDivElement | null }): void {
         try {
           scene = new FleetScene(element, model, order.length);
         } catch {
-          // Without WebGL the tiles have their words.
+          // Without WebGL the tiles have text only.
           return;
         }
         let most = 0;
@@ -208,7 +208,7 @@ function useFleet(place: { current: HTMLDivElement | null }): void {
   }, [names, model]);
 }
 
-/** The arms whose tiles can be seen, or would be after a little scrolling. */
+/** Arms whose tiles are visible or close to that. */
 function useInView(place: { current: HTMLDivElement | null }): Set<string> {
   const inView = useRef(new Set<string>()).current;
   const names = store.arms.value.map(({ name }) => name).join();
@@ -356,7 +356,10 @@ function Count() {
   );
 }
 
-/** The arms; with the pictures that this browser has of them, unless the station's own results stand beside. */
+/**
+ * All arms; with the pictures stored in this browser, unless the station's results are shown beside
+ * them.
+ */
 export function Site({ pictures: withPictures = true }: { pictures?: boolean }) {
   const place = useRef<HTMLDivElement>(null);
   const inView = useInView(place);

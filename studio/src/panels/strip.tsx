@@ -1,4 +1,4 @@
-// The strip under the header: the job of the arm, whoever started it, on every route.
+// Strip below the header on every route: the arm's job, whoever started it.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import type { Remedy } from "../actions";
 import type { Job } from "../api";
@@ -12,7 +12,7 @@ import { Do } from "../ui/parts";
 import { Remedies } from "./remedies";
 import "./strip.css";
 
-/** How far it is, or how it ended. */
+/** Progress of the job, or how it ended. */
 function standing(job: Job): string {
   const percent = jobs.percent(job);
   const shown = percent === null ? null : `${Math.floor(percent)} %`;
@@ -33,7 +33,7 @@ function standing(job: Job): string {
 const leftOf = (job: Job): string =>
   jobs.isUnderWay(job) && job.seconds_left !== null ? t("run.left", { time: jobs.duration(job.seconds_left) }) : "";
 
-/** What is to be read of it: why its buttons are off, what it waits for, how it failed, what it noted. */
+/** Text below: why buttons are disabled, what the job waits for, how it failed, its notes. */
 function Words({ job, why }: { job: Job; why: string | null }) {
   const waits = job.reason === "part" || job.reason === "program" ? (job.text ?? t(`job.reason.${job.reason}`)) : null;
   const error = job.error;
@@ -62,10 +62,13 @@ function Words({ job, why }: { job: Job; why: string | null }) {
   );
 }
 
-/** Scrolled no farther than this, a page is at its top: it moves down with the strip, px. */
+/** Scroll position up to which the page counts as at its top and moves with the strip, px. */
 const AT_TOP = 40;
 
-/** What stands where a hand is likely to be about to press: what it presses stays there when the strip comes or goes. */
+/**
+ * Keeps the page still when the strip appears or disappears, so that the user does not press
+ * something else. Returns the function to call after layout.
+ */
 function held(): () => void {
   const cards = [0.6, 0.65, 0.7, 0.5].map((share) =>
     document.elementFromPoint(innerWidth * 0.7, innerHeight * share)?.closest(".card"),
@@ -73,7 +76,7 @@ function held(): () => void {
   const at = cards.find((card) => card && !card.matches(".view-card, .sheet-card"));
   const before = at?.getBoundingClientRect().top ?? 0;
   if (!at || scrollY < AT_TOP) return () => {};
-  // The browser would do the same for what it takes for the anchor, and then it is done twice.
+  // The browser's scroll anchoring would add the same correction again.
   const { style } = document.documentElement;
   style.overflowAnchor = "none";
   requestAnimationFrame(() => requestAnimationFrame(() => (style.overflowAnchor = "")));
@@ -83,7 +86,7 @@ function held(): () => void {
   };
 }
 
-/** Tells the frame how high header and strip are: what sticks to the top sticks below both. */
+/** Publishes the heights of header and strip for elements that stick below them. */
 function measured(strip: HTMLElement | null): () => void {
   const header = document.querySelector("header");
   const root = document.documentElement;
@@ -188,7 +191,7 @@ export function JobStrip() {
   const job = strip.told.value;
   const isThere = useRef(false);
   const isNew = isThere.current !== (job !== null);
-  // Before the page is laid out anew, and after it.
+  // Before and after the page is laid out.
   const stays = isNew ? held() : () => {};
   isThere.current = job !== null;
   useLayoutEffect(() => {

@@ -1,4 +1,4 @@
-// The work surface on the page that shows the jog pad anyway.
+// Work surface, on the page that has the jog pad anyway.
 import { useEffect } from "preact/hooks";
 import * as surface from "../run/surface";
 import { TouchOff } from "./touch";

@@ -1,12 +1,12 @@
-// What a pen or a material looks like with these options: a small drawn sample.
+// Sample picture of a pen or material with these options.
 
 interface Look {
-  /** What it is drawn or burnt on, and its grain. */
+  /** Colour of the ground, and its grain. */
   ground: string;
   grain?: string;
   line: string;
   width: number;
-  /** Whether the line is a cut through the sheet. */
+  /** True if the line cuts through the sheet. */
   cut?: boolean;
 }
 const LOOKS: Record<string, Look> = {
@@ -24,7 +24,7 @@ function lookOf(name: string, tool: "pen" | "laser"): Look {
   return LOOKS[known ?? (tool === "laser" ? "burnt" : "pen")] ?? (LOOKS.pen as Look);
 }
 
-/** As dark as its power burns: the more, the faster the lighter. */
+/** Darkness of a burn: grows with power, falls with speed. */
 function darkness({ power, speed }: { power?: unknown; speed?: unknown }): number {
   const most = Number(
     String(power ?? 60)

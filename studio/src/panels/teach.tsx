@@ -1,4 +1,4 @@
-// Teach: points shown to the arm or by it, in a table that can be played.
+// Teach: positions shown to the arm or by it, in a table that can be played.
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
@@ -17,7 +17,7 @@ import "./run.css";
 import "./teach.css";
 import { w } from "../teach/words";
 
-/** Pins that may be outputs, by their addresses. */
+/** Number of pins that may be outputs. */
 const PINS = 20;
 
 const pin = signal(1);

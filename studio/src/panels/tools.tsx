@@ -1,4 +1,4 @@
-// What the arm does at a press: home, tools, speed.
+// Immediate actions: homing, tools, speed.
 import * as actions from "../actions";
 import { t, told } from "../i18n";
 import * as store from "../store";

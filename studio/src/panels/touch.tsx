@@ -1,4 +1,4 @@
-// The height of the work surface and the place of the paper, beside the jog pad that brings the tool down to them.
+// Measuring the work surface and the paper, beside the jog pad that moves the tool there.
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
 import * as check from "../run/check";
@@ -13,7 +13,7 @@ import "./touch.css";
 
 type Tool = "pen" | "laser";
 
-/** What the touches come to, and what another one would tell. */
+/** Result of the touches so far, and what another one would add. */
 function Touches() {
   const known = surface.known.value;
   if (known?.plane == null) return null;
@@ -28,7 +28,7 @@ function Touches() {
   );
 }
 
-/** Takes the height from where the tool is; or the corners of the paper. */
+/** Takes the height at the tool's position, or the corners of the paper. */
 export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
   const why = store.why.value;
   const off = why !== null;
@@ -90,7 +90,7 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
   );
 }
 
-/** What a person needs where a program does not know how high its surface lies: the button, and the pad. */
+/** Button and jog pad for a program whose surface height is unknown. */
 export function Height({ tool = "pen" }: { tool?: Tool }) {
   useEffect(surface.follow, []);
   const isUnknown = check.problem.value?.remedies.some((remedy) => remedy.action === "touch-off") === true;

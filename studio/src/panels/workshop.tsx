@@ -1,4 +1,4 @@
-// What drawing and engraving share: what is put on the sheet, how long it takes, and its start.
+// Parts shared by drawing and engraving: objects on the sheet, duration, start.
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
@@ -27,12 +27,12 @@ import texts from "./workshop.json";
 const w = sentencesOf(texts);
 const onSheet = sentencesOf(sheetTexts);
 
-/** What has lines of its own that can lie anywhere. */
+/** Formats whose lines can be placed anywhere. */
 const FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
-/** Larger files are checked when they are asked for. */
+/** Largest file that is checked automatically, bytes. */
 const AT_ONCE = 8 * 1024 * 1024;
 
-/** What is open belongs to this workshop. */
+/** True once the route's program belongs to this workshop. */
 function useBench(bench: Bench): boolean {
   const [isOpen, open] = useState(false);
   useEffect(() => {
@@ -51,7 +51,7 @@ function What({ bench }: { bench: Bench }) {
   const drawings = library.programs.value.filter(({ format }) => FORMATS.includes(format ?? ""));
   const item = bench.item.value;
   const field = useRef<HTMLTextAreaElement>(null);
-  // What is typed next takes the place of the word that stands there.
+  // The next typed text replaces the selected word.
   const write = () =>
     requestAnimationFrame(() => {
       field.current?.focus();
@@ -108,10 +108,10 @@ function What({ bench }: { bench: Bench }) {
   );
 }
 
-/** Why nothing can be started now. */
+/** Reason why nothing can be started now; null if there is none. */
 export const why = (): Key | null => jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
 
-/** What becomes of it is not what its file shows: filled shapes are outlined. */
+/** Note that filled shapes are only outlined, which their file does not show. */
 function Filled({ bench }: { bench: Bench }) {
   const isFilled = useSignal(false);
   const item = bench.item.value;
@@ -149,9 +149,9 @@ interface WorkshopProps {
   hint: string;
   /** Options that are not folded. */
   first: readonly string[];
-  /** Why nothing can be started, beyond what holds for every job. */
+  /** Additional reason why nothing can be started. */
   because?: Key | null;
-  /** What stands before the start, and below all. */
+  /** Content before the start button, and below everything. */
   before?: ComponentChildren;
   children?: ComponentChildren;
 }

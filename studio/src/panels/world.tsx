@@ -1,4 +1,4 @@
-// The world around a virtual arm: what stands there, what was drawn, and what a hand does.
+// World around a virtual arm: its objects, its drawing, and actions by hand.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { complain, tried } from "../actions";
@@ -20,11 +20,11 @@ import texts from "./world.json";
 
 const w = sentencesOf(texts);
 
-/** Above everything: what is put there falls onto what is below. */
+/** Height at which objects are dropped, above everything: they fall onto what is below. */
 const ABOVE = 300;
 const WHY = "world-why";
 
-/** Why a hand cannot do anything, as a key of the texts. A cable that is out is no reason. */
+/** Reason why nothing can be done by hand, as a key of the texts. An unplugged cable is none. */
 const why = () => store.barred(store.socket.value === "up");
 
 async function done(work: () => Promise<unknown>): Promise<void> {
@@ -202,7 +202,7 @@ function Paper() {
 const JOINTS = ["j1", "j2", "j3", "j4"] as const;
 let guiding = false;
 let next: number[] | null = null;
-/** One after the other, the newest one last. */
+/** Sends joint angles one after the other, always the newest. */
 async function guide(joints: number[]): Promise<void> {
   next = joints;
   if (guiding) return;

@@ -1,4 +1,4 @@
-// The workshop of drawings and engravings: objects on a sheet, which become one job.
+// Workshop of drawings and engravings: objects on a sheet that become one job.
 import { computed, signal } from "@preact/signals";
 import { complain } from "../actions";
 import type { Option, Report } from "../api";
@@ -37,36 +37,39 @@ import { sheet } from "./surface";
 
 const w = sentencesOf(texts);
 
-/** What the last check has found of an object. */
+/** Result of an object's last check. */
 interface Found {
   key: string;
   report: Report;
   place: Place | null;
-  /** How wide and high it is there, as the reader of it sees it. */
+  /** Width and height there, as the reader sees them. */
   sides: Point;
-  /** The middle of that beside its place: of a drawing that is repeated, or filled, it is another one. */
+  /** Middle of that relative to its place; different if the drawing is repeated or filled. */
   middle: Point;
 }
 
-/** What has no size of its own fills the sheet. */
+/** Formats without a size of their own, which fill the free space. */
 const FILLS = ["text", "image"];
-/** Nothing is placed larger than this by itself, mm: every square centimetre of an image takes its time, and what burns more. */
+/**
+ * Largest side that is chosen automatically by tool and format, mm: large images take long, burnt
+ * ones even longer.
+ */
 const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
-/** A sheet on which something is smaller than this share of what it would be on a blank one is full. */
+/** Share of the size on a blank sheet below which the sheet counts as full. */
 const CROWDED = 0.45;
-/** What becomes smaller than this has no room, mm. */
+/** Smallest size, mm; below it an object has no room. */
 const LEAST = 12;
-/** Formats that burn as they are, and cannot be put into one drawing with others. */
+/** Formats that are burnt as they are and cannot be combined with others. */
 const ALONE = ["image", "gcode", "testgrid"];
-/** Width of an image of which the scale is 1, mm. */
+/** Width of an image at scale 1, mm. */
 const LOOKED = 30;
-/** A preview of more points has been thinned, and is no drawing any more. */
+/** Largest number of preview points. A preview with more has been thinned and cannot be drawn. */
 const THINNED = 19_000;
-/** A drawing of more letters is too large for a message. */
+/** Longest text of a composed drawing that fits into a message. */
 const LONGEST = 900_000;
-/** Options that place what is drawn: the sheet does that. */
+/** Placement options, which the sheet determines. */
 const PLACED = ["at", "scale", "rotate", "fit", "width", "height", "place", "turn"];
-/** Options of a job that are of no use while an object is looked at. */
+/** Options of a job that do not apply while a single object is checked. */
 const ANEW = ["only", "parts", "no_pause"];
 
 export class Bench extends Shop {
@@ -74,13 +77,15 @@ export class Bench extends Shop {
   readonly doc = new History<Doc>({ items: [], chosen: null });
   readonly found = signal<ReadonlyMap<number, Found>>(new Map());
   readonly item = computed(() => chosenOf(this.doc.now.value));
-  /** What is set of the job, for all of its objects. */
+  /** Options of the job, for all of its objects. */
   private readonly common = signal<Values>({});
-  /** The source and the place of what was checked last. */
+  /** Source and setup of the last check. */
   private readonly job = signal<{ source: Source; setup: Record<string, unknown> } | null>(null);
-  /** Where objects were placed by themselves, by what they were then; null: where the station puts them. */
+  /**
+   * Automatic places of objects, valid while `key` is unchanged; a null place means the station's.
+   */
   private readonly spots = new Map<number, { key: string; place: Place | null }>();
-  /** Whether there was little or no free room for an object. */
+  /** True if an object had little or no free room. */
   readonly isFull = signal(false);
   private next = 1;
 
@@ -89,12 +94,15 @@ export class Bench extends Shop {
     this.tool = tool;
   }
 
-  /** Whether the objects become one drawing: a single one is given to the arm as it is. */
+  /** True if the objects become one drawing. A single object is passed on as it is. */
   readonly isComposed = computed(() => {
     const { items } = this.doc.now.value;
     return items.length > 1 || items[0]?.color != null;
   });
-  /** What is run: the only object, or a drawing of all of them, which has no lines of a file to show. */
+  /**
+   * Source to run: the only object, or the composition of all, which has no lines of a file to
+   * show.
+   */
   readonly chosen = computed<Source | null>(() => {
     const [first] = this.doc.now.value.items;
     if (first === undefined) return null;
@@ -127,9 +135,9 @@ export class Bench extends Shop {
     if (item !== null) this.doc.commit(changed(this.doc.now.value, item.id, { values: own }));
   }
 
-  // What a person does.
+  // User actions.
 
-  /** Until the options of the chosen object are known. */
+  /** Resolves once the options of the selected object are known. */
   ready: Promise<void> = Promise.resolve();
 
   private async askOptions(format: string): Promise<void> {
@@ -145,18 +153,18 @@ export class Bench extends Shop {
     this.ready = this.askOptions(format);
   }
 
-  /** Takes everything off the sheet. */
+  /** Removes everything from the sheet. */
   clear(): void {
     this.forgetParts();
     this.doc.commit({ items: [], chosen: null });
     this.follow();
   }
 
-  /** Puts something onto the sheet. What lies there already stays where it is. */
+  /** Adds an object to the sheet. Objects already there keep their places. */
   add(of: Omit<Item, "id" | "color" | "values" | "place">): void {
     const before = this.doc.now.value;
     const id = this.next++;
-    // What a person has said of how texts are written holds for the next one too.
+    // A new text takes over the style of the last one.
     const like = before.items.findLast(({ format }) => format === of.format);
     const { crop: _, ...values } = like?.values ?? {};
     const items = before.items.map((item) => ({
@@ -169,7 +177,7 @@ export class Bench extends Shop {
     this.forFormat(of.format);
   }
 
-  /** What its parts are, and which of them are drawn, is of the drawing and not of the next. */
+  /** Forgets selected parts, which belong to one drawing. */
   private forgetParts(): void {
     const { only: _, parts: _parts, no_pause: _pause, ...kept } = this.common.value;
     this.common.value = kept;
@@ -179,7 +187,7 @@ export class Bench extends Shop {
     this.add({ source: { text: svgOf(shape), format: "svg" }, format: "svg", name, shape });
   }
 
-  /** Puts one thing onto the sheet in place of all others. */
+  /** Replaces all objects by one. */
   replace(of: Omit<Item, "id" | "color" | "values" | "place">): void {
     const now = this.doc.now.value;
     const [only] = now.items;
@@ -193,7 +201,7 @@ export class Bench extends Shop {
     this.forFormat(of.format);
   }
 
-  /** Writes into the chosen text, or a new one. */
+  /** Writes into the selected text, or into a new one. */
   write(text: string): void {
     const item = this.item.value;
     const name = text.trim().slice(0, 40);
@@ -206,7 +214,7 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, item.id, { source, name }), `new ${item.id}`);
   }
 
-  /** Puts another text onto the sheet. */
+  /** Adds another text. */
   addText(text: string): void {
     this.add({ source: { text, format: "text" }, format: "text", name: text });
   }
@@ -250,7 +258,10 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, id, { color }));
   }
 
-  /** Moves, scales or turns the chosen object; changes of the same key in a row are undone together. */
+  /**
+   * Moves, scales or turns the selected object. Consecutive changes with the same key are undone
+   * together.
+   */
   change(by: Partial<Place>, key: string | null = null): void {
     const [item, now] = [this.item.value, this.place.value];
     if (item === null || now === null) return;
@@ -259,7 +270,7 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
   }
 
-  /** Leaves the place of the chosen object to the page. */
+  /** Leaves the place of the selected object to the page. */
   release(): void {
     const item = this.item.value;
     if (item === null) return;
@@ -267,7 +278,7 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, item.id, { place: null }));
   }
 
-  /** A new sheet lies there: what lies where there was room has all of it. */
+  /** Handles a new sheet: objects without a chosen place have all of it. */
   refresh(): void {
     this.spots.clear();
     this.isFull.value = false;
@@ -287,7 +298,7 @@ export class Bench extends Shop {
     this.follow();
   }
 
-  /** The options are those of the chosen object. */
+  /** Loads the options of the selected object. */
   private follow(): void {
     const { items } = this.doc.now.value;
     const format = this.item.value?.format ?? (items.length > 0 ? "svg" : null);
@@ -306,9 +317,9 @@ export class Bench extends Shop {
     else this.add({ source: { program: name }, format, name });
   }
 
-  // Where things lie.
+  // Places of objects.
 
-  /** Where the chosen object lies: as a person wants it, else as it was found. */
+  /** Place of the selected object: as the user wants it, otherwise as it was found. */
   readonly place = computed<Place | null>(() => {
     const item = this.item.value;
     return item === null ? null : this.placeOf(item);
@@ -316,13 +327,13 @@ export class Bench extends Shop {
   placeOf(item: Item): Place | null {
     return item.place ?? this.found.value.get(item.id)?.place ?? null;
   }
-  /** How wide and high an object becomes. */
+  /** Width and height of an object at its place. */
   sizeOf(item: Item): Point {
     const found = this.found.value.get(item.id);
     const by = (this.placeOf(item)?.scale ?? 1) / (found?.place?.scale ?? 1);
     return [(found?.sides[0] ?? 0) * by, (found?.sides[1] ?? 0) * by];
   }
-  /** Where a corner of an object, or a place beside it, comes to lie. */
+  /** Position of a corner of an object, or of a point `beyond` it. */
   cornerOf(item: Item, [sx, sy]: Point, beyond = 0): Point {
     const [found, place, [width, height]] = [this.found.value.get(item.id), this.placeOf(item), this.sizeOf(item)];
     const by = (place?.scale ?? 1) / (found?.place?.scale ?? 1);
@@ -337,7 +348,7 @@ export class Bench extends Shop {
     if (is > 0) this.change({ scale: ((this.place.value?.scale ?? 1) * width) / is });
   }
 
-  /** Whether everything lies as it is wanted. */
+  /** True if everything has been checked at its wanted place. */
   readonly isFound = computed(() =>
     this.doc.now.value.items.every((item) => {
       const found = this.found.value.get(item.id);
@@ -369,9 +380,9 @@ export class Bench extends Shop {
     return job === null ? {} : { ...job.source, setup: job.setup };
   }
 
-  // What the station is asked.
+  // Requests to the station.
 
-  /** What limits objects that are placed by themselves, beside those that lie there. */
+  /** Limits for objects that are placed automatically, including the objects that are there. */
   private async room(height: number, others: readonly Found[]): Promise<Room> {
     const { outlines } = await call("motion.reach", { z: height, tool: this.tool });
     const boxes = others.map(({ report }) => boundsOf((report.preview?.strokes ?? []).flatMap(({ points }) => points)));
@@ -388,7 +399,7 @@ export class Bench extends Shop {
     return { at, scale, rotate: rotateOf(turn), turn: false, ...(isHeld ? {} : { fit: true }) };
   }
 
-  /** The options of an object: its own, and those of the whole job where it is alone. */
+  /** Options of an object: its own, and those of the whole job if it is alone. */
   private async optionsFor(item: Item): Promise<Record<string, unknown>> {
     const all = (await optionsOf(item.format)).filter(({ name }) => this.isOpen(name));
     const values = { ...this.common.value, ...item.values };
@@ -401,12 +412,12 @@ export class Bench extends Shop {
     const set = setupOf(all.filter(isAsked), values);
     const parts =
       this.isComposed.value && all.some(({ name }) => name === "parts") ? { parts: "color", no_pause: true } : {};
-    // How large an image says it is does not matter, and a small one is looked at soon.
+    // The size in the image file does not matter, and a small image is checked faster.
     const width = item.format === "image" ? { width: LOOKED } : {};
     return { ...set, ...parts, ...width, ...this.fixed };
   }
 
-  /** How one object lies and what it becomes there; of one that has not changed it is known. */
+  /** Checks one object at its place. An unchanged object is not checked again. */
   private async resolve(item: Item, others: readonly Found[]): Promise<Found> {
     const options = await this.optionsFor(item);
     const version = entryOf(item.source.program)?.modified ?? 0;
@@ -429,14 +440,17 @@ export class Bench extends Shop {
     const report = await this.ask(item.source, this.placed);
     if (place === null) return this.foundOf(key, report);
     if (item.place !== null) return this.foundOf(key, report, item.place);
-    // How much smaller it is than what this page has tried is no news.
+    // The note about scaling refers to an attempt of this page, so it is dropped.
     const notes = (report.notes ?? []).filter(({ code }) => code !== "placed");
     return this.foundOf(key, { ...report, notes }, { ...place, scale: report.placed?.scale ?? place.scale });
   }
-  /** The setup of the object that was asked of last. */
+  /** Setup of the last requested object. */
   private placed: Record<string, unknown> = {};
 
-  /** What a check has found where an object was asked for; the middle of lines that fill it is not that of its edges. */
+  /**
+   * Result of a check for a wanted place. Lines that fill a shape have another middle than its
+   * edges.
+   */
   private foundOf(key: string, report: Report, asked: Place | null = null): Found {
     const { placed, preview } = report;
     if (placed === undefined) return { key, report, place: null, sides: [0, 0], middle: [0, 0] };
@@ -444,7 +458,10 @@ export class Bench extends Shop {
     return { key, report, place, ...boxOf(preview?.strokes ?? [], upright() + place.turn, place.at) };
   }
 
-  /** An object as the station places it, and where there is more room for it; null if it lies well there. */
+  /**
+   * Returns an object as the station places it, and a place with more room for it; null if it lies
+   * well there.
+   */
   private async natural(
     item: Item,
     options: Record<string, unknown>,
@@ -458,7 +475,8 @@ export class Bench extends Shop {
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
     if (place === null || first === undefined) return [report, null];
-    // On a page it lies as the page says; repeated, it has the distances that were asked for.
+    // On a page the page determines the place; repeated objects have the distances that were asked
+    // for.
     if (["page", "move"].some((name) => options[name] !== undefined)) return [report, null];
     const isRepeated = options.grid !== undefined;
     const room = await this.room(first.height, others);
@@ -468,10 +486,10 @@ export class Bench extends Shop {
     const most = (MOST[this.tool]?.[item.format] ?? Infinity) / longest;
     const isTaken = (frame = boundsOf(strokes.flatMap(({ points }) => points))) =>
       room.taken.some((one) => overlaps(one, frame));
-    // On a sheet that was measured the page of a file lies on the paper, corner on corner.
+    // On a measured sheet the page of a file coincides with the paper.
     const isKept = room.paper === null || sheet.value !== null;
     if (!fills && isKept && !isTaken() && report.ok) return [report, null];
-    // Along the arm's x and y, as it lies upright; what the station had to turn stays so.
+    // Upright along the arm's x and y. A turn that the station needed is kept.
     const turn = fills ? 0 : place.turn;
     const [sin, cos] = [Math.sin, Math.cos].map((of) => Math.abs(of(((upright() + turn) * Math.PI) / 180))) as [
       number,
@@ -548,12 +566,12 @@ export class Bench extends Shop {
     return this.ask(source, setup);
   }
 
-  /** Lines that are drawn now, for what remembers them. */
+  /** Lines that are drawn now, for the memory of the paper. */
   drawnLines(): Points[] {
     return (this.report.value?.preview?.strokes ?? []).filter(({ reachable }) => reachable).map(({ points }) => points);
   }
 
-  /** What the sheet and the list call the job. */
+  /** Title of the job. */
   readonly title = computed(() => {
     const names = this.doc.now.value.items.map(({ name }) => name);
     return names.join(", ").slice(0, 40);

@@ -1,9 +1,9 @@
-// The workshop of the open route, as the panels that all of them share see it.
+// Workshop of the open route, as its panels use it.
 import { computed, type ReadonlySignal, signal } from "@preact/signals";
 import { RunShop, type Shop } from "./shop";
 
 export const run = new RunShop();
-/** That of the open route. */
+/** Workshop of the open route. */
 export const shop = signal<Shop>(run);
 
 type Inner<T> = T extends ReadonlySignal<infer V> ? V : never;
@@ -30,7 +30,7 @@ export const entry = of("entry");
 export const values = of("values");
 export const options = of("options");
 export const report = of("report");
-/** What keeps it from being checked at all. */
+/** Problem that prevents a check; null if there is none. */
 export const problem = of("problem");
 export const isChecking = of("isChecking");
 export const isShown = of("isShown");

@@ -1,7 +1,7 @@
-// Whether a drawing has filled shapes: the pen outlines them unless it is told to fill them.
+// Detects filled shapes in a drawing: the pen outlines them unless filling is selected.
 
 const SHAPES = ["path", "rect", "circle", "ellipse", "polygon"];
-/** What stands in these is not drawn itself. */
+/** Elements whose content is not drawn directly. */
 const HIDDEN = ["defs", "clipPath", "mask", "symbol", "pattern", "marker", "filter"];
 const UNSEEN = /^(?:none|transparent|white|#fff(?:fff)?|rgba\(.*,\s*0\))$/i;
 
@@ -12,7 +12,7 @@ const attribute = (of: string, name: string): string | undefined =>
     .find((value) => value !== undefined);
 const fillIn = (style: string): string | undefined => /(?:^|[;{\s])fill\s*:\s*([^;}]+)/.exec(style)?.[1]?.trim();
 
-/** The fills that style sheets give to classes and elements. */
+/** Fills that style sheets assign to classes and elements. */
 function rules(svg: string): Map<string, string> {
   const found = new Map<string, string>();
   for (const [, sheet = ""] of svg.matchAll(/<style[^>]*>([\s\S]*?)<\/style>/g)) {
@@ -51,7 +51,7 @@ export function hasFills(svg: string): boolean {
   return false;
 }
 
-/** A line of two points has no area. */
+/** True if a shape has an area: a line of two points has none. */
 function isArea(tag: string, attributes: string): boolean {
   const data = attribute(attributes, "d") ?? "";
   const numbers = data.match(/-?(?:\d+\.?\d*|\.\d+)/g)?.length ?? 0;

@@ -1,7 +1,7 @@
-// What a person can undo and redo.
+// Undo and redo.
 import { computed, signal } from "@preact/signals";
 
-/** As many steps back are kept. */
+/** Largest number of undo steps. */
 const MOST = 100;
 
 export class History<T> {
@@ -16,7 +16,10 @@ export class History<T> {
     this.now = signal(first);
   }
 
-  /** Goes on to another state. Changes of the same key in a row, such as the letters of a text, are undone together. */
+  /**
+   * Sets a new state. Consecutive changes with the same key, such as letters of a text, are undone
+   * together.
+   */
   commit(next: T, key: string | null = null): void {
     if (key === null || key !== this.key) this.past.value = [...this.past.value, this.now.value].slice(-MOST);
     this.key = key;
@@ -24,12 +27,12 @@ export class History<T> {
     this.now.value = next;
   }
 
-  /** Changes the state without a step to undo: what no person has done. */
+  /** Changes the state without an undo step, for changes that the user did not make. */
   amend(next: T): void {
     this.now.value = next;
   }
 
-  /** What comes next is undone by itself. */
+  /** Starts a new undo step with the next change. */
   seal(): void {
     this.key = null;
   }

@@ -50,7 +50,7 @@ test("an upright drawing is as wide as it is along the arm's y", () => {
   );
   expect(sides[0]).toBeCloseTo(80);
   expect(sides[1]).toBeCloseTo(20);
-  // Its middle is 5 mm nearer to the arm than its place: above it.
+  // The item's middle is nearer to the arm than its position: above it.
   expect(middle[0]).toBeCloseTo(0);
   expect(middle[1]).toBeCloseTo(5);
 });
@@ -70,7 +70,7 @@ test("a drawing of all objects lies in true size where they lie", () => {
   ]);
   expect(at).toEqual([210, 0]);
   expect(text).toContain('width="20mm" height="80mm" viewBox="0 0 20 80"');
-  // The arm's +y is up in the file: its option rotate is 0 then.
+  // The arm's +y points up in the file, because its option rotate is 0.
   expect(text).toContain('<path stroke="#c81e1e" d="M0 80L20 0"/>');
   expect(text).toContain('d="M10 40h0.01"');
 });

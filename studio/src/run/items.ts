@@ -1,4 +1,4 @@
-// The objects on a sheet, and one drawing of all of them.
+// Objects on a sheet, and their composition into one drawing.
 import type { Report } from "../api";
 import { boundsOf, type Points } from "../view/flat";
 import type { Shape } from "./shapes";
@@ -6,33 +6,33 @@ import type { Source, Values } from "./shop";
 
 export interface Place {
   at: [x: number, y: number];
-  /** Its size, 1 being the true one. */
+  /** Scale relative to the true size. */
   scale: number;
-  /** Counter-clockwise as the reader sees it, degrees; 0 is upright. */
+  /** Rotation counter-clockwise as the reader sees it, degrees; 0 is upright. */
   turn: number;
 }
 export type Point = readonly [x: number, y: number];
 
-/** Something that lies on the sheet. */
+/** Object on the sheet. */
 export interface Item {
   id: number;
-  /** What is drawn, and its format. */
+  /** Content with its format. */
   source: Source;
   format: string;
-  /** What it is called. */
+  /** Name for the user. */
   name: string;
   shape?: Shape;
-  /** The pen that draws it; null: as it says itself. */
+  /** Colour of its pen; null for its own colours. */
   color: string | null;
-  /** Its own options: how a text is written, an image drawn, a shape filled. */
+  /** Its own options: style of a text, processing of an image, fill of a shape. */
   values: Values;
-  /** Where it lies; null: where there is room. */
+  /** Chosen place; null to place it where there is room. */
   place: Place | null;
 }
 
 export interface Doc {
   items: readonly Item[];
-  /** The one that a person has chosen. */
+  /** Id of the selected object. */
   chosen: number | null;
 }
 
@@ -46,7 +46,7 @@ export const without = (doc: Doc, id: number): Doc => {
   const items = doc.items.filter((item) => item.id !== id);
   return { items, chosen: (items[Math.min(at, items.length - 1)] ?? null)?.id ?? null };
 };
-/** One object by so many steps later in the order in which they are drawn. */
+/** Moves an object by this many places in the drawing order. */
 export const moved = (doc: Doc, id: number, by: number): Doc => {
   const from = doc.items.findIndex((item) => item.id === id);
   const to = from + by;
@@ -55,20 +55,20 @@ export const moved = (doc: Doc, id: number, by: number): Doc => {
   return { ...doc, items: doc.items.toSpliced(from, 1).toSpliced(to, 0, item) };
 };
 
-/** The options that belong to an object, and not to the job. */
+/** Option groups that belong to an object instead of the job. */
 const OWN = ["fill", "text", "image"];
 export const isOwn = ({ group }: { group: string }): boolean => OWN.includes(group);
 
 const rounded = (value: number, digits: number) => Math.round(value * 10 ** digits) / 10 ** digits;
-/** The same turn, as near to none as it can be said. */
+/** Equivalent rotation closest to 0. */
 export const unwound = (turn: number): number => turn - 360 * Math.round(turn / 360);
-/** A place as it is said to the station. */
+/** Place with the precision that is sent to the station. */
 export const tidy = ({ at, scale, turn }: Place): Place => ({
   at: [rounded(at[0], 2), rounded(at[1], 2)],
   scale: Number(scale.toPrecision(6)),
   turn: rounded(unwound(turn), 2),
 });
-/** Whether two places are the same: what the station says of one is rounded. */
+/** True if two places are equal within the station's rounding. */
 export const isSame = (one: Place, other: Place): boolean =>
   Math.hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]) < 0.05 &&
   Math.abs(one.scale / other.scale - 1) < 0.005 &&
@@ -80,7 +80,9 @@ export function turned([x, y]: readonly number[], degrees: number): [number, num
 }
 
 type Stroke = NonNullable<Report["preview"]>["strokes"][number];
-/** What strokes fill that lie so, by an angle from the arm's x and their place: as its reader sees it, round that place. */
+/**
+ * Size of strokes at an angle from the arm's x and relative to their place, as the reader sees it.
+ */
 export function boxOf(strokes: readonly Stroke[], angle: number, [x, y]: Point): { sides: Point; middle: Point } {
   const box = boundsOf(
     strokes.flatMap(({ points }) => points.map(([px = 0, py = 0]) => turned([px - x, py - y], -angle))),
@@ -93,7 +95,7 @@ export interface Inked {
   color: string;
   strokes: readonly Points[];
 }
-/** The colours in which an object is drawn: that of its pen, else those of its parts. */
+/** Lines of an object by colour: that of its pen, otherwise those of its parts. */
 export function inked({ parts, preview }: Report, color: string | null): Inked[] {
   const colors = new Map(parts.map((part) => [part.n, part.color]));
   const all = new Map<string, Points[]>();
@@ -104,7 +106,7 @@ export function inked({ parts, preview }: Report, color: string | null): Inked[]
   return [...all].map(([color, strokes]) => ({ color, strokes }));
 }
 
-/** A drawing in mm of lines in the arm's coordinates, and the middle on which it lies. */
+/** Composes lines in the arm's coordinates into one drawing in mm. Returns it with its middle. */
 export function composed(inks: readonly Inked[]): { text: string; at: [number, number] } {
   const { x, y, width, height } = boundsOf(inks.flatMap(({ strokes }) => strokes.flat()));
   const short = (value: number) => String(rounded(value, 2));

@@ -1,4 +1,4 @@
-// The jobs of the shown arm: heard of as long as a panel with them is open, and what people do to them.
+// Jobs of the shown arm: followed while a panel shows them, and the user's actions on them.
 import { computed, effect, signal } from "@preact/signals";
 import { agreed, isReal, tried } from "../actions";
 import type { Job } from "../api";
@@ -7,27 +7,27 @@ import { t } from "../i18n";
 import { call, notified, shown } from "../session";
 import * as store from "../store";
 
-/** The newest last, as the station has them. */
+/** Jobs, newest last, as the station sends them. */
 export const jobs = signal<Job[]>([]);
 const UNDER_WAY = ["checking", "running", "pausing", "paused", "stopping"];
 const RESUMED = ["paused", "stopped", "failed", "interrupted"];
 export const isUnderWay = (job: Job): boolean => UNDER_WAY.includes(job.state);
 export const canResume = (job: Job): boolean => RESUMED.includes(job.state);
 
-/** The one under way, else the last. */
+/** Current job, otherwise the last one. */
 export const job = computed<Job | null>(() => jobs.value.findLast(isUnderWay) ?? jobs.value.at(-1) ?? null);
 export const busy = computed(() => job.value !== null && isUnderWay(job.value));
-/** Whether somebody else started it: its name, else null. */
+/** Name of another client that started the job; null otherwise. */
 export const startedBy = (job: Job): string | null =>
   job.holder === null || !isUnderWay(job) || job.holder.session === store.session.value ? null : job.holder.name;
 
-/** Why a job can be neither started nor steered now; one that runs is no reason. */
+/** Reason why jobs can be neither started nor controlled; a running job is none. */
 export const why = computed(() => (store.why.value === "why.busy" ? null : store.why.value));
 
 let followers = 0;
 let unfollow = () => {};
 
-/** Follows the jobs, once for all who want it; what it gives back ends that. */
+/** Follows the jobs, once for all callers. Returns a function that ends it. */
 export function follow(): () => void {
   if (followers++ === 0) unfollow = begin();
   return () => {
@@ -61,11 +61,14 @@ function begin(): () => void {
 
 export type Order = Pick<Params<"job.start">, "program" | "text" | "format" | "setup" | "from" | "loops">;
 
-/** What a person agrees to before a real arm moves by itself. */
+/** Text to confirm before a real arm moves. */
 const warned = (about: string): string =>
   [about, store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim();
 
-/** Starts a job, after the questions that a real arm and a laser need; its id, or null. */
+/**
+ * Starts a job, after the questions for a real arm and a laser. Returns its id, or null if the user
+ * declined.
+ */
 export async function start(order: Order, title: string, about: string): Promise<string | null> {
   if (isReal()) {
     const text = warned(`${about} ${t("run.real.text")}`);
@@ -79,7 +82,7 @@ export async function start(order: Order, title: string, about: string): Promise
 }
 
 export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job }));
-/** It lifts its pen, which a stop of the arm does not. */
+/** Stops the job, which lifts its pen; a stop of the arm does not. */
 export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }));
 export const resume = (job: Job) =>
   tried(async () => {
@@ -95,7 +98,7 @@ export const resume = (job: Job) =>
     await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job, ...yes }));
   });
 
-/** Percent of all its loops; null where they have no end, or it is not known yet. */
+/** Progress over all loops, percent; null if they are endless or unknown. */
 export function percent(job: Job): number | null {
   if (job.state === "done") return 100;
   if (!job.steps || !job.loops) return null;

@@ -1,4 +1,5 @@
-// Whether the laser is armed: nothing is started that burns before a person has said so, for each job anew.
+// Arming of the laser: a job that burns can only start after the user has armed it, for each job
+// anew.
 import { effect, signal } from "@preact/signals";
 import { leaveWith } from "../session";
 import * as store from "../store";
@@ -6,7 +7,7 @@ import { busy, job } from "./jobs";
 
 export const isArmed = signal(false);
 
-/** The job that burns because a person has armed the laser here: it does not outlive the page. */
+/** Job that burns because it was armed here. It must not outlive the page. */
 let burning: string | null = null;
 effect(() => {
   if (isArmed.value && busy.value) burning = job.value?.job ?? null;
@@ -15,7 +16,10 @@ addEventListener("pagehide", () => {
   if (burning !== null && store.isBusy.value) leaveWith({ method: "job.stop", params: { job: burning } });
 });
 
-/** Disarms after each job, when the page is left or hidden, when control or the line is lost, when another arm is shown, and when this is called. */
+/**
+ * Disarms after each job, when the page is left or hidden, when control or the connection is lost,
+ * and when another arm is shown. Returns a function that disarms and ends this.
+ */
 export function watchArmed(): () => void {
   const disarm = () => (isArmed.value = false);
   let [before, wasBusy] = ["", false];

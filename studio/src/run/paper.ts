@@ -1,4 +1,4 @@
-// What is known of the paper: where it lies, and what was drawn on it since it was laid there.
+// Paper: its place, and what was drawn on it since it was laid there.
 import { signal } from "@preact/signals";
 import { complain } from "../actions";
 import type { Report } from "../api";
@@ -11,19 +11,25 @@ import * as jobs from "./jobs";
 import { clusters } from "./room";
 import { sheet } from "./surface";
 
-/** Lines that jobs of this page have left on the paper of a real arm, by the arm. */
+/** Lines that jobs of this page have left on the paper of real arms, by arm. */
 const left = signal<ReadonlyMap<string, ReadonlyArray<{ points: Points; burnt: boolean }>>>(new Map());
 
 const arm = () => store.armName.value ?? "";
 const isVirtual = () => store.arm.value?.virtual === true;
 
-/** The turn that makes a drawing upright, in degrees from the arm's x: as the paper's reader sees it, else the one in front. */
+/**
+ * Rotation of an upright drawing, degrees from the arm's x: for the reader of a measured sheet,
+ * otherwise for the reader in front.
+ */
 export const upright = (): number => sheet.value?.rotation ?? UPRIGHT;
-/** A turn as the page shows it, 0 being upright, from the option `rotate`; and back. A measured sheet is turned by itself. */
+/**
+ * Converts between the option `rotate` and the page's rotation, in which 0 is upright. A measured
+ * sheet has its own rotation.
+ */
 export const turnOf = (rotate: number): number => rotate - (sheet.value === null ? UPRIGHT : 0);
 export const rotateOf = (turn: number): number => turn + (sheet.value === null ? UPRIGHT : 0);
 
-/** The corners of the paper, if it is known where they are: measured, or the table of a virtual arm. */
+/** Corners of the paper if known: measured, or the table of a virtual arm. */
 export function corners(): Points | null {
   const outline = sheet.value?.outline ?? [];
   if (outline.length > 0) return outline;
@@ -38,13 +44,13 @@ export function corners(): Points | null {
   ];
 }
 
-/** What lies on the paper. */
+/** Lines on the paper. */
 export const strokes = (): ReadonlyArray<{ points: Points; burnt: boolean }> =>
   isVirtual() ? drawn.value.strokes : (left.value.get(arm()) ?? []);
 export const taken = (): Frame[] => clusters(strokes().map(({ points }) => points));
 export const isBlank = (): boolean => strokes().length === 0;
 
-/** What a job of this page has drawn stays on the paper of a real arm. */
+/** Adds lines of a job to the paper of a real arm. */
 function leave(name: string, lines: readonly Points[], burnt: boolean): void {
   const more = lines.map((points) => ({ points, burnt }));
   left.value = new Map(left.peek()).set(name, [...(left.peek().get(name) ?? []), ...more]);
@@ -67,7 +73,10 @@ export async function follows(
   if (job()?.state !== "failed") leave(name, lines, bench.tool === "laser");
 }
 
-/** Lays a new sheet: of a virtual arm at once; of a real one it is taken at the person's word. False if it was refused. */
+/**
+ * Lays a new sheet: immediately for a virtual arm; for a real one the user confirms it. False if
+ * refused.
+ */
 export async function lay(): Promise<boolean> {
   if (!isVirtual()) {
     const rest = new Map(left.value);

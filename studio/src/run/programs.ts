@@ -1,4 +1,5 @@
-// The library of programs: files in, files out, and the lines of one. No file is read at once on the page's main thread.
+// Library of programs: upload, download, and single lines. No file is read as a whole on the page's
+// main thread.
 import { signal } from "@preact/signals";
 import { type Result, RpcError } from "../client";
 import { t } from "../i18n";
@@ -7,7 +8,7 @@ import * as store from "../store";
 
 export type Entry = Result<"program.list">["programs"][number];
 
-/** So large a program may be in a message, and in an answer. */
+/** Largest program in a message or an answer, bytes. */
 export const IN_A_MESSAGE = 700 * 1024;
 
 export const programs = signal<Entry[]>([]);
@@ -18,7 +19,7 @@ export async function list(): Promise<void> {
   programs.value = all.toSorted((one, two) => two.modified - one.modified);
 }
 
-/** A name that the library takes, as near as may be to what the file is called. */
+/** Valid name for the library, similar to the file's name. */
 export function nameOf(file: string): string {
   const plain = file
     .normalize("NFKD")
@@ -31,15 +32,18 @@ export function nameOf(file: string): string {
   return (stem.slice(0, 80 - ending.length).trim() || "program") + ending;
 }
 
-/** True if the library has no program of this name, or if the person wants it replaced. */
+/** True if the name is free in the library, or the user agrees to replace the program. */
 export async function mayKeep(name: string): Promise<boolean> {
-  // The list of a page that has just opened is still empty, and other pages keep programs too.
+  // The list of a new page is still empty, and other pages save programs too.
   await list();
   if (!programs.value.some((program) => program.name === name)) return true;
   return store.ask(t("replace.title", { name }), t("programs.replace.text"), t("replace"));
 }
 
-/** Keeps a file in the library; under which name, or null where the person does not want it replaced. */
+/**
+ * Saves a file in the library. Returns its name, or null if the user does not want to replace a
+ * program.
+ */
 export async function put(name: string, content: Blob, replaces = false): Promise<string | null> {
   if (!replaces && !(await mayKeep(name))) return null;
   isLoading.value = true;
@@ -55,7 +59,7 @@ export async function put(name: string, content: Blob, replaces = false): Promis
   return name;
 }
 
-/** By HTTP: the browser reads the file. */
+/** Uploads a file by HTTP, so that the browser reads it. */
 async function sent(name: string, body: Blob): Promise<boolean> {
   const to = files();
   if (to === null) return false;
@@ -76,7 +80,7 @@ export function base64(bytes: ArrayBuffer): string {
   return btoa(text);
 }
 
-/** The bytes of a program. */
+/** Content of a program. */
 export async function get(entry: Entry): Promise<Blob> {
   if (entry.bytes > IN_A_MESSAGE) {
     const own = ownFile();
@@ -103,11 +107,11 @@ export interface Line {
   text: string;
 }
 
-/** Beside a line so many before it and behind it are shown, and so much of each. */
+/** Number of lines shown before and after a line, and the longest part of each, characters. */
 const AROUND = 2;
 const WIDEST = 200;
 
-/** A line and its neighbours: the file comes in pieces, and no more of it than is needed. */
+/** Line with its neighbours. The file is read in pieces, and only as far as needed. */
 export async function linesAt(content: Blob, line: number): Promise<Line[]> {
   const found: Line[] = [];
   const reader = content.stream().pipeThrough(new TextDecoderStream()).getReader();

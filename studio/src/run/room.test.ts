@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { clusters, freeSpot, isInside, type Room } from "./room";
 
-/** A ring of this reach round the arm, as the station tells it: the outer line, and the inner one. */
+/** Reach with this radius around the arm, as the station reports it: outer and inner line. */
 const ring = (radius: number) =>
   Array.from({ length: 180 }, (_, nth) => [
     radius * Math.cos((nth * Math.PI) / 90),
@@ -19,7 +19,7 @@ const corners = ({ at: [x, y], scale }: { at: [number, number]; scale: number },
   [-1, 1].flatMap((sx) => [-1, 1].map((sy) => [x + (sx * w * scale) / 2, y + (sy * h * scale) / 2]));
 
 test("a name fills the width of the sheet within the reach", () => {
-  // 30 mm along y, 10 mm along x: a name as it stands for the reader.
+  // Size along x and y of a name, as it stands for the reader.
   const name: [number, number] = [10, 30];
   const spot = freeSpot(room, name, 1, Number.POSITIVE_INFINITY);
   expect(spot).not.toBeNull();
@@ -69,7 +69,8 @@ test("the lines of a house are one drawing, and two houses are two", () => {
   ];
   expect(clusters(house(0))).toHaveLength(1);
   expect(clusters([...house(0), ...house(100)])).toHaveLength(2);
-  // A large M and the i beside it are one name, though they are farther apart than small letters are high.
+  // A large M and the i beside it are one name, though their distance is larger than small letters
+  // are high.
   const name = [
     house(0)
       .flat()

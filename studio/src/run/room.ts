@@ -1,13 +1,13 @@
-// Where there is room on the sheet: the largest free place for a drawing of a given shape.
+// Free room on the sheet: the largest free place for a drawing of a given shape.
 import { boundsOf, type Frame, type Points } from "../view/flat";
 
-/** What limits a drawing, in the arm's x and y, mm. */
+/** Limits of a drawing in the arm's x and y, mm. */
 export interface Room {
-  /** What the tip reaches; what lies within an even number of these lines is out of reach. */
+  /** Reach of the tip. Areas inside an even number of these lines are out of reach. */
   outlines: readonly Points[];
-  /** Corners of the sheet of paper, if there is one. */
+  /** Corners of the sheet of paper; null without one. */
   paper: Points | null;
-  /** What has been drawn, or lies there to be drawn. */
+  /** Areas that are drawn on or reserved. */
   taken: readonly Frame[];
 }
 export interface Spot {
@@ -15,11 +15,14 @@ export interface Spot {
   scale: number;
 }
 
-/** Side of the squares in which room is looked for, mm. */
+/** Cell size of the search grid, mm. */
 const CELL = 3;
-/** Kept free at the edge of the paper and of the reach, and between drawings, mm. */
+/** Margins at the edges of paper and reach, and between drawings, mm. */
 const [MARGIN, GAP] = [10, 6];
-/** Nothing is placed beside or behind the base by itself: the arm would stand on it, mm. */
+/**
+ * Smallest x of automatic places, mm: beside or behind the base the arm would stand over the
+ * drawing.
+ */
 const LEAST_X = 110;
 const HALVINGS = 14;
 
@@ -32,10 +35,16 @@ export function isInside(points: Points, x: number, y: number): boolean {
   return inside;
 }
 
-/** Lines that are this share of their own size from one another are one drawing; but no farther than this, mm. */
+/**
+ * Distance up to which lines belong to one drawing, as a share of their size, and its upper limit,
+ * mm.
+ */
 const [TOGETHER, APART] = [0.25, 35];
 
-/** The boxes of lines that lie together: what is near to one another is one drawing, and there is no room inside of it. */
+/**
+ * Boxes of lines that lie together: nearby lines are one drawing, and the room between them does
+ * not count as free.
+ */
 export function clusters(strokes: readonly Points[]): Frame[] {
   let boxes = strokes.filter((points) => points.length > 0).map((points) => boundsOf(points));
   for (let before = Infinity; boxes.length < before; ) {
@@ -55,7 +64,7 @@ function grown({ x, y, width, height }: Frame): Frame {
   const by = Math.min(APART, Math.max(GAP / 2, TOGETHER * Math.max(width, height)));
   return { x: x - by, y: y - by, width: width + 2 * by, height: height + 2 * by };
 }
-/** Whether two boxes share room. */
+/** True if two boxes overlap. */
 export const overlaps = (one: Frame, other: Frame): boolean =>
   one.x < other.x + other.width &&
   other.x < one.x + one.width &&
@@ -69,7 +78,7 @@ const around = (one: Frame, other: Frame): Frame =>
     ]),
   );
 
-/** The free cells: how many of those before each in both directions are not free. */
+/** Grid of free cells, with prefix sums of the occupied ones in both directions. */
 class Grid {
   readonly box: Frame;
   readonly rows: number;
@@ -118,7 +127,7 @@ class Grid {
     }
   }
 
-  /** Where a box of so many cells is free, nearest to a place; null if nowhere. */
+  /** Free place for a box of cells, closest to a point; null if there is none. */
   place(columns: number, rows: number, [nearX, nearY]: readonly number[]): [number, number] | null {
     const wide = this.rows + 1;
     let [found, least]: [[number, number] | null, number] = [null, Infinity];
@@ -146,8 +155,8 @@ function overlapOf(one: Frame, other: Frame): Frame {
 }
 
 /**
- * The place for a drawing of this size along the arm's x and y, mm, as large as there is room, and no larger than `most` times as
- * large. Null if there is no room for it at `least`.
+ * Finds the place for a drawing of this size along the arm's x and y, mm, at the largest scale that
+ * fits, up to `most`. Null if it does not fit at `least`.
  */
 export function freeSpot(
   room: Room,

@@ -1,5 +1,5 @@
-// The state of a workshop: what is to be run with which options, and what its check has found. Each workshop has one of its own, so
-// that nothing leaks from one into another.
+// State of a workshop: what to run with which options, and the result of its check. Each workshop
+// has its own, so that they do not influence each other.
 import { computed, effect, type ReadonlySignal, signal } from "@preact/signals";
 import { complain, type Problem, problemOf, tried } from "../actions";
 import type { Option, Report } from "../api";
@@ -11,20 +11,20 @@ import * as jobs from "./jobs";
 import { type Entry, nameOf, programs, put } from "./programs";
 import { known } from "./surface";
 
-/** What is checked and run: a program of the library, or what a person has typed. */
+/** Source of a job: a program of the library, or typed content. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
 export type Values = Readonly<Record<string, string>>;
 type Wanted = Source & { setup?: Record<string, unknown> };
 
 const CHECK_FAILED = -32004;
-/** Larger files are checked when they are asked for: it takes a while. */
+/** Largest file that is checked automatically, bytes, since a check takes time. */
 const AT_ONCE = 1024 * 1024;
 const PAUSE = 400;
-/** A range as people write it. */
+/** Range as users type it. */
 const RANGE = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
 
 const tables = new Map<string, Promise<Option[]>>();
-/** The options of a format: asked of the station once. */
+/** Options of a format; requested from the station once. */
 export function optionsOf(format: string): Promise<Option[]> {
   const table =
     tables.get(format) ?? call("program.options", { format, all: true }).then((found) => found.options as Option[]);
@@ -33,7 +33,7 @@ export function optionsOf(format: string): Promise<Option[]> {
   return table;
 }
 
-/** What is set of these options, as the station takes it. */
+/** Values of these options in the station's types. */
 export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
   const set: Record<string, unknown> = {};
   for (const { name, kind, usual, choices } of options) {
@@ -50,11 +50,14 @@ export function setupOf(options: readonly Option[], values: Values): Record<stri
   return set;
 }
 
-/** The entry of the library that is called so. */
+/** Entry of the library with this name. */
 export const entryOf = (name: string | null | undefined): Entry | null =>
   programs.value.find((program) => program.name === name) ?? null;
 
-/** Whether an option counts, with what `said` says of others: what it counts with has to count itself. */
+/**
+ * True if an option is relevant: the option it depends on must have one of the required values and
+ * be relevant itself.
+ */
 export function counts({ with: name, when }: Option, all: readonly Option[], said: (name: string) => string): boolean {
   if (name === null) return true;
   const other = all.find((one) => one.name === name);
@@ -67,53 +70,53 @@ export abstract class Shop {
   abstract readonly values: ReadonlySignal<Values>;
   /** Sets one option; an empty text leaves it to the station. */
   abstract setValue(name: string, to: string): void;
-  /** Sets all of them anew. */
+  /** Replaces all options. */
   abstract setValues(values: Values): void;
-  /** Keeps files in the library and takes them. */
+  /** Saves files in the library and takes them. */
   abstract openFiles(files: Iterable<File>): Promise<void>;
 
   readonly options = signal<Option[]>([]);
   readonly report = signal<Report | null>(null);
-  /** What keeps it from being checked at all. */
+  /** Problem that prevents a check; null if there is none. */
   readonly problem = signal<Problem | null>(null);
   readonly isChecking = signal(false);
   readonly isShown = signal(false);
-  /** What the workshop says itself, whatever a person has set. */
+  /** Options that the workshop determines itself. */
   readonly fixed: Readonly<Record<string, unknown>>;
   readonly selected = computed(() => this.chosen.value?.program ?? null);
   readonly entry = computed<Entry | null>(() => entryOf(this.selected.value));
   protected checks = 0;
-  /** What the newest check comes to. */
+  /** Result of the newest check. */
   protected newest: Promise<boolean> = Promise.resolve(false);
 
   constructor(fixed: Record<string, unknown> = {}) {
     this.fixed = fixed;
   }
 
-  /** Whether a person is asked an option: one that the workshop does not say itself. */
+  /** True if the user may set an option, because the workshop does not determine it. */
   isOpen(name: string): boolean {
     return !(name in this.fixed);
   }
 
-  /** What an option comes to; nothing where the station decides. */
+  /** Value of an option; empty if the station decides. */
   valueOf = (name: string): string => {
-    // It is not asked: the tool says it.
+    // Not asked for: the tool determines it.
     if (name === "work" && this.isOpen(name)) return this.valueOf("tool") === "laser" ? "engrave" : "draw";
     const option = this.options.value.find((one) => one.name === name);
     return String(this.fixed[name] ?? (this.values.value[name] || (option?.default ?? "")));
   };
 
-  /** What a person is asked: what counts, and the workshop does not say itself. */
+  /** Options to ask for: relevant ones that the workshop does not determine. */
   readonly asked = computed(() =>
     this.options.value.filter((option) => this.isOpen(option.name) && counts(option, this.options.value, this.valueOf)),
   );
-  /** What is set, as the station takes it; nothing where nothing is. */
+  /** Values for the station; undefined if nothing is set. */
   readonly setup = computed<Record<string, unknown> | undefined>(() => {
     const set = { ...setupOf(this.asked.value, this.values.value), ...this.fixed };
     return Object.keys(set).length > 0 ? set : undefined;
   });
 
-  /** What is run now. */
+  /** Source with its setup, as it would run now. */
   source(): Wanted {
     return { ...this.chosen.value, ...(this.setup.value ? { setup: this.setup.value } : {}) };
   }
@@ -128,12 +131,15 @@ export abstract class Shop {
     this.isShown.value = false;
   }
 
-  /** Asks the station what `source` comes to. */
+  /** Asks the station to check `source`. */
   protected asking(): Promise<Report | null> {
     return call("job.check", { ...shown(), ...this.source(), preview: true });
   }
 
-  /** Checks the program, and shows what it would do; whether the arm can do it. One that a newer check has overtaken answers as that does. */
+  /**
+   * Checks the program and shows a preview. True if the arm can run it. A check that is overtaken
+   * returns the result of the newer one.
+   */
   check = (): Promise<boolean> => (this.newest = this.checked());
 
   private async checked(): Promise<boolean> {
@@ -157,7 +163,7 @@ export abstract class Shop {
     }
   }
 
-  /** A refusal of a check or a start: its report, or its sentence. */
+  /** Shows the refusal of a check or a start: its report, or its sentence. */
   refuse(error: unknown): void {
     const found =
       error instanceof RpcError && error.code === CHECK_FAILED ? (error.data.report as Report | undefined) : undefined;
@@ -176,7 +182,10 @@ export abstract class Shop {
     this.isShown.value = lines.length + ways.length > 0;
   }
 
-  /** Starts what is chosen, with more of the setup than is set; `about` tells the person who is asked what it does. Gives the job. */
+  /**
+   * Starts the selected source with additional setup. `about` describes it to the user. Returns the
+   * job.
+   */
   start = async (
     title: string,
     about: () => string,
@@ -185,13 +194,13 @@ export abstract class Shop {
     let job: string | null = null;
     await tried(async () => {
       const before = this.mark();
-      // What is known to be impossible is looked at once more: the arm may stand elsewhere now.
+      // A failed check is repeated, because the arm may stand elsewhere now.
       const isKnown = this.isSettled() && this.report.value?.ok === true;
       if (!isKnown && !(await this.check())) return;
-      // Nobody has pressed for what was chosen meanwhile.
+      // The user has changed the selection meanwhile, and did not ask for the new one.
       if (this.mark() !== before) return;
       const order = this.source();
-      // Without any a program is run as it is.
+      // Without any setup a program runs unchanged.
       const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
       try {
         job = await jobs.start({ ...order, ...more, ...setup }, title, about());
@@ -202,28 +211,30 @@ export abstract class Shop {
     return job;
   };
 
-  /** Whether what was checked last is what is chosen now. */
+  /** True if the last check belongs to the current selection. */
   protected isSettled(): boolean {
     return true;
   }
 
-  /** What a person has chosen and set: another one where that is something else. */
+  /** Identifies the current selection and its options. */
   protected mark(): string {
     return JSON.stringify(this.source());
   }
 
-  /** What makes a check necessary, besides the arm. */
+  /** Dependencies that make a new check necessary, besides the arm. */
   protected depends(): void {
     void this.setup.value;
   }
 
-  /** The largest program of what is chosen; null for one that is not known to the library. */
+  /** Size of the largest selected program, bytes; null for one that the library does not know. */
   protected bytes(): number | null {
     const found = this.entry.value;
     return found?.format === null ? null : (found?.bytes ?? 0);
   }
 
-  /** Checks by itself what is no larger than this, as long as the panel is open and the arm is at no job. */
+  /**
+   * Checks changes automatically up to this size, while the panel is open and the arm has no job.
+   */
   checkAlong(most = AT_ONCE): () => void {
     let due: ReturnType<typeof setTimeout> | undefined;
     const end = effect(() => {
@@ -246,7 +257,7 @@ export abstract class Shop {
     };
   }
 
-  /** Puts files into the library; under which names. */
+  /** Saves files in the library. Returns their names. */
   protected async kept(files: Iterable<File>): Promise<string[]> {
     const names: string[] = [];
     for (const file of files) {
@@ -259,7 +270,7 @@ export abstract class Shop {
   }
 }
 
-/** That of the route *Run*: one program of the library, as it is. */
+/** Workshop of the route *Run*: one program of the library, unchanged. */
 export class RunShop extends Shop {
   readonly chosen = signal<Source | null>(null);
   readonly values = signal<Values>({});

@@ -1,28 +1,28 @@
-// The job that the strip under the header tells of: the one under way, then how it ended, until it is closed.
+// Job in the strip below the header: the current one, then how it ended, until it is closed.
 import { computed, effect, signal } from "@preact/signals";
 import type { Job } from "../api";
 import * as jobs from "./jobs";
 
-/** How long a job that ended well is told of while no hand is at the page, ms. */
+/** Time for which a successful job stays without user activity, ms. */
 const LINGERS = 10_000;
-/** Ends that a person has not seen: the page, or the server, was away. */
+/** Ends that the user has not seen, because the page or the server was away. */
 const UNSEEN = ["interrupted"];
 
-/** Jobs that this page saw under way, by their ids. */
+/** Jobs that this page has seen running, by id. */
 const watched = signal<ReadonlySet<string>>(new Set());
 const closed = signal<string | null>(null);
 
-/** Whether a job is told of: one that was over before the page came is old news. */
+/** True if the strip shows the job. A job that ended before the page was opened is not shown. */
 export function isTold(job: Job, watched: ReadonlySet<string>, closed: string | null): boolean {
   if (jobs.isUnderWay(job)) return true;
   return job.job !== closed && (watched.has(job.job) || UNSEEN.includes(job.state));
 }
 
-/** Whether how it ended leaves nothing to read or do, so that it goes by itself. */
+/** True if the end leaves nothing to read or do, so that the job disappears by itself. */
 export const isPlain = (job: Job): boolean =>
   job.state === "done" && job.error === null && (job.notes ?? []).length === 0;
 
-/** How long it took, s; null where it did not begin. */
+/** Duration, s; null if the job did not begin. */
 export const took = ({ started, ended }: Job): number | null =>
   started === null || ended === null ? null : Math.max(0, ended - started);
 
@@ -33,7 +33,7 @@ export const told = computed<Job | null>(() => {
 
 export const close = (job: Job): void => void (closed.value = job.job);
 
-/** Follows the job of the shown arm until what this gives back is called. */
+/** Follows the job of the shown arm. Returns a function that ends it. */
 export function follow(): () => void {
   let due: ReturnType<typeof setTimeout> | undefined;
   const wait = () => {
@@ -41,7 +41,8 @@ export function follow(): () => void {
     const job = told.peek();
     if (job !== null && isPlain(job)) due = setTimeout(() => close(job), LINGERS);
   };
-  // What stands below moves up when it goes: not while a hand is about to press something.
+  // Content moves up when the strip disappears, so that must not happen while the user is about to
+  // press something.
   for (const event of ["pointerdown", "pointermove", "keydown"]) addEventListener(event, wait, { passive: true });
   const ends = [
     jobs.follow(),

@@ -1,4 +1,4 @@
-// The sentences of the strip that tells of the job.
+// Sentences of the job's strip.
 import { sentencesOf } from "../words";
 import texts from "./strip.json";
 

@@ -1,4 +1,4 @@
-// The work surface and the paper on it: taken from where the tool of the arm touches them.
+// Work surface and paper, measured by touching them with the tool.
 import { computed, effect, signal } from "@preact/signals";
 import { type Problem, problemOf } from "../actions";
 import type { MeasuredSurface } from "../api";
@@ -8,27 +8,27 @@ import { show } from "../view/layers";
 import { w } from "./surface.words";
 
 export type Corner = MeasuredSurface["corners"][number];
-/** As the reader in front of the arm has them. The third one completes the sheet. */
+/** Corners as the reader in front of the arm sees them. The third one completes the sheet. */
 export const CORNERS: readonly Corner[] = ["lower-left", "lower-right", "upper-left"];
 
-/** What the station knows of it; null before it has said so. */
+/** Surface known to the station; null until it has answered. */
 export const known = signal<MeasuredSurface | null>(null);
-/** Height of it where it was touched, mm; null if none is known. */
+/** Height where it was touched, mm; null if unknown. */
 export const height = computed<number | null>(() => known.value?.plane?.z ?? null);
 export const sheet = computed(() => known.value?.sheet ?? null);
 export const isKnown = computed(() => height.value !== null);
-/** Why it was not taken. */
+/** Reason why a touch was refused. */
 export const problem = signal<Problem | null>(null);
-/** Whether a person measures the paper now. */
+/** True while the user measures the paper. */
 export const isMeasuring = signal(false);
-/** The corner that is to be touched: a person may choose another one, and take one anew. */
+/** Corner to touch next. The user may choose another one, and repeat a corner. */
 export const corner = signal<Corner>("lower-left");
 
-/** How steep a plane is, degrees. */
+/** Slope of a plane, degrees. */
 export const tiltOf = ({ slope_x, slope_y }: NonNullable<MeasuredSurface["plane"]>): number =>
   (Math.atan(Math.hypot(slope_x, slope_y)) * 180) / Math.PI;
 
-/** The first corner that is not taken yet. */
+/** First corner that has not been touched. */
 export const nextOf = (taken: readonly Corner[]): Corner => CORNERS.find((one) => !taken.includes(one)) ?? "lower-left";
 
 async function asked(ask: () => Promise<MeasuredSurface>, said: (found: MeasuredSurface) => string): Promise<void> {
@@ -64,7 +64,7 @@ export const takeCorner = () =>
     },
   );
 
-/** Begins with the corners that are missing. */
+/** Starts with the missing corners. */
 export function measure(): void {
   problem.value = null;
   corner.value = nextOf(known.value?.corners ?? []);
@@ -77,10 +77,11 @@ export const shownSize = (): string => {
   return `${Math.round(width)} × ${Math.round(high)} mm`;
 };
 
-/** Knows the surface under the shown arm until what this gives back is called. */
+/** Keeps the surface of the shown arm up to date. Returns a function that ends it. */
 export function follow(): () => void {
   const ends = [
-    // A refusal is of the arm as it was: another one, or one that has been homed since, is asked anew.
+    // A refusal concerns the arm's earlier state; it is requested again for another arm, or after
+    // homing.
     effect(() => {
       void store.armName.value;
       void store.isHomed.value;

@@ -1,4 +1,4 @@
-// The sentences of the work surface and the paper.
+// Sentences of the work surface and the paper.
 import { sentencesOf } from "../words";
 import texts from "./surface.json";
 

@@ -1,4 +1,5 @@
-// What options, their choices and their groups are called. Those that are seldom set come with the panels of programs.
+// Names of options, their choices and groups. Those of rarely used options are loaded with the
+// panels of programs.
 import type { Remedy } from "../actions";
 import type { Note, Option } from "../api";
 import { filled, names, sentence, t, told } from "../i18n";
@@ -12,10 +13,10 @@ export const labelOf = ({ name, about }: Option): string => named(name, about);
 
 names.option = (name) => named(name, name);
 
-/** What a choice of an option is called. */
+/** Name of an option's choice. */
 export const choiceOf = (name: string, choice: string): string => named(`${name}.${choice}`, choice);
 
-/** What is to be done, by an option as the page calls it; nothing where the page has no such option. */
+/** Text of a remedy, with the page's name of the option; empty if the page has no such option. */
 function act({ action, option, without, value }: Remedy): string {
   if (action !== undefined) return told(`remedy.${action}`, "");
   const name = option ?? without ?? "";
@@ -28,7 +29,7 @@ function act({ action, option, without, value }: Remedy): string {
   return filled(named(key, ""), { name: label, value: given });
 }
 
-/** A note with its advice, for a place where what may be done about it has no buttons. */
+/** Note with its advice, for places without buttons. */
 export function noteOf(note: Note): string {
   const colon = named("said.colon", "");
   const remedies = ((note.remedies ?? []) as Remedy[]).flatMap((remedy) => {
@@ -41,5 +42,5 @@ export function noteOf(note: Note): string {
   return filled(named("said.advice", ""), { what: sentence(note), advice: advice.join(named("said.and", "")) });
 }
 
-/** A note beside buttons for what may be done about it. */
+/** Note for a place with buttons for its remedies. */
 export const plainNoteOf = (note: Note): string => noteOf({ ...note, remedies: [] });

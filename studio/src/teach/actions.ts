@@ -1,4 +1,5 @@
-// What teaching asks of the station: points, plans of the rows, jobs that play them, files.
+// Requests of the teach panel to the station: points, plans made of rows, jobs that play them,
+// files.
 import { computed, effect, signal } from "@preact/signals";
 import { tried } from "../actions";
 import type { Plan, PlanStep } from "../api";
@@ -12,9 +13,9 @@ import { type Lines, show, target } from "../view/layers";
 import * as program from "./rows";
 import { w } from "./words";
 
-/** What is played: its job, and which steps of its plan belong to which row. */
+/** Played job, with the index of each row's first step in its plan. */
 const playing = signal<{ job: string; first: number[]; from: number } | null>(null);
-/** The row under way, or null. */
+/** Index of the row being played; null if no row is. */
 export const underWay = computed<number | null>(() => {
   const now = playing.value;
   const job = now === null ? undefined : jobs.jobs.value.find((one) => one.job === now.job);
@@ -27,10 +28,10 @@ export const underWay = computed<number | null>(() => {
     )
   );
 });
-/** Whether the unlock key of the arm adds points. */
+/** True if the unlock key of the arm adds points. */
 export const guides = signal(false);
 export const loops = signal(1);
-/** How long a new row waits where the tool grips or lets go, s: vacuum takes 0.3 s. */
+/** Wait of a new row at which the tool grips or releases, s: vacuum takes 0.3 s. */
 export const toolWait = signal(0.5);
 export const format = signal<"plan" | "playback">("plan");
 
@@ -65,7 +66,7 @@ export const guide = (on: boolean) =>
     guides.value = on;
   });
 
-/** Hears of points that a hand teaches, as long as the panel is open; what it gives back ends that. */
+/** Listens for taught points while the panel is open. Returns a function that ends it. */
 export function follow(): () => void {
   const hear = (...[method, params]: Told) => {
     if (
@@ -96,7 +97,7 @@ export function follow(): () => void {
   };
 }
 
-/** The points in the picture; the selected one is larger to see. */
+/** Shows the points in the picture. The selected one is larger. */
 function mark(): void {
   const places = program.rows.value.map((row) => (row.motion as program.Motion | null)?.move);
   const points = places.filter((place) => place !== undefined).map((place) => place.slice(0, 3));
@@ -121,7 +122,7 @@ async function plan(rows = program.rows.value) {
   });
 }
 
-/** Plays all, or what begins with a row, or one row alone. */
+/** Plays all rows, the rows from the selected one on, or only that one. */
 export const play = (what: "all" | "from" | "one") =>
   tried(async () => {
     const at = what === "all" ? 0 : program.selected.value;
@@ -130,7 +131,8 @@ export const play = (what: "all" | "from" | "one") =>
     const only = what === "one";
     const { plan: made, first } = await plan(only ? [row] : undefined);
     const from = what === "from" ? { from: (first[at] ?? 0) + 1 } : {};
-    // As `magician teach` plays: where the points are, and the tool stays at the one where it ends.
+    // The same options as `magician teach` sets for a playback: untransformed points, and the tool
+    // remains at the last one.
     const setup = { raw: true, stay: true };
     const order = {
       text: JSON.stringify(made),
@@ -143,11 +145,11 @@ export const play = (what: "all" | "from" | "one") =>
     if (job !== null) playing.value = { job, first, from: only ? at : 0 };
   });
 
-/** What this page has saved may be replaced by it without a question. */
+/** Files saved by this page, which it overwrites without a question. */
 const own = new Set<string>();
 const fileName = () => library.nameOf(program.taught.value.title || w("teach.untitled"));
 
-/** Keeps the program in the library, where `#/run` finds it, and gives it as a file. */
+/** Saves the program in the library, where `#/run` lists it, and downloads it as a file. */
 export const save = () =>
   tried(async () => {
     const rows = program.rows.value;
@@ -174,7 +176,10 @@ export const save = () =>
     store.say(w("teach.saved", { name }));
   });
 
-/** A file that is no plan, as one: the station converts it, and keeps nothing of that. */
+/**
+ * Plan of a file in another format. The station converts it in its library, and the temporary
+ * entries are deleted.
+ */
 async function converted(file: File): Promise<string | null> {
   await library.list();
   const known = new Set(library.programs.value.map((program) => program.name));
@@ -194,7 +199,7 @@ async function converted(file: File): Promise<string | null> {
   }
 }
 
-/** Puts the program of a file in the place of this one, which can be undone. */
+/** Replaces the program by that of a file. Can be undone. */
 export const open = (file: File) =>
   tried(async () => {
     let text = file.size < library.IN_A_MESSAGE ? await file.text() : "";

@@ -31,7 +31,7 @@ test("a gripper is open before it comes down", () => {
 
 test("what is put on an object stands on it", () => {
   const [, on] = puts(blue, red, "suction", 0.5, 0, NAMES);
-  // The top of the blue cube is at -40, and the red one is 25 high below the cup.
+  // The top of the blue cube is at -40, and the red cube extends 25 below the cup.
   expect(on?.motion?.move).toEqual([230, -40, -15, 0]);
   expect(on).toMatchObject({ suction: false, wait: 0.5 });
   const [, gripped] = puts(blue, red, "gripper", 0.5, 0, NAMES);

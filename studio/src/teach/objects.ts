@@ -1,18 +1,21 @@
-// Rows that pick an object and put it on another: where the tool goes, what it does there, how long it waits.
+// Rows that pick an object up and put it on another: positions of the tool, its actions, and waits.
 import type { World } from "../view/seen";
 import type { Row } from "./rows";
 
 export type Thing = World["objects"][number];
 export type Grip = "suction" | "gripper";
 
-/** How far above an object the tool comes to it and leaves it: what it carries clears objects of this height, mm. */
+/**
+ * Height above an object at which the tool approaches and leaves it, mm. A carried object clears
+ * others of up to this height.
+ */
 export const CLEAR = 40;
 
-/** The tool that picks, or null for one that cannot. */
+/** Tool that can pick; null for the others. */
 export const gripOf = (tool: string | null | undefined): Grip | null =>
   tool === "suction" || tool === "gripper" ? tool : null;
 
-/** Where the tip is to be to hold an object: the cup on its top, the fingers round its middle. */
+/** Tip position for holding an object: the cup on its top, the fingers at half its height. */
 export function holdOf({ at: [x = 0, y = 0, z = 0], size }: Thing, grip: Grip): [number, number, number] {
   const height = size[2] ?? 0;
   return [x, y, z + (grip === "suction" ? height : height / 2)];
@@ -21,7 +24,7 @@ export function holdOf({ at: [x = 0, y = 0, z = 0], size }: Thing, grip: Grip): 
 const rounded = (value: number) => Math.round(value * 100) / 100;
 const point = ([x, y, z]: readonly number[], r: number) => [x, y, z, r].map((value) => rounded(value ?? 0));
 
-/** What a tool does at a row, with the time that it needs for it. */
+/** Action of a tool at a row, with the wait that it needs. */
 export function acts(grip: Grip, takes: boolean, wait: number): Pick<Row, "gripper" | "suction" | "wait"> {
   const held = wait > 0 ? wait : null;
   return grip === "suction"
@@ -29,7 +32,7 @@ export function acts(grip: Grip, takes: boolean, wait: number): Pick<Row, "gripp
     : { suction: null, gripper: takes ? "close" : "open", wait: held };
 }
 
-/** How rows are called. The row that picks has the name of its object: by that it is found again. */
+/** Names of rows. The row that picks has the name of its object, by which it is found again. */
 export interface Names {
   above: (name: string) => string;
   on: (name: string) => string;
@@ -50,7 +53,7 @@ function there(
   ];
 }
 
-/** Picks an object up. An open gripper comes down over it. */
+/** Rows that pick an object up. An open gripper is lowered over it. */
 export function picks(thing: Thing, grip: Grip, wait: number, r: number, names: Names): Row[] {
   const { name } = thing;
   const rows = there([name, names.above(name)], holdOf(thing, grip), r, acts(grip, true, wait));
@@ -58,7 +61,10 @@ export function picks(thing: Thing, grip: Grip, wait: number, r: number, names: 
   return first === undefined || grip === "suction" ? rows : [{ ...first, gripper: "open" }, ...rest];
 }
 
-/** Puts what is held on another object: by as much higher as what is held reaches below the tip. */
+/**
+ * Rows that put the held object on another: higher by the part of the held object that is below the
+ * tip.
+ */
 export function puts(on: Thing, held: Thing, grip: Grip, wait: number, r: number, names: Names): Row[] {
   const [x = 0, y = 0, z = 0] = on.at;
   const [, , hold] = holdOf(held, grip);
@@ -69,7 +75,9 @@ export function puts(on: Thing, held: Thing, grip: Grip, wait: number, r: number
 const takesAt = (row: Row): boolean => row.suction === true || row.gripper === "close";
 const letsGoAt = (row: Row): boolean => row.suction === false || row.gripper === "open" || row.gripper === "off";
 
-/** The object that is held behind a row: by the last row before it that picks one, else in the world. */
+/**
+ * Object held after a row: that of the last row so far that picks one, otherwise that in the world.
+ */
 export function heldAfter(rows: readonly Row[], nth: number, things: readonly Thing[]): Thing | null {
   for (const row of rows.slice(0, nth + 1).toReversed()) {
     if (takesAt(row)) return things.find(({ name }) => name === row.name) ?? null;

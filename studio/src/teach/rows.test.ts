@@ -1,6 +1,6 @@
 import { beforeEach, expect, test, vi } from "vitest";
 
-/** The rows of a page that has just been opened. */
+/** Rows of a page that was just opened. */
 async function opened() {
   vi.resetModules();
   return import("./rows");

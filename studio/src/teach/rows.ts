@@ -1,12 +1,13 @@
-// The program that is taught: the rows of the station's model (`teach.rows`), edited as a list, with undo and redo. What a row means and
-// which plan it makes is the station's; this keeps the list, and what was unsaved when the page was left.
+// Taught program: the rows of the station's model (`teach.rows`) as a list with undo and redo. The
+// station defines what a row means and which plan it becomes. This module keeps the list, and
+// restores unsaved rows when the page is opened again.
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { Methods, Row as PlanRow } from "../api";
 import { remember, remembered, toggled } from "../settings";
 
 export type Row = Omit<PlanRow, "motion"> & { motion: Motion | null };
 export type Taught = Omit<Methods["teach.rows"]["result"], "rows"> & { rows: Row[] };
-/** A step of a plan that leads somewhere, as far as the table shows it. */
+/** Step of a plan with a target, as far as the table shows it. */
 export interface Motion {
   move?: number[];
   joints?: number[];
@@ -29,18 +30,18 @@ interface Kept {
   isSaved: boolean;
 }
 
-/** What was left: the page may have been closed in the middle of it. */
+/** Program at the time the page was closed, saved or not. */
 const left = (JSON.parse(remembered("localStorage", KEY) ?? "null") as Kept | null) ?? {
   taught: nothing,
   isSaved: true,
 };
 export const taught = signal<Taught>(left.taught);
 export const rows = computed(() => taught.value.rows);
-/** The row that new points go behind. */
+/** Index of the row after which new points are inserted. */
 export const selected = signal(Math.max(0, taught.value.rows.length - 1));
-/** Rows that are ticked. */
+/** Rows with a tick. */
 export const picked = signal<ReadonlySet<Row>>(new Set());
-/** The rows as they were saved last. */
+/** Rows as last saved. */
 const saved = signal<Row[]>(left.isSaved ? left.taught.rows : []);
 export const isSaved = computed(() => rows.value.length === 0 || rows.value === saved.value);
 
@@ -58,7 +59,7 @@ addEventListener("beforeunload", (event) => {
 
 const now = (): State => ({ taught: taught.value, selected: selected.value });
 
-/** Puts other rows in the place of these; it can be undone. */
+/** Replaces the rows. Can be undone. */
 export function change(next: Partial<Taught>, select = selected.value): void {
   batch(() => {
     before.value = [...before.value.slice(1 - MOST), now()];
@@ -95,14 +96,14 @@ const freshName = (): string => {
   return `P${number}`;
 };
 
-/** Adds a row behind the selected one, and selects it. */
+/** Inserts a row after the selected one, and selects it. */
 export function add(motion: Motion | null, more: Partial<Taught> = {}): void {
   const row: Row = { name: freshName(), motion, gripper: null, suction: null, wait: null };
   const at = Math.min(selected.value + 1, rows.value.length);
   change({ ...more, rows: rows.value.toSpliced(at, 0, row) }, at);
 }
 
-/** Adds rows behind the selected one, in one step that can be undone, and selects the last. */
+/** Inserts rows after the selected one as one undo step, and selects the last. */
 export function insert(made: readonly Row[], more: Partial<Taught> = {}): void {
   const at = Math.min(selected.value + 1, rows.value.length);
   change({ ...more, rows: rows.value.toSpliced(at, 0, ...made) }, at + made.length - 1);
@@ -116,14 +117,14 @@ export function edit(nth: number, next: Partial<Row>): void {
   change({ rows: rows.value.with(nth, made) });
 }
 
-/** Moves a row to another place. */
+/** Moves a row to another index. */
 export function move(from: number, to: number): void {
   const row = rows.value[from];
   if (row === undefined || to < 0 || to >= rows.value.length || from === to) return;
   change({ rows: rows.value.toSpliced(from, 1).toSpliced(to, 0, row) }, to);
 }
 
-/** Deletes what is ticked, else the selected row. */
+/** Deletes the ticked rows, or the selected one if no row is ticked. */
 export function remove(): void {
   const gone = picked.value.size > 0 ? picked.value : new Set(rows.value.slice(selected.value, selected.value + 1));
   change({ rows: rows.value.filter((row) => !gone.has(row)) });

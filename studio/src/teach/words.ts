@@ -1,4 +1,4 @@
-// The sentences of teaching.
+// Texts of the teach panel.
 import { sentencesOf } from "../words";
 import texts from "./words.json";
 

@@ -1,4 +1,4 @@
-// What opens beside the panel or over it, on every route.
+// Help and tour, which open beside or over the panel on every route.
 import type { ComponentType } from "preact";
 import { complain } from "../actions";
 import * as store from "../store";

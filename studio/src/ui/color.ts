@@ -1,4 +1,7 @@
-/** The colour that a custom property of the page comes to at an element, for what is not drawn by CSS: `light-dark()` is resolved. */
+/**
+ * Computed colour of a custom property at an element, with `light-dark()` resolved, for drawings
+ * that do not use CSS.
+ */
 export function colorAt(element: Element, property: string): string {
   const probe = document.createElement("i");
   probe.style.color = `var(${property})`;

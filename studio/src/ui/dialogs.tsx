@@ -1,4 +1,4 @@
-// Questions and lists over the page. They leave Stop reachable: nothing behind them is locked.
+// Questions and lists over the page. They are not modal: the stop button must remain usable.
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren, ComponentProps } from "preact";
 import { useEffect, useRef } from "preact/hooks";
@@ -42,7 +42,7 @@ function Sheet({ role, id, testId, title, children }: SheetProps) {
 
 type Answer = ComponentProps<typeof Do>;
 
-/** A question with two answers: the first one changes nothing. */
+/** Question with two answers, of which the first changes nothing. */
 function Ask({ title, no, yes, ...rest }: Omit<SheetProps, "role"> & { no: Answer; yes: Answer }) {
   return (
     <Sheet role="alertdialog" title={title} {...rest}>
@@ -79,7 +79,7 @@ function Asked() {
   );
 }
 
-/** Asks for the person's own name: others see who has control. */
+/** Asks for the user's name, shown to others while the user has control. */
 function Naming() {
   const answer = store.naming.value;
   const name = useSignal("");

@@ -1,4 +1,5 @@
-// What stands above every route: Stop, what is connected, who has control, where to go.
+// Header above every route: the stop button, the connection, the holder of control, and the
+// navigation.
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { mine, stopsAll } from "../class";
@@ -12,7 +13,7 @@ import { Do } from "./parts";
 function Nav() {
   const nav = useRef<HTMLElement>(null);
   const [route, routes] = [store.route.value, store.routes.value];
-  // On a phone the bar is longer than the screen.
+  // On a phone the bar is wider than the screen.
   useEffect(
     () => nav.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }),
     [route],
@@ -45,7 +46,9 @@ function Nav() {
   );
 }
 
-/** Who this page is to the station: at a computer for many, nobody has to guess whose it is. */
+/**
+ * Identity of this page at the station, so that users of a shared computer see whose session it is.
+ */
 function Owner() {
   if (store.backend.value !== "station" || store.socket.value !== "up") return null;
   const text = t("owner", { name: store.ownerName.value, role: t(`role.${store.role.value}`) });
@@ -87,7 +90,8 @@ function What() {
 }
 
 function Lease() {
-  // A pupil's arm comes with the turn, and goes with it. The class is about all arms.
+  // A pupil's arm is assigned by the turn, and the class's page is about all arms: neither requests
+  // control here.
   if (
     store.socket.value !== "up" ||
     store.armName.value === null ||
@@ -155,7 +159,10 @@ export function Header() {
   );
 }
 
-/** That the station has closed this page, or has no room for it: what is shown is from before. */
+/**
+ * Banner for a page that the station has closed or refused because it is full: the page shows old
+ * data.
+ */
 function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; since: Date | null }) {
   return (
     <div class="banner lost" role="alert" data-testid="closed">
@@ -176,11 +183,11 @@ function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; s
   );
 }
 
-/** That the connection is lost, and since when. */
+/** Banner for a lost connection, with the time of the loss. */
 export function LinkLost() {
   const since = store.since.value;
   const refused = store.refused.value;
-  // The door says that a code or token is wanted, and so does whoever opens another station.
+  // The sign-in page asks for a code or token itself, as does the form for another station.
   if (refused !== null && refused !== "unreachable" && !(refused === "token" && since === null))
     return <Closed why={refused} since={since} />;
   if (store.link.value !== "lost" || since === null) return null;
@@ -199,7 +206,7 @@ export function LinkLost() {
   );
 }
 
-/** A newer build of the page: it waits until it is taken. */
+/** Offer of a newer build of the page. */
 export function Update() {
   const take = store.update.value;
   if (take === null) return null;
@@ -211,9 +218,10 @@ export function Update() {
   );
 }
 
-/** The alarms that stand, each with cause and cure. */
+/** Active alarms with cause and remedy. */
 export function Alarms() {
-  // The class's page is about all arms, and a pupil who has none has nothing to do about an alarm.
+  // The class's page is about all arms, and a pupil without an arm cannot do anything about an
+  // alarm.
   const alarms = store.route.value === "class" && store.lease.value !== "mine" ? [] : store.alarms.value;
   const holds = store.holds.value;
   const off = store.why.value !== null;

@@ -1,8 +1,11 @@
-// Parts of the page that come when they are wanted: each is a file of its own.
+// Parts of the page in files of their own, loaded on demand.
 import { signal } from "@preact/signals";
 import type { ComponentType } from "preact";
 
-/** A part that comes after what stands around it, and stays; `wants` says from when on, `failed` hears why it did not come. */
+/**
+ * Component loaded once `wants` is true, and kept from then on. `failed` receives the error if the
+ * file cannot be loaded.
+ */
 export function later(
   load: () => Promise<ComponentType>,
   wants = () => true,

@@ -1,4 +1,4 @@
-// Small parts that panels share.
+// Small components shared by the panels.
 import { type Signal, useSignal } from "@preact/signals";
 import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
@@ -11,7 +11,7 @@ interface ChoiceProps<T extends string> {
   choose: (value: T) => void;
 }
 
-/** One of a few: radios that look like a row of buttons. */
+/** Choice of one value from a few: radio buttons drawn as a row of buttons. */
 export function Choice<T extends string>({ name, label, value, options, choose }: ChoiceProps<T>) {
   return (
     <fieldset class="choice">
@@ -59,7 +59,7 @@ export function Card({ title, more, group, children, ...rest }: CardProps) {
   );
 }
 
-/** Whether it does nothing now, and the id of the element that says why. */
+/** Disabled state, and the id of the element that states the reason. */
 interface MayBeOff {
   off?: boolean;
   why?: string | null | undefined;
@@ -92,15 +92,15 @@ export function Switch({ id, label, on, danger, flip, ...rest }: SwitchProps) {
 }
 
 interface DoProps extends MayBeOff, Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick"> {
-  /** The name that tests know it by. */
+  /** Test id. */
   id?: string;
   press: () => unknown;
   label?: string;
-  /** What stands on it, if that is a text alone. */
+  /** Label, if it is plain text. */
   text?: string;
 }
 
-/** A button that does something. */
+/** Button for an action. */
 export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
   return (
     <button
@@ -117,7 +117,7 @@ export function Do({ id, press, off = false, why, label, text, children = text, 
   );
 }
 
-/** A control with its name above it. */
+/** Form field with its label above. */
 export function Field({
   label,
   unit,
@@ -143,7 +143,7 @@ interface TextFieldProps extends MayBeOff {
   label: string;
   unit?: string;
   value: string;
-  /** What stands below it, and whether that is a complaint. */
+  /** Text below the field; `bad` marks it as an error. */
   hint?: string;
   bad?: boolean;
   most?: number;
@@ -151,12 +151,12 @@ interface TextFieldProps extends MayBeOff {
   inputMode?: "url" | "decimal" | undefined;
   autocomplete?: string;
   class?: string;
-  /** Letter by letter, and not when it is done. */
+  /** Reports every keystroke instead of the completed text. */
   live?: boolean;
   set: (text: string) => void;
 }
 
-/** A line of text with its name above it. */
+/** Text field with its label above. */
 export function TextField({
   id,
   label,
@@ -201,16 +201,16 @@ export function TextField({
 
 interface PickProps<T extends string | number> extends MayBeOff {
   id?: string;
-  /** Its name above it; or one that is not seen. */
+  /** Visible label; `label` is the invisible alternative. */
   title?: string;
   label?: string;
   value: T;
-  /** What may be chosen: values that are their own names, or values with texts. */
+  /** Options: values that serve as their own text, or values with texts. */
   options: ReadonlyArray<T | { value: T; text: string; disabled?: boolean }>;
   choose: (value: T) => void;
 }
 
-/** One of many. */
+/** Selection of one value from many. */
 export function Pick<T extends string | number>({
   id,
   title,
@@ -243,7 +243,7 @@ export function Pick<T extends string | number>({
   return title === undefined ? select : <Field label={title}>{select}</Field>;
 }
 
-/** The names of a table's columns; those of columns with buttons are not seen. */
+/** Column headers of a table. Those of columns with buttons are visually hidden. */
 export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen?: readonly string[] }) {
   return (
     <thead>
@@ -258,7 +258,7 @@ export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen
   );
 }
 
-/** Why something is off, or nothing. */
+/** Reason for which a control is disabled; renders nothing without one. */
 export function Why({ id, text }: { id: string; text: string | null }) {
   return text === null ? null : (
     <p id={id} class="hint">
@@ -272,14 +272,17 @@ interface NumberInputProps extends MayBeOff {
   label: string;
   value: number;
   digits?: number;
-  /** By how much an arrow key changes it. */
+  /** Step of an arrow key. */
   step?: number;
   least?: number | null | undefined;
   most?: number | null | undefined;
   set: (value: number) => void;
 }
 
-/** A number: what is being typed stays while the value goes on, and what is no number changes nothing. */
+/**
+ * Number field. Text being typed is kept while the value changes, and text that is not a number
+ * changes nothing.
+ */
 export function NumberInput({
   id,
   label,
@@ -324,9 +327,9 @@ interface RangeProps extends MayBeOff {
   most: number;
   step?: number;
   value: number;
-  /** The value in words, where it is more than a number. */
+  /** Text for the value, if the number alone is not enough. */
   text?: string;
-  /** Takes a value only when the hand lets go. */
+  /** Reports a value only when the slider is released. */
   rests?: boolean;
   set: (value: number) => unknown;
 }
@@ -365,7 +368,7 @@ export function Range({
   );
 }
 
-/** A place where files may be dropped. */
+/** Drop target for files. */
 export function Drop({
   off,
   open,
@@ -397,7 +400,7 @@ export function Drop({
   );
 }
 
-/** How often something is done; 0 is until it is stopped. */
+/** Number of repetitions; 0 means until stopped. */
 export function Times({
   id,
   label,
@@ -429,7 +432,7 @@ export function Times({
   );
 }
 
-/** A button that opens files of these kinds; the browser asks which. */
+/** Button that opens files of these types in the browser's file dialog. */
 export function OpenFile({
   id,
   accept,

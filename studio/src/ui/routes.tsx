@@ -1,4 +1,4 @@
-// The panels of the routes. All but the first come when they are opened: each is a file of its own.
+// Panels of the routes. All but the first are files of their own, loaded when they are opened.
 import { signal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { t } from "../i18n";
@@ -23,7 +23,7 @@ const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
 const panels = signal<Partial<Record<store.Route, ComponentType>>>({ move: Move });
 const failed = signal(false);
 
-/** Brings the panel of a route. */
+/** Loads the panel of a route. */
 export async function load(route: store.Route): Promise<void> {
   if (panels.peek()[route] !== undefined) return;
   failed.value = false;
@@ -35,7 +35,10 @@ export async function load(route: store.Route): Promise<void> {
   }
 }
 
-/** The strip that tells of a job comes with the connection: it has to have heard of the job when that is over. */
+/**
+ * The strip for jobs is loaded with the connection: to report the end of a job it must have
+ * received the job's notifications.
+ */
 export const Strip = later(
   () => import("../panels/strip").then(({ JobStrip }) => JobStrip),
   () => store.socket.value === "up",

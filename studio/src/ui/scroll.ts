@@ -1,8 +1,8 @@
-// Where a page opens: a route at its top, and one that is gone back to where it was left.
+// Scroll positions: a new route opens at its top, and going back restores the earlier position.
 
 const places = new Map<number, number>();
 let entry = numberOf(history.state);
-/** Where the page is to be scrolled to once its route is painted. */
+/** Position to scroll to once the route is rendered. */
 let wanted: number | null = null;
 let next: ReturnType<typeof setTimeout> | undefined;
 
@@ -14,7 +14,7 @@ function numberOf(state: unknown): number {
   return made;
 }
 
-/** Follows the history of the page. */
+/** Follows the browser history. */
 export function keepPlaces(): void {
   history.scrollRestoration = "manual";
   addEventListener("scroll", () => wanted === null && places.set(entry, scrollY), { passive: true });
@@ -24,12 +24,15 @@ export function keepPlaces(): void {
     wanted = places.get(entry) ?? 0;
     scrollTo(0, 0);
   });
-  // A hand that scrolls meanwhile knows better.
+  // Scrolling by the user takes precedence.
   for (const event of ["wheel", "touchmove", "keydown"])
     addEventListener(event, () => (wanted = null), { passive: true });
 }
 
-/** The route is painted. What it shows still grows for a moment, and the place is held until it does not. */
+/**
+ * Called after the route is rendered. Its height still changes for a moment, so the position is set
+ * again until it is stable or `tries` run out.
+ */
 export function painted(tries = 30): void {
   const { style } = document.documentElement;
   if (wanted === null || tries === 0 || wanted === 0) {
@@ -37,7 +40,7 @@ export function painted(tries = 30): void {
     wanted = null;
     return;
   }
-  // The browser would hold what happens to be in sight.
+  // The browser's scroll anchoring would move the page to keep visible elements in place.
   style.overflowAnchor = "none";
   if (Math.abs(scrollY - wanted) > 1) scrollTo(0, wanted);
   next = setTimeout(() => painted(tries - 1), 50);

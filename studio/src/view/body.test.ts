@@ -14,7 +14,9 @@ const CHAIN: readonly Link[] = [
 ];
 type Joints = Record<string, number>;
 
-/** Where a point of a link is in the frame of the turret: all joints beyond it turn about y. */
+/**
+ * Position of a link's point in the frame of the turret. All joints beyond the turret turn about y.
+ */
 function placed(name: string, point: Point, joints: Joints): Point {
   const link = CHAIN.find((one) => one.name === name);
   if (link === undefined || link.name === "turret") return point;
@@ -42,7 +44,7 @@ test.each([
   };
   near(placed("level_rod", [0, 0, REAR], joints), placed("elbow", at("level_rod"), joints));
   near(placed("head_rod", [FORE, 0, 0], joints), placed("wrist", at("head_rod"), joints));
-  // The crank's rod ends at the tail of the forearm.
+  // The crank's rod ends at the rear end of the forearm.
   near(placed("drive_rod", [0, 0, REAR], joints), placed("forearm", at("crank_pin"), joints));
 });
 

@@ -1,12 +1,12 @@
-// What the arm looks like: solids for each link of the model, and the rods that run beside them. Lengths between axes
-// are the model's; how thick a part is drawn is not measured.
+// Appearance of the arm: solids for each link of the model, and for the rods beside them. Distances
+// between axes come from the model. The thickness of the parts is not measured.
 import type { Model } from "../store";
 import { box, type Circle, corners, lathe, moved, type Point, plate, tube } from "./solid";
 
-/** A link as the model names it: on which it stands, where, and what turns it. */
+/** Link of the model: its parent, position, and the joint that turns it. */
 export type Link = Pick<Model["links"][number], "name" | "parent" | "joint" | "axis" | "at">;
 
-/** A solid of one colour on a link. */
+/** Solid of one colour on a link. */
 export interface Part {
   link: string;
   color: string;
@@ -19,27 +19,30 @@ const SHELL = "#eceef1";
 const INLAY = "#cfd5dc";
 const DARK = "#2d323a";
 const METAL = "#8d96a3";
-/** Anodised: the laser is seen on a dark sheet too. */
+/** Anodised metal of the laser, light enough to be visible on a dark sheet. */
 const ANODISED = "#3c434e";
 const RUBBER = "#23262c";
 const HOSE = "#a9c4dd";
 export const ACCENT = "#2f8fff";
 
-/** Pins of the elbow plate from its axis, in the level plane of the arm, mm: of the rod behind, and of the one above. */
+/**
+ * Pins of the elbow plate, from its axis, in the vertical plane of the arm, mm: of the rear arm's
+ * rod, and of the forearm's.
+ */
 const BEHIND = [-26, 9] as const;
 const ABOVE = [9, 33] as const;
-/** Length of the crank that drives the forearm by its tail, mm. */
+/** Length of the crank that drives the forearm from its rear end, mm. */
 const CRANK = 30;
 
-/** The arm's measures as its links have them, mm. */
+/** Dimensions of the arm from its links, mm. */
 export interface Measures {
   rear: number;
   fore: number;
-  /** Half the width of the base, its height, and how far its top is below the shoulder. */
+  /** Half the width of the base, its height, and the distance from its top to the shoulder. */
   half: number;
   base: number;
   turret: number;
-  /** Where the tool's axis is from the wrist's. */
+  /** Offset of the tool's axis from the wrist's. */
   tool: Point;
 }
 
@@ -54,15 +57,15 @@ export function measuresOf(model: Model): Measures {
 
 const Y = [0, 1, 0];
 /**
- * The rods of the parallelograms as links that the model does not name. They turn with the same joints, so that each
- * ends at its other pin in every pose.
+ * Rods of the parallelograms, as links that the model does not name. They turn with the joints of
+ * the model, so that both ends of each rod coincide with their pins in every pose.
  */
 export const RODS: readonly Link[] = [
-  // Holds the elbow plate level, whatever the rear arm does.
+  // Keeps the elbow plate level in all positions of the rear arm.
   { name: "level_rod", parent: "turret", joint: "j2", axis: Y, at: [BEHIND[0], 0, BEHIND[1]] },
-  // Holds the head level, whatever the forearm does.
+  // Keeps the head level in all positions of the forearm.
   { name: "head_rod", parent: "elbow", joint: "j3", axis: Y, at: [ABOVE[0], 0, ABOVE[1]] },
-  // The third motor's crank is parallel to the forearm, its rod to the rear arm.
+  // The third motor's crank is parallel to the forearm, and its rod to the rear arm.
   { name: "crank", parent: "turret", joint: "j3", axis: Y, at: [0, 0, 0] },
   { name: "crank_pin", parent: "crank", joint: "-j3", axis: Y, at: [-CRANK, 0, 0] },
   { name: "drive_rod", parent: "crank_pin", joint: "j2", axis: Y, at: [0, 0, 0] },
@@ -75,7 +78,7 @@ const disc = (radius: number, from: number, to: number, bevel = 1.2): number[] =
     [radius, to - bevel],
     [radius - bevel, to],
   ]);
-/** A pin across the arm, at a place of its plane. */
+/** Pin across the arm, at a point of its plane. */
 const pin = ([x, z]: readonly [number, number], radius: number, half: number): number[] =>
   plate("xz", [[x, z, radius]], -half, half, 0.8);
 const bothSides = (circles: readonly Circle[], from: number, to: number, bevel = 1): number[] => [
@@ -83,14 +86,14 @@ const bothSides = (circles: readonly Circle[], from: number, to: number, bevel =
   ...plate("xz", circles, -to, -from, bevel),
 ];
 
-/** The arm without its tool. `hang` is how far below the wrist's axis the tip is. */
+/** Arm without its tool. `hang` is the distance of the tip below the wrist's axis. */
 export function bodyOf({ rear, fore, half, base, turret, tool }: Measures, hang: number, hasHose: boolean): Part[] {
   const [bx, by] = tool;
   const parts: Part[] = [];
   const on = (link: string, color: string, ...solids: number[][]) => {
     for (const solid of solids) parts.push({ link, color, solid });
   };
-  // The origin of the base is its top, where the turret begins.
+  // The base's origin is at its top, where the turret begins.
   const [low, edge] = [-base, half - 5];
   on("base", DARK, plate("xy", corners(-edge, edge, -edge, edge, 20), low, low + 8, 1));
   on("base", SHELL, plate("xy", corners(-half, half, -half, half, 22), low + 5, -20, 5));
@@ -181,7 +184,7 @@ export function bodyOf({ rear, fore, half, base, turret, tool }: Measures, hang:
   on("forearm", METAL, moved(plate("xz", [[0, 0, 3.5]], -23, 13, 0.6), [-CRANK, 0, 0]));
   on("head_rod", METAL, plate("xz", rod(fore, "out"), -4, 4, 1.2));
 
-  // The head: a plate on the wrist's two pins, and the servo over the tool's axis.
+  // The head: a plate on the wrist's two pins, with the servo above the tool's axis.
   const reach = Math.max(10, Math.abs(bx) - 14) * (bx < 0 ? -1 : 1);
   on(
     "wrist",
@@ -236,13 +239,13 @@ export function bodyOf({ rear, fore, half, base, turret, tool }: Measures, hang:
   return parts;
 }
 
-/** The tool, from the flange down to its tip, which is the origin. Its jaws are links of their own. */
+/** Tool from the flange down to its tip, which is the origin. Its jaws are separate links. */
 export function toolOf(name: ToolName | null, hang: number): Part[] {
   const parts: Part[] = [];
   const on = (link: string, color: string, ...solids: number[][]) => {
     for (const solid of solids) parts.push({ link, color, solid });
   };
-  // What is below the flange, however near the tip is.
+  // Parts below the flange, even with a very short tool.
   const top = Math.max(34, hang - 18);
   if (name === "suction") {
     on("tool", METAL, disc(5, 16, top));
@@ -314,5 +317,5 @@ export function toolOf(name: ToolName | null, hang: number): Part[] {
   return parts;
 }
 
-/** How far each jaw is from the middle, mm. */
+/** Distance of each jaw from the middle, mm. */
 export const JAWS = { open: 21, closed: 0.5, off: 13 } as const;

@@ -10,7 +10,7 @@ const BOX: Point[] = [0, 1, 2, 3, 4, 5, 6, 7].map((nth) => [
 const minus = (a: Point, b: Point): Point => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const dot = (a: Point, b: Point) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-/** Where points are in the picture: -1 to 1 from its left to its right, and from its lower to its upper rim. */
+/** Position of points in the picture: -1 to 1 from left to right, and from bottom to top. */
 function seen(points: readonly Point[], direction: Point, aspect: number, covered = 0) {
   const { position } = placeOf(points, direction, 32, aspect, covered);
   const flat = Math.hypot(direction[0], direction[1]);

@@ -1,17 +1,18 @@
-// Where the camera stands: the direction is chosen, the place follows from what has to be seen.
+// Camera position: the direction is given, the distance follows from the points that must be
+// visible.
 import type { Point } from "./solid";
 
 export type View = "corner" | "front" | "side" | "top";
 export const VIEWS: readonly View[] = ["corner", "front", "side", "top"];
 
-/** The reader stands in front of the arm and looks at it: from there +y is to the right, and from above -x is up. */
+/** Directions for a reader in front of the arm: +y is to the right, and from above -x is up. */
 const FROM: Record<View, Point> = {
   corner: [0.74, -0.56, 0.56],
   front: [1, 0, 0.16],
   side: [0, -1, 0.16],
   top: [0.0008, 0, 1],
 };
-/** Part of the picture that is filled: the rest is room at its rim. */
+/** Share of the picture that is filled. The rest is a margin. */
 const FILLED = 0.92;
 
 export interface Place {
@@ -19,7 +20,10 @@ export interface Place {
   target: Point;
 }
 
-/** The direction of a view: the corner is on the side of the work, `y` its middle, where that is clearly to one side. */
+/**
+ * Direction of a view. The corner view is taken from the side of the work if its mean `y` is
+ * clearly off centre.
+ */
 export function directionOf(view: View, y = 0): Point {
   const [x, across, up] = FROM[view];
   const length = Math.hypot(x, across, up);
@@ -28,9 +32,9 @@ export function directionOf(view: View, y = 0): Point {
 }
 
 /**
- * The nearest place in this direction from which all points are in the picture; `fov` is its height, degrees, and
- * `aspect` its width by its height. Of its lower part the share `covered` shows nothing: buttons lie over it. The target
- * is as far away as the middle of the points.
+ * Nearest position in a direction from which all points are in the picture. `fov` is its vertical
+ * angle in degrees, `aspect` its width divided by its height, and `covered` the share at the bottom
+ * that buttons hide. The target is at the mean depth of the points.
  */
 export function placeOf(points: readonly Point[], direction: Point, fov: number, aspect: number, covered = 0): Place {
   const [dx, dy, dz] = direction;
@@ -39,8 +43,8 @@ export function placeOf(points: readonly Point[], direction: Point, fov: number,
   const up: Point = [-dz * right[1], dz * right[0], dx * right[1] - dy * right[0]];
   const dot = (a: Point, b: Point) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const tall = Math.tan((fov * Math.PI) / 360) * FILLED;
-  // Along an axis of the picture: how far away the camera has to be, and where it is then. The tangents are those of the
-  // picture's rims on the side of the axis and on the other.
+  // Along one axis of the picture: distance the camera needs, and its position as a function of
+  // distance. The tangents are those of the frustum's two sides.
   const span = (axis: Point, ahead: number, behind: number) => {
     let [most, least] = [-Infinity, -Infinity];
     for (const point of points) {
@@ -65,7 +69,10 @@ export function placeOf(points: readonly Point[], direction: Point, fov: number,
   return { position: at(back), target: at(depth) };
 }
 
-/** How much of the arm is seen from above, where it hides what it draws: 1 from the side, little from above. */
+/**
+ * Opacity of the arm, which hides its own drawing when seen from above: 1 from the side, low from
+ * above.
+ */
 export function opacityOf(elevation: number): number {
   const [solid, faint] = [58, 78];
   const share = Math.min(1, Math.max(0, (elevation - solid) / (faint - solid)));

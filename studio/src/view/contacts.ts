@@ -1,4 +1,5 @@
-// Things on the table: what the tool carries goes with it, and each has a soft shadow on what is below it.
+// Objects on the table: a carried object moves with the tool, and each casts a soft shadow on what
+// is below it.
 import { Group, type Mesh, type MeshBasicMaterial, Vector3 } from "three";
 import type { State } from "../api";
 import { softShadow } from "./ground";
@@ -7,11 +8,11 @@ import { drop } from "./mesh";
 import type { Point } from "./solid";
 import { type Support, supportOf } from "./stand";
 
-/** What a thing above the table casts fades out with its height, mm. */
+/** Shadow of an object. It fades out with the height above the table, mm. */
 const SHADOW = { blur: 12, opacity: 0.5, fades: 90 };
 const UP = new Vector3(0, 0, 1);
 
-/** A thing that the tool carries: where it is from the tip, in the tool's own axes. */
+/** Carried object: its position relative to the tip, in the tool's axes. */
 interface Held {
   offset: Vector3;
   turn: number;
@@ -23,7 +24,7 @@ export class Contacts {
   private things: readonly Mesh[] = [];
   private belts: Shapes["boxes"] = [];
 
-  /** Takes the things of a new reading of the world. */
+  /** Accepts the objects of a new reading of the world. */
   take(things: readonly Mesh[], belts: Shapes["boxes"], state: State | null): void {
     [this.things, this.belts] = [things, belts];
     for (const child of [...this.group.children]) drop(child);
@@ -36,7 +37,8 @@ export class Contacts {
       if (!held || state === null) continue;
       carried.add(name);
       const { x, y, z, r, moving } = state;
-      // While both move, the one was read before the other.
+      // The pose and the world are read at different times, so their difference is wrong during
+      // motion.
       if (moving && this.held.has(name)) continue;
       const angle = (-r * Math.PI) / 180;
       const offset = moving
@@ -50,7 +52,7 @@ export class Contacts {
     for (const name of [...this.held.keys()]) if (!carried.has(name)) this.held.delete(name);
   }
 
-  /** Puts what is held to the tip, and every shadow below its thing. */
+  /** Moves carried objects to the tip, and every shadow below its object. */
   carry(tip: Group, surface: number): void {
     const at = new Vector3().setFromMatrixPosition(tip.matrixWorld);
     const turn = Math.atan2(tip.matrixWorld.elements[1] ?? 0, tip.matrixWorld.elements[0] ?? 1);

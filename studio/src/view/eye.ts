@@ -1,14 +1,14 @@
-// The camera: a person turns it, a view sets it, and it shows what it is told to see.
+// Camera: turned by the user, set by a view, and framed around given points.
 import { PerspectiveCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { directionOf, placeOf, type View } from "./camera";
 import type { Point } from "./solid";
 
-/** A flight from one place to another takes this long, ms. */
+/** Duration of a flight between two positions, ms. */
 const FLIES = 350;
-/** From this elevation on the picture is one from above, degrees. */
+/** Elevation from which the picture counts as a view from above, degrees. */
 const ABOVE = 75;
-/** In one frame a camera that follows the tip comes nearer to it by this share of the way. */
+/** Share of the distance to the tip that a following camera covers in one frame. */
 const FOLLOWS = 0.12;
 
 interface Flight {
@@ -22,21 +22,21 @@ interface Flight {
 export class Eye {
   readonly camera = new PerspectiveCamera(30, 1, 20, 6000);
   readonly controls: OrbitControls;
-  /** The person has turned the picture by hand. */
+  /** Called when the user turns the picture. */
   onTaken: () => void = () => {};
-  /** The share of the picture's lower part that buttons cover. */
+  /** Share of the picture that buttons cover at the bottom. */
   covers: () => number = () => 0;
-  /** What has to be seen, and how far to one side the work is. */
+  /** Points that must be visible, and the lateral position of the work. */
   sights: () => { points: readonly Point[]; side: number } = () => ({ points: [], side: 0 });
   private flight: Flight | null = null;
   private view: View = "corner";
-  /** The person has turned, moved or zoomed the picture: it stays as they have it. */
+  /** True after the user has turned, moved or zoomed the picture: automatic framing is then off. */
   private isTurned = false;
   private follows = false;
 
   constructor(
     canvas: HTMLCanvasElement,
-    /** Asked for less motion: no flights. */
+    /** Media query for reduced motion, which turns flights off. */
     private readonly still: MediaQueryList,
     private readonly wake: () => void,
   ) {
@@ -53,7 +53,7 @@ export class Eye {
       this.flight = null;
       from = camera.position.clone();
     });
-    // A press alone turns nothing.
+    // A press without a drag does not count as turning.
     this.controls.addEventListener("end", () => {
       if (from.distanceTo(camera.position) < 1) return;
       this.isTurned = true;
@@ -61,24 +61,26 @@ export class Eye {
     });
   }
 
-  /** From this side, with all that has to be seen. */
+  /** Looks from a side, with all points in the picture. */
   look(view: View, atOnce = false): void {
     this.view = view;
     this.isTurned = false;
     this.fly(view, atOnce);
   }
 
-  /** All that has to be seen, from where the person looks. */
+  /** Frames all points from the current direction. */
   fit(): void {
     this.fly(null, false);
   }
 
-  /** Looks anew, as there is something else to see or another place for it: not where a person has turned the picture. */
+  /**
+   * Frames the picture again after its content or size has changed, unless the user has turned it.
+   */
   arrange(atOnce: boolean): void {
     if (!this.isTurned && !this.follows) this.fly(this.view, atOnce);
   }
 
-  /** Nearer by this factor; the middle of the picture stays. */
+  /** Zooms by a factor around the centre. */
   zoom(by: number): void {
     const { target, minDistance, maxDistance } = this.controls;
     this.isTurned = true;
@@ -95,7 +97,7 @@ export class Eye {
     this.wake();
   }
 
-  /** How steeply it looks down, degrees. */
+  /** Elevation of the camera, degrees. */
   elevation(): number {
     const { x, y, z } = this.camera.position.clone().sub(this.controls.target);
     return (Math.atan2(z, Math.hypot(x, y)) * 180) / Math.PI;
@@ -110,7 +112,7 @@ export class Eye {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Goes on with its flight, or after the tip; whether that goes on. */
+  /** Advances the flight, or follows the tip. Returns true if the camera still moves. */
   step(tip: Vector3, now: number): boolean {
     const goesOn = this.flight !== null && this.flies(this.flight, now);
     const { target } = this.controls;
@@ -145,7 +147,7 @@ export class Eye {
     this.wake();
   }
 
-  /** Goes round the arm and not through it. */
+  /** Flies around the arm instead of through it. */
   private flies({ from, to, target, aim, since }: Flight, now: number): boolean {
     const share = Math.min(1, (now - since) / FLIES);
     const eased = 1 - (1 - share) ** 3;

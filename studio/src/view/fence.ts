@@ -1,10 +1,10 @@
-// The fence of the shown arm as a layer: what it may not leave, and what it may not enter.
+// Layer for the fence of the shown arm: the box it must not leave, and those it must not enter.
 import { effect } from "@preact/signals";
 import * as store from "../store";
 import { type Box, show } from "./layers";
 
 export type Sides = Record<string, [number, number]>;
-/** Where a fence names no side, and beyond what any arm reaches, mm. */
+/** Extent of a side that the fence does not limit, mm, beyond the reach of any arm. */
 const FAR = 420;
 
 function boxOf(sides: Sides, color: string, opacity: number): Box {
@@ -27,7 +27,7 @@ effect(() => {
   const boxes = fence.keep_out.map((sides) => boxOf(sides, "--stop", 0.28));
   const box = fence.box;
   if (box !== null) boxes.push(boxOf(box, "--fence", 0.06));
-  // What may be reached is above: a sheet, as large as the box.
+  // The reachable space is above the floor, which is drawn as a sheet of the box's size.
   if (fence.floor !== null) boxes.push(boxOf({ ...box, z: [fence.floor - 1, fence.floor] }, "--fence", 0.22));
   show("fence", [], boxes);
 });

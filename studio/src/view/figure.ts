@@ -1,4 +1,4 @@
-// The arm as a figure that takes poses: its links, rods and tool, the beam, and the cross of axes at its tip.
+// Figure of the arm that can be posed: links, rods, tool, laser beam, and the axes at its tip.
 import { Group, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial, Vector3 } from "three";
 import type { Model } from "../store";
 import { ACCENT, bodyOf, JAWS, type Link, measuresOf, type Part, RODS, type ToolName, toolOf } from "./body";
@@ -9,12 +9,12 @@ export type Joint = "j1" | "j2" | "j3" | "j4" | "rail";
 export type Joints = Record<Joint, number>;
 export type Gripper = "open" | "closed" | "off";
 
-/** Links that do not hide what is drawn: they stand behind it. */
+/** Links that remain opaque, since they stand behind the drawing. */
 const FIRM = ["base", "turret"];
 /** Length of the axes at the tip, mm. */
 const AXIS = 26;
 const BEAM = "#6a48ff";
-/** How much of its opening the gripper closes in one frame. */
+/** Share of its opening that the gripper closes in one frame. */
 const CLOSES = 0.18;
 
 const BALL: ReadonlyArray<readonly [number, number]> = [
@@ -32,12 +32,15 @@ const rod = (from: number, to: number, radius: number) =>
 
 export class Figure {
   readonly root = new Group();
-  /** The tool's tip, turned as the tool is. */
+  /** Tip of the tool, with the tool's orientation. */
   tip = new Group();
   private joints: Array<{ group: Group; link: Link; joint: Joint; sign: number; at: Vector3 }> = [];
   private readonly firm = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
   private readonly faint = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
-  /** Only the nearest of the faint surfaces is seen: a twin of each link fills the depth before it. */
+  /**
+   * Material of the depth pass: a copy of each link writes only the depth buffer, so that only the
+   * front surface of a translucent arm is visible.
+   */
   private readonly depth = new MeshBasicMaterial({ colorWrite: false, transparent: true });
   private readonly fading: Mesh[] = [];
   private readonly twins: Mesh[] = [];
@@ -48,7 +51,10 @@ export class Figure {
   private wantedGap: number = JAWS.off;
   private opacity = 1;
 
-  /** Builds the arm of a table with a tool whose tip is `lift` below the wrist, beside the tool's own bias. */
+  /**
+   * Builds the arm with a tool. `lift` is the distance of the tip below the wrist in addition to
+   * the tool's own bias.
+   */
   build(model: Model, tool: ToolName | null, lift: number): void {
     this.clear();
     const measures = measuresOf(model);
@@ -102,7 +108,7 @@ export class Figure {
     this.twins.push(twin);
   }
 
-  /** What is at the tip: its axes, and the beam of a laser. */
+  /** Builds the marks at the tip: axes and the laser beam. */
   private mark(): void {
     this.axes.geometry = merged([
       { color: "#e5484d", solid: plate("yz", [[0, 0, 0.8]], 2, AXIS, 0.2) },
@@ -144,22 +150,22 @@ export class Figure {
     }
   }
 
-  /** The beam from the laser to what is `below` its tip, mm; none where it is null. */
+  /** Shows the beam from the laser down to a surface `below` its tip, mm; null hides it. */
   burn(below: number | null): void {
     this.beam.visible = below !== null;
-    // The axis that leads up would lie in it.
+    // The upward axis would coincide with the beam.
     this.axes.visible = below === null;
     if (below === null) return;
     this.beam.position.z = -below;
     for (const part of this.beam.children) if (part.name === "ray") part.scale.z = 19 + below;
   }
 
-  /** How far the gripper is to be open; `width` is that of what it holds, mm. */
+  /** Sets the gripper's target opening; `width` is that of the held object, mm. */
   setGripper(gripper: Gripper | null, width: number | null): void {
     this.wantedGap = gripper === "closed" && width !== null ? Math.min(JAWS.open, width / 2) : JAWS[gripper ?? "off"];
   }
 
-  /** Moves the jaws by a share of their way; whether they are still under way. */
+  /** Moves the jaws by a share of the remaining distance. Returns true if they still move. */
   open(share = CLOSES): boolean {
     const left = this.wantedGap - this.gap;
     this.gap = Math.abs(left) < 0.2 || share >= 1 ? this.wantedGap : this.gap + left * share;
@@ -167,7 +173,7 @@ export class Figure {
     return this.gap !== this.wantedGap && this.jaws.length > 0;
   }
 
-  /** Lets what lies below the arm through: 1 is solid. */
+  /** Sets the opacity of the parts that can hide the drawing; 1 is opaque. */
   setOpacity(opacity: number, anew = false): void {
     if (opacity === this.opacity && !anew) return;
     const isFaint = opacity < 1;
@@ -180,7 +186,7 @@ export class Figure {
     for (const twin of this.twins) twin.visible = isFaint;
   }
 
-  /** A translucent tool for where the arm is to go. */
+  /** Translucent tool for the target position. */
   ghost(model: Model, tool: ToolName | null, lift: number): Group {
     const hang = lift - measuresOf(model).tool[2];
     const parts = toolOf(tool, hang).map(({ link, color, solid }) => {
@@ -195,7 +201,7 @@ export class Figure {
     return new Group().add(twin, mesh);
   }
 
-  /** Takes the arm apart: materials that the next one wears again come back by themselves. */
+  /** Disposes of the arm's parts. three.js uploads the shared materials again for the next arm. */
   clear(): void {
     drop(this.axes);
     drop(this.beam);

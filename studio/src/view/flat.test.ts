@@ -1,7 +1,10 @@
 import { expect, test } from "vitest";
 import { boundsOf, pathOf, ratioOf, toReader, viewBox } from "./flat";
 
-/** Where the transform of READER puts a place of the arm: to the right and down. */
+/**
+ * Position in the picture, right and down, that the transform READER gives to a position of the
+ * arm.
+ */
 const seen = ([x = 0, y = 0]: readonly number[]) => [y, x];
 
 test("the reader in front of the arm has +y to the right and the arm at the top", () => {
@@ -30,7 +33,7 @@ test("a picture of the core is turned to the reader with its size", () => {
     '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="10mm" viewBox="0 0 30 10"><path d="M0 10H30"/></svg>\n';
   const turned = toReader(svg);
   expect(turned).toContain('width="10mm" height="30mm" viewBox="0 0 10 30"');
-  // What lay at its lower left corner is at the upper left one.
+  // The lower left corner becomes the upper left one.
   expect(turned).toContain('transform="matrix(0 1 -1 0 10 0)"');
   const at = ([x = 0, y = 0]) => [0 * x - 1 * y + 10, x];
   expect(at([0, 10])).toEqual([0, 0]);

@@ -1,8 +1,9 @@
-// Points in the plane of the sheet, as pictures of the page show them: to the reader who stands in front of the arm and looks at it.
-// The arm's base is at the top, its +y is to the right, and its x runs down. This is the one place of that transform.
+// Transform of points from the plane of the sheet to pictures for a reader who stands in front of
+// the arm: its base is at the top, +y points right, and x points down. All pictures use this one
+// transform.
 export type Points = ReadonlyArray<readonly number[]>;
 
-/** A box in the arm's x and y, mm: `width` is along x, `height` along y. */
+/** Box in the arm's x and y, mm: `width` along x, `height` along y. */
 export interface Frame {
   x: number;
   y: number;
@@ -10,12 +11,15 @@ export interface Frame {
   height: number;
 }
 
-/** From the arm's x and y to the picture's. */
+/** Transform from the arm's x and y to the picture's. */
 export const READER = "matrix(0 1 1 0 0 0)";
-/** What lies so, in degrees from the arm's x counter-clockwise, is upright for the reader. */
+/**
+ * Direction of text that is upright for the reader, degrees counter-clockwise from the arm's x
+ * axis.
+ */
 export const UPRIGHT = 90;
 
-/** What points fill, with room round it. */
+/** Bounding box of points, with a margin. */
 export function boundsOf(points: Points, room = 0): Frame {
   let [left, right, bottom, top] = [Infinity, -Infinity, Infinity, -Infinity];
   for (const [x = 0, y = 0] of points) {
@@ -26,16 +30,16 @@ export function boundsOf(points: Points, room = 0): Frame {
   return { x: left - room, y: bottom - room, width: right - left + 2 * room, height: top - bottom + 2 * room };
 }
 
-/** A line as the data of a path; a point is a line of no length. */
+/** SVG path data of a line. A single point is a line of zero length. */
 export const pathOf = (points: Points): string =>
   `M${points.map(([x = 0, y = 0]) => `${x} ${y}`).join("L")}${points.length === 1 ? "h0" : ""}`;
 
-/** The view box of a picture that shows this frame to the reader. */
+/** SVG view box of a frame as the reader sees it. */
 export const viewBox = ({ x, y, width, height }: Frame): string => `${y} ${x} ${height} ${width}`;
-/** Width by height of that picture. */
+/** Aspect ratio of that picture, width divided by height. */
 export const ratioOf = ({ width, height }: Frame): number => height / width;
 
-/** Turns a picture that has the arm's x to the right and y up, as the core writes it, to the reader. */
+/** Turns a picture by the core, with the arm's x to the right and y up, to the reader. */
 export function toReader(svg: string): string {
   const head = /^(?:<\?xml[^>]*\?>\s*)?<svg\b([^>]*)>/.exec(svg);
   const box = /viewBox="([^"]*)"/

@@ -1,4 +1,5 @@
-// Many arms in one picture: each part of an arm is one mesh for all of them. Every arm stands where its place in the page is.
+// Many arms in one canvas, by instancing: each part is one mesh for all arms. Every arm is drawn at
+// the position of its tile in the page.
 import {
   AmbientLight,
   DirectionalLight,
@@ -20,7 +21,7 @@ import { coarse } from "./solid";
 import { standOn } from "./stand";
 
 export type Joints = readonly [j1: number, j2: number, j3: number, j4: number, rail: number];
-/** A place in the page, css pixels from the upper left of the picture. */
+/** Rectangle in the page, CSS pixels from the upper left corner of the canvas. */
 export interface Place {
   x: number;
   y: number;
@@ -30,13 +31,13 @@ export interface Place {
 
 const NAMES = ["j1", "j2", "j3", "j4", "l"];
 const RADIANS = Math.PI / 180;
-/** How much of an arm's surroundings its place shows, mm. */
+/** Extent of an arm's surroundings along the shorter side of its tile, mm. */
 const SEEN = 440;
-/** A new reading is reached within this time, ms. */
+/** Duration of the transition to a new state, ms. */
 const GLIDE = 320;
 
 interface Part {
-  /** None for a link that only carries others. */
+  /** Null for a link that only carries others. */
   mesh: InstancedMesh | null;
   parent: number;
   axis: Vector3;
@@ -46,7 +47,7 @@ interface Part {
 }
 
 export class FleetScene {
-  /** How long the script of a frame took, ms. */
+  /** Called with the script time of a frame, ms. */
   onDrawn: (ms: number) => void = () => {};
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
@@ -83,7 +84,7 @@ export class FleetScene {
     this.scene.add(sun);
     const links = [...model.links, ...RODS];
     const order = links.map(({ name }) => name);
-    // Which tool each has is not told here: all have a pointer.
+    // The mounted tools are unknown here, so all arms are drawn with a pointer.
     const measures = measuresOf(model);
     const { lift } = standOn(null, measures.base + measures.turret, model.tool.bias[2] ?? 0);
     const hang = lift - measures.tool[2];
@@ -115,7 +116,7 @@ export class FleetScene {
     };
   }
 
-  /** Where the arms stand in the page: each is drawn into its place. */
+  /** Sets the rectangles of the arms in the page. */
   setPlaces(places: readonly Place[], width: number, height: number): void {
     this.renderer.setSize(width, height);
     this.scale = SEEN / Math.min(places[0]?.width ?? 1, places[0]?.height ?? 1);
@@ -124,7 +125,7 @@ export class FleetScene {
     this.camera.updateProjectionMatrix();
     const right = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
     const up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
-    // The middle of what an arm fills lies before its shoulder, and below.
+    // The centre of an arm's space is in front of its shoulder and below it.
     const middle = new Vector3(90, 0, 20);
     this.origins.length = 0;
     for (const { x, y, width: wide, height: high } of places) {
@@ -135,7 +136,7 @@ export class FleetScene {
     this.wake();
   }
 
-  /** An arm without joints is not drawn: nobody knows how it stands. */
+  /** Sets the joints of the arms. An arm without joints is not drawn, since its pose is unknown. */
   setJoints(joints: ReadonlyArray<Joints | null>): void {
     const before = this.wanted;
     this.wanted = joints.map((one) => [...(one ?? [])]);

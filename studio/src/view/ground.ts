@@ -1,4 +1,4 @@
-// What the arm stands on: the table with its grid, light, and the soft shadows where things touch.
+// Surroundings of the arm: table, grid, light, and soft contact shadows.
 import {
   AmbientLight,
   BufferGeometry,
@@ -16,11 +16,11 @@ import {
 } from "three";
 import { drop } from "./mesh";
 
-/** The table fades out at this radius, mm. */
+/** Radius at which the table fades out, mm. */
 const RADIUS = 560;
-/** The grid's, and its step. */
+/** Radius of the grid, and its pitch, mm. */
 const [GRID, STEP] = [400, 50];
-/** Where the letters of the axes stand, mm from the shoulder. */
+/** Positions of the axes' letters, mm from the shoulder. */
 export const LETTERS = { x: [345, 0], y: [0, 265] } as const;
 
 function faded(positions: number[], colors: number[], corners?: number[]): BufferGeometry {
@@ -31,7 +31,7 @@ function faded(positions: number[], colors: number[], corners?: number[]): Buffe
   return geometry;
 }
 
-/** A rectangle that is dark in its middle and fades out over `blur` mm, without a texture. */
+/** Rectangular shadow that fades out over `blur` mm, without a texture. */
 export function softShadow(length: number, width: number, blur: number, opacity: number): Mesh {
   const [positions, colors, corners]: [number[], number[], number[]] = [[], [], []];
   const across = 24;
@@ -81,7 +81,7 @@ export class Ground {
     this.lights.add(new HemisphereLight(0xffffff, 0xb4bcc6, 1.75), new AmbientLight(0xffffff, 0.3), sun, rim);
   }
 
-  /** The table in the colours of the page. */
+  /** Builds the table in the page's colours. */
   setColors(lines: string, strong: string, top: string): void {
     drop(this.parts);
     this.parts = new Group();

@@ -1,33 +1,37 @@
-// What is shown beside the arm: lines and boxes in layers, in 3D or from above. Any panel says what its layer shows, before the
-// picture is there or after; it takes it away with an empty list. Coordinates are those of poses, mm.
+// Lines and boxes shown with the arm, in layers, in 3D or from above. A panel may set its layer
+// before the picture is loaded, and removes it with an empty list. Coordinates are those of poses,
+// mm.
 import { signal } from "@preact/signals";
 
-/** Height of the table where nothing says another, mm: there the cup of an arm touches what its base stands on. */
+/**
+ * Default height of the table, mm, at which the cup of an arm touches the surface its base stands
+ * on.
+ */
 export const USUAL_TABLE = -60;
 
 export type Layer = "planned" | "points" | "fence" | "paper" | "sheet" | "belt" | "objects";
 
 export interface Lines {
-  /** Points [x, y, z], joined in their order. */
+  /** Points [x, y, z], connected in this order. */
   points: ReadonlyArray<readonly number[]>;
-  /** A colour, or the name of one of the page's: `--accent`. */
+  /** CSS colour, or the name of a custom property such as `--accent`. */
   color: string;
   closed?: boolean;
-  /** The points themselves, not what joins them. */
+  /** Draws the points themselves instead of the line. */
   dots?: boolean;
   opacity?: number;
 }
 
 export interface Box {
-  /** The middle of its underside, and how it is turned about z, degrees. */
+  /** Centre of the box's bottom face, and its rotation about z, degrees. */
   at: readonly number[];
   size: readonly number[];
   turn?: number;
   color: string;
   opacity?: number;
-  /** What it is called, where a hand can take it. */
+  /** Name of the object, if the user can drag it. */
   name?: string;
-  /** Whether the tool carries it. */
+  /** True if the tool carries it. */
   held?: boolean;
 }
 
@@ -45,7 +49,7 @@ export function show(layer: Layer, lines: readonly Lines[], boxes: readonly Box[
   layers.value = next;
 }
 
-/** Who is told where a hand puts a box with a name; without it boxes stay where they are. */
+/** Called with the position to which the user drags a named box; null disables dragging. */
 export const hand = signal<((name: string, at: [number, number, number]) => void) | null>(null);
 
 export interface Target {
@@ -54,7 +58,7 @@ export interface Target {
   z: number;
   r: number;
 }
-/** Where the arm is to go, as far as somebody is about to say so: a ghost of the tool is shown there. */
+/** Target pose that the user is about to choose, shown as a translucent tool. */
 export const target = signal<Target | null>(null);
-/** Who is told where the table is pressed, seen from above. */
+/** Called with a position pressed on the table in the view from above. */
 export const pressed = signal<((x: number, y: number) => void) | null>(null);

@@ -1,9 +1,9 @@
-// Solids as geometries of three, and their end.
+// Conversion of solids to three.js geometries, and their disposal.
 import { BufferGeometry, Color, Float32BufferAttribute, type Material, type Mesh, type Object3D } from "three";
 import type { Part } from "./body";
 import { normalsOf } from "./solid";
 
-/** One geometry of many solids, each in its colour. */
+/** Merges solids into one geometry with a colour for each. */
 export function merged(parts: ReadonlyArray<Pick<Part, "color" | "solid">>): BufferGeometry {
   const [positions, normals, colors]: [number[], number[], number[]] = [[], [], []];
   for (const { solid, color } of parts) {
@@ -19,7 +19,7 @@ export function merged(parts: ReadonlyArray<Pick<Part, "color" | "solid">>): Buf
   return geometry;
 }
 
-/** The geometry of one solid, for a material that has the colour. */
+/** Geometry of one solid, for a material with a colour of its own. */
 export function solidGeometry(solid: number[]): BufferGeometry {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new Float32BufferAttribute(solid, 3));
@@ -27,7 +27,7 @@ export function solidGeometry(solid: number[]): BufferGeometry {
   return geometry;
 }
 
-/** Takes a part out of the picture and gives back what it had in the graphics memory. */
+/** Removes a part from the scene and frees its graphics memory. */
 export function drop(part: Object3D): void {
   part.removeFromParent();
   part.traverse((one: Object3D) => {

@@ -1,10 +1,11 @@
-// Which tool the arm carries, as far as anything tells.
+// Mounted tool, as far as it can be known.
 import type { State } from "../api";
 import type { ToolName } from "./body";
 
 /**
- * What leaves lines in the world of a virtual arm is certain. Else it is the tool that was chosen; cup and gripper have
- * the same place on the arm, and the one that was switched is there.
+ * Mounted tool. A tool that draws in the world of a virtual arm is certain. Otherwise it is the
+ * configured tool, except that cup and gripper share a mounting position, so the one that was
+ * switched on is the mounted one.
  */
 export function mountedOf(tool: State["tool"] | undefined, draws: string | null | undefined): ToolName | null {
   if (draws === "pen" || draws === "laser") return draws;

@@ -1,4 +1,5 @@
-// The arm from above, for browsers without WebGL: the reader stands in front of it, y is to the right and x down.
+// View from above, for browsers without WebGL. The reader stands in front of the arm: y points
+// right and x down.
 import { useSignalEffect } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useRef } from "preact/hooks";
@@ -9,21 +10,21 @@ import "./plan.css";
 import { reach } from "./reach";
 import { tinted } from "./tint";
 
-/** What is shown, mm: to both sides, and from behind the arm to before it. */
+/** Extent of the picture, mm: to both sides, and from behind the arm to the front. */
 const HALF = 360;
 const [HIGH, LOW] = [-140, 360];
-/** Y to the right, X down. */
+/** Transform with y to the right and x down. */
 const FRONT = "matrix(0 1 1 0 0 0)";
 const MOST = 200;
 
-/** Inside the picture's rim, px. */
+/** Margin inside the picture, px. */
 const RIM = 12;
 
 export function Plan({ place }: { place: RefObject<HTMLElement | null> }) {
   const svg = useRef<SVGSVGElement>(null);
   const trail = useRef<string[]>([]);
   const state = store.state.value;
-  /** Where the shoulder is in the page, and how many of its pixels are a millimetre. */
+  /** Position of the shoulder in the page, and the scale in pixels per millimetre. */
   const measured = () => {
     const box = svg.current?.getBoundingClientRect();
     if (box === undefined) return null;

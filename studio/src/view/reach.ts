@@ -1,11 +1,12 @@
-// What the tip reaches at its height: asked of the station when the height or the tool changes.
+// Region that the tip reaches at its height. Requested from the station when the height or the tool
+// changes.
 import { effect, signal } from "@preact/signals";
 import { call } from "../session";
 import * as store from "../store";
 
 export const reach = signal<{ outlines: number[][][]; z: number } | null>(null);
 
-/** At most so often, ms. */
+/** Shortest interval between two requests, ms. */
 const PAUSE = 250;
 let asked = "";
 let busy = false;
@@ -30,7 +31,7 @@ async function look(z: number, tool: number[]): Promise<void> {
     const { outlines } = await call("motion.reach", { z, tool });
     reach.value = { outlines, z };
   } catch {
-    // Out of reach of everything, or no line: the last outline goes.
+    // Height out of reach, or a lost line: the last outline is removed.
     reach.value = null;
   }
   setTimeout(() => {

@@ -1,4 +1,4 @@
-// The picture in 3D with its buttons: comes when the page's frame is there, and brings the store into the scene.
+// 3D picture with its buttons, loaded after the page's frame. Connects the store to the scene.
 import { computed, effect, signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
@@ -17,7 +17,7 @@ import { ArmScene } from "./stage";
 import texts from "./words.json";
 
 const w = sentencesOf(texts);
-/** By how much a press zooms. */
+/** Zoom factor of a button. */
 const ZOOM = 1.3;
 
 const ICONS = {
@@ -26,7 +26,7 @@ const ICONS = {
   fit: "M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5",
 } as const;
 
-/** The picture in its place, until it is ended. Throws where the browser cannot draw it. */
+/** Opens the picture in an element. Throws if the browser cannot render it. */
 export function open(place: HTMLElement) {
   const scene = new ArmScene(place, (x, y) => pressed.value?.(x, y));
   const view = signal<View | null>("corner");
@@ -58,7 +58,7 @@ export function open(place: HTMLElement) {
     return bar === undefined ? 0 : Math.max(0, (place.getBoundingClientRect().bottom - bar.top) / place.clientHeight);
   };
   scene.eye.onTaken = () => (view.value = null);
-  // Each reading has a tool: the arm is built anew when it is another.
+  // Every state contains a tool. The arm is rebuilt only when it differs.
   const tool = computed(() => mountedOf(store.state.value?.tool, world.value?.draws));
   const table = computed(() => world.value?.table?.height ?? null);
   const css = (name: string) => colorAt(place, name);

@@ -1,4 +1,4 @@
-// The world around a virtual arm, as it was seen last: for its panel, and for the picture.
+// World of a virtual arm as last read, for its panel and for the picture.
 import { effect, signal } from "@preact/signals";
 import type { Result } from "../client";
 import { call, shown } from "../session";
@@ -9,20 +9,20 @@ export type World = Result<"world.look">;
 export type Stroke = NonNullable<World["strokes"]>[number];
 
 export const world = signal<World | null>(null);
-/** What was drawn: kept while it does not change. */
+/** Drawing in the world. The object is kept while the drawing does not change. */
 export const drawn = signal<{ svg: string; strokes: Stroke[] }>({ svg: "", strokes: [] });
-/** Whether the arm has none that can be seen. */
+/** True if the arm has no world that can be read. */
 export const worldless = signal(false);
 
-/** How often it is looked at, ms: by its panel, by others, and while something is carried. */
+/** Polling interval, ms: for the world panel, for others, and while an object is carried. */
 const PAUSES = { own: 250, other: 1000, moving: 100 };
-/** Farther off nothing is drawn, mm. */
+/** Limit of drawn coordinates, mm. */
 const FAR = 420;
 let watchers = 0;
 let timer: ReturnType<typeof setTimeout> | undefined;
 let seenOf: string | null = null;
 
-/** Looks at it until what this gives back is called. */
+/** Polls the world until the returned function is called. */
 export function watchWorld(): () => void {
   if (watchers++ === 0) void look();
   return () => {
@@ -30,7 +30,7 @@ export function watchWorld(): () => void {
   };
 }
 
-/** Looks now: something was changed. */
+/** Reads the world immediately, after a change. */
 export async function look(): Promise<void> {
   clearTimeout(timer);
   const { arm } = shown();
@@ -53,14 +53,17 @@ export async function look(): Promise<void> {
     );
 }
 
-/** Switches the arm on in the world of a scenario; the names of what stands in it. The page's own arm is homed at once. */
+/**
+ * Restarts the arm in the world of a scenario and returns the names of its objects. The page's own
+ * arm is homed at once.
+ */
 export async function begin(text: string): Promise<string[]> {
   const { objects } = await call("world.scenario", { ...shown(), text });
   void look();
   return objects;
 }
 
-/** The same for a scenario that needs no file; false if there is none of this name. */
+/** The same for a built-in scenario. Returns false if there is no scenario of this name. */
 export async function loadBuiltIn(name: string): Promise<boolean> {
   const { scenarios } = await call("world.scenarios", shown());
   const found = scenarios.find((one) => one.name === name);
@@ -82,7 +85,7 @@ function take(seen: World): void {
   if (JSON.stringify(seen) !== JSON.stringify(world.value)) world.value = seen;
 }
 
-/** How dark a stroke is, in tenths of one: what was burnt, by its power. */
+/** Darkness of a stroke, in steps of a tenth. A burnt stroke's depends on its power. */
 export const darkness = ({ burnt, power }: Stroke): number => (burnt ? Math.max(1, Math.round(power / 10)) / 10 : 1);
 
 const within = ([least = -FAR, most = FAR]: number[]): [number, number] => [Math.max(-FAR, least), Math.min(FAR, most)];
@@ -106,7 +109,7 @@ effect(() => {
       opacity: darkness(stroke),
     };
   });
-  // What takes lines is a sheet; what things stand on is a mark on the table.
+  // A surface to draw on is a sheet. A surface for objects is a mark on the table.
   const isPaper = (world.value?.draws ?? null) !== null;
   const size = [x[1] - x[0], y[1] - y[0], 2];
   const top = {
@@ -133,7 +136,7 @@ effect(() => {
     belt.height + 0.5,
   ];
   const marks: Lines[] = [];
-  // What is painted on it shows that it runs.
+  // Marks on the belt make its motion visible.
   for (let at = ((belt.travel % 60) + 60) % 60; at < belt.length; at += 60) {
     marks.push({
       points: [along(at - 10, belt.width / 3), along(at, 0), along(at - 10, -belt.width / 3)],
@@ -141,7 +144,7 @@ effect(() => {
     });
   }
   const floor = world.value?.table?.height ?? USUAL_TABLE;
-  // The belt, and the two legs that it stands on.
+  // The belt and its two legs.
   const slab = (middle: number, length: number, width: number, low: number, high: number) => {
     const at = [...along(middle, 0).slice(0, 2), low];
     return { at, size: [length, width, high - low], turn: belt.direction, color: "--belt" };

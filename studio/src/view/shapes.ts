@@ -1,4 +1,4 @@
-// The lines and boxes of a layer in 3D, and the hand that drags a box.
+// Lines and boxes of a layer in 3D, and dragging of boxes.
 import {
   BoxGeometry,
   BufferGeometry,
@@ -25,7 +25,7 @@ import { tinted } from "./tint";
 
 export type Css = (color: string) => string;
 
-/** Lines of one look are one object: a path may have many thousands. */
+/** Lines of one style are merged into one object, since a path may have many thousands. */
 export function shapesOf({ lines, boxes }: Shapes, css: Css): Group {
   const group = new Group();
   const looks = new Map<string, Lines[]>();
@@ -89,7 +89,7 @@ function segments({ points, closed }: Lines): number[] {
   return all;
 }
 
-/** Drags boxes that have a name over their height; what it gives back ends that. */
+/** Makes named boxes draggable in a horizontal plane. Returns a function that ends it. */
 export function dragging(
   place: HTMLElement,
   camera: Camera,

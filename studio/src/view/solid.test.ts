@@ -77,7 +77,7 @@ test("normals are round over a cylinder's skin and sharp at its end", () => {
     const [x = 0, y = 0] = all.slice(nth, nth + 2);
     const [nx = 0, ny = 0, nz = 0] = normals.slice(nth, nth + 3);
     expect(Math.hypot(nx, ny, nz)).toBeCloseTo(1);
-    // On the skin the normal leads away from the axis, at the ends along it.
+    // On the lateral surface the normal points away from the axis, on the ends along it.
     if (Math.abs(nz) < 0.5) expect((nx * x + ny * y) / Math.hypot(x, y)).toBeGreaterThan(0.99);
     else expect(Math.abs(nz)).toBeCloseTo(1);
   }

@@ -1,30 +1,35 @@
-// Solids of the pictures: triangles of convex outlines joined ring by ring, three numbers a corner, mm.
+// Solids for the pictures: triangles between convex outlines joined ring by ring. Three numbers per
+// corner, mm.
 
 export type Point = readonly [number, number, number];
-/** A circle that an outline goes round: its middle, and its radius. */
+/** Circle enclosed by an outline: centre and radius. */
 export type Circle = readonly [x: number, y: number, radius: number];
-/** Corners of a closed outline in the plane, counter-clockwise. */
+/** Corners of a closed planar outline, counter-clockwise. */
 type Outline = ReadonlyArray<readonly [number, number]>;
-/** The plane of a plate, by the two axes of its outline; its thickness is along the third. */
+/** Plane of a plate, named by the two axes of its outline. Its thickness is along the third. */
 export type PlatePlane = "xy" | "xz" | "yz";
 
-/** Corners of an outline, of a thin one, and of all in a picture where each arm is small. */
+/**
+ * Number of corners of an outline, of a thin one, and of all outlines in a picture with many small
+ * arms.
+ */
 const [CORNERS, THIN_CORNERS, FEW_CORNERS] = [32, 16, 10];
-/** A part whose radii are all below this is thin, mm. */
+/** Largest radius of a thin part, mm. */
 const THIN = 9.5;
 let isCoarse = false;
 const cornersOf = (radii: readonly number[]) =>
   isCoarse ? FEW_CORNERS : Math.max(...radii) < THIN ? THIN_CORNERS : CORNERS;
-/** Edges between faces that meet flatter than this are round, degrees. */
+/** Angle between faces below which their edge is shaded smooth, degrees. */
 const CREASE = 38;
 
 /**
- * The outline round circles, as a belt runs round pulleys. Every outline has as many corners, each in the same
- * direction, so that two can be joined; one of smaller radii is a bevelled edge.
+ * Convex hull of circles, like a belt around pulleys. Every outline has the same number of corners
+ * in the same directions, so that two outlines can be joined. `inset` reduces the radii, for a
+ * bevelled edge.
  */
 function hull(circles: readonly Circle[], count: number, inset = 0): Outline {
   return Array.from({ length: count }, (_, nth) => {
-    // Half a step off the axes: sides along them are straight then.
+    // Half a step off the axes, so that sides along the axes are straight.
     const angle = ((nth + 0.5) / count) * 2 * Math.PI;
     const [x, y] = [Math.cos(angle), Math.sin(angle)];
     let [most, found]: [number, readonly [number, number]] = [-Infinity, [0, 0]];
@@ -37,7 +42,7 @@ function hull(circles: readonly Circle[], count: number, inset = 0): Outline {
   });
 }
 
-/** What is made with few corners: each of many arms is small. */
+/** Builds solids with few corners, for pictures with many small arms. */
 export function coarse<T>(make: () => T): T {
   isCoarse = true;
   try {
@@ -47,7 +52,7 @@ export function coarse<T>(make: () => T): T {
   }
 }
 
-/** The skin from one ring to the next, closed at both ends; its faces look outwards. */
+/** Surface between consecutive rings, closed at both ends. Its faces point outwards. */
 export function loft(rings: ReadonlyArray<readonly Point[]>): number[] {
   const all: number[] = [];
   const face = (...corners: ReadonlyArray<Point | undefined>) => {
@@ -74,7 +79,7 @@ function middle(ring: readonly Point[]): Point {
   return [sum[0] / ring.length, sum[1] / ring.length, sum[2] / ring.length];
 }
 
-/** What triangles enclose, mm3; negative where they look inwards. */
+/** Volume enclosed by triangles, mm³; negative if they point inwards. */
 export function volumeOf(corners: readonly number[]): number {
   let six = 0;
   const at = (nth: number) => corners[nth] ?? 0;
@@ -99,7 +104,7 @@ const PLACES: Record<PlatePlane, (u: number, v: number, w: number) => Point> = {
   yz: (u, v, w) => [w, u, v],
 };
 
-/** A plate round circles of a plane, from `least` to `most` across it, with bevelled edges. */
+/** Plate around circles of a plane, from `least` to `most` across it, with bevelled edges. */
 export function plate(
   plane: PlatePlane,
   circles: readonly Circle[],
@@ -121,18 +126,21 @@ export const corners = (left: number, right: number, low: number, high: number, 
   [left + radius, high - radius, radius],
 ];
 
-/** A box between two corners, with bevelled edges. */
+/** Box between two corners, with bevelled edges. */
 export const box = (from: Point, to: Point, radius = 3, bevel = 1.2): number[] =>
   plate("xy", corners(from[0], to[0], from[1], to[1], radius), from[2], to[2], bevel);
 
-/** A body of revolution about z, or along y; `profile` is radius and height from one end to the other. */
+/**
+ * Body of revolution about z, or along y. `profile` lists radius and height from one end to the
+ * other.
+ */
 export function lathe(profile: ReadonlyArray<readonly [radius: number, z: number]>, along: "z" | "y" = "z"): number[] {
   const place = PLACES[along === "z" ? "xy" : "xz"];
   const count = cornersOf(profile.map(([radius]) => radius));
   return loft(profile.map(([radius, z]) => hull([[0, 0, radius]], count).map(([u, v]) => place(u, v, z))));
 }
 
-/** A hose along points, with corners cut round. */
+/** Hose along points, with rounded corners. */
 export function tube(points: readonly Point[], radius: number): number[] {
   const path = smooth(smooth(points));
   let side: Point = [0, 1, 0];
@@ -154,7 +162,7 @@ export function tube(points: readonly Point[], radius: number): number[] {
   );
 }
 
-/** Cuts corners off a path; its ends stay. */
+/** Cuts the corners of a path (Chaikin). Its ends remain. */
 function smooth(points: readonly Point[]): Point[] {
   const [first, last] = [points[0], points[points.length - 1]];
   if (first === undefined || last === undefined) return [];
@@ -185,10 +193,13 @@ const unit = (a: Point): Point => times(a, 1 / Math.max(1e-9, Math.sqrt(dot(a, a
 export const moved = (all: readonly number[], by: Point): number[] =>
   all.map((value, nth) => value + (by[nth % 3] ?? 0));
 
-/** Corners are the same within this, mm, as far as this from the origin: their places fit a whole number. */
+/**
+ * Tolerance for equal corners, mm, and largest coordinate in these steps: three rounded coordinates
+ * then fit exactly into one number.
+ */
 const [SAME, SPAN] = [0.01, 50_000];
 
-/** A normal for each corner: round over flat edges, and sharp over the others. */
+/** Normal for each corner: smooth across flat edges, and flat at creases. */
 export function normalsOf(all: readonly number[]): Float32Array {
   const at = (nth: number): Point => [all[nth * 3] ?? 0, all[nth * 3 + 1] ?? 0, all[nth * 3 + 2] ?? 0];
   const count = all.length / 3;

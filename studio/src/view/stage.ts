@@ -1,4 +1,4 @@
-// The picture of one arm in 3D: drawn when something changes, and not otherwise. One unit is a millimetre.
+// 3D picture of one arm, rendered only on changes. One unit is one millimetre.
 import {
   BufferAttribute,
   BufferGeometry,
@@ -32,28 +32,31 @@ import type { Point } from "./solid";
 import { type Stand, standOn } from "./stand";
 
 const TRAIL = 400;
-/** For so long a piece of the path is seen, ms. */
+/** Time for which a piece of the path is visible, ms. */
 const FADES = 20_000;
-/** A new reading is reached within this time, ms: about as long as two lie apart. */
+/** Duration of the transition to a new state, ms: about the interval between two states. */
 const GLIDE = 60;
-/** Where so many frames one after the other take longer than this, ms, no graphics chip draws them. */
+/**
+ * Frame time, ms, that indicates rendering without a graphics chip after `SLOW_FRAMES` consecutive
+ * frames.
+ */
 const SLOW = 36;
 const SLOW_FRAMES = 20;
-/** So many pixels are drawn then for each of the page's. */
+/** Pixel ratio for rendering without a graphics chip. */
 const COARSE = 0.5;
-/** While the picture moves it is told at most so often where tip and camera are, ms. */
+/** Shortest interval between reports of the tip and camera while the picture moves, ms. */
 const TELLS = 250;
-/** A press on the table moves less than this, px. */
+/** Largest movement of a press on the table, px. */
 const STILL = 6;
-/** Farther out the camera does not look for work, mm. */
+/** Largest x and y of work that the camera frames, mm. Farther work is clamped to it. */
 const WORK = 330;
 export interface Drawn {
-  /** The tool's tip, css pixels from the upper left. */
+  /** Tip of the tool, CSS pixels from the upper left corner. */
   tip: [number, number];
   camera: number[];
 }
 
-/** What drivers that compute pictures without a graphics chip are called: Chromium does not tell it in another way. */
+/** Names of drivers that render without a graphics chip. Chromium reports it in no other way. */
 const PROCESSORS = /SwiftShader|llvmpipe|softpipe|Basic Render|Software/i;
 
 function isDrawnByProcessor(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {
@@ -62,9 +65,11 @@ function isDrawnByProcessor(gl: WebGLRenderingContext | WebGL2RenderingContext):
 }
 
 export class ArmScene {
-  /** Where tip and camera are, when the picture stands or has moved for a while. */
+  /**
+   * Called with the tip and camera when the picture is at rest, and at intervals while it moves.
+   */
   onDrawn: (drawn: Drawn) => void = () => {};
-  /** Where the letters of the axes are, whenever the camera has moved. */
+  /** Called with the positions of the axes' letters after every camera motion. */
   onTurned: (letters: Record<"x" | "y", [number, number]>) => void = () => {};
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
@@ -94,7 +99,10 @@ export class ArmScene {
   private told = 0;
   private seenFrom = "";
   private slow = 0;
-  /** One picture for each reading, without shadows and with fewer pixels: what is beside it is shown first. */
+  /**
+   * Economy mode without a graphics chip: one frame for each state, no shadows, fewer pixels, and
+   * the rest of the page is rendered first.
+   */
   private spares = false;
   private readonly sizes: ResizeObserver;
   private readonly layers = new Map<Layer, { group: Group; shapes: Shapes }>();
@@ -134,12 +142,15 @@ export class ArmScene {
     this.listen(press);
   }
 
-  /** Presses on the table from above: a finger that turns the picture presses nothing. */
+  /**
+   * Listens for presses on the table in the view from above. A drag that turns the picture is not a
+   * press.
+   */
   private listen(press: (x: number, y: number) => void): void {
     let down: { x: number; y: number } | null = null;
     const { signal } = this.over;
     const canvas = this.renderer.domElement;
-    // A second finger pinches.
+    // A second finger means a pinch.
     const begin = ({ isPrimary, clientX, clientY }: PointerEvent) =>
       (down = isPrimary ? { x: clientX, y: clientY } : null);
     canvas.addEventListener("pointerdown", begin, { signal });
@@ -161,7 +172,7 @@ export class ArmScene {
     return ray.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -this.stand.surface), new Vector3());
   }
 
-  /** The arm of a table, with this tool, on a table of this height. */
+  /** Sets the arm's model, its tool and the height of its table. */
   setModel(model: Model, tool: ToolName | null, table: number | null): void {
     const { base, turret } = measuresOf(model);
     const stand = standOn(table, base + turret, model.tool.bias[2] ?? 0);
@@ -185,7 +196,7 @@ export class ArmScene {
     this.state = state;
     const isSame = tools?.laser === state.tool.laser && tools?.gripper === state.tool.gripper;
     if (!isSame) this.grip();
-    // An arm that stands costs no frame.
+    // An unchanged state needs no frame.
     if (
       before !== null &&
       isSame &&
@@ -228,7 +239,7 @@ export class ArmScene {
     this.wake();
   }
 
-  /** Where the arm is to go; no ghost where that is not known. */
+  /** Sets the target pose; null hides the translucent tool. */
   setTarget(target: Target | null): void {
     this.target = target;
     this.haunt();
@@ -246,7 +257,7 @@ export class ArmScene {
     this.scene.add(this.ghost);
   }
 
-  /** Shows these layers and no others. */
+  /** Shows these layers and removes all others. */
   setLayers(layers: ReadonlyMap<Layer, Shapes>, css: Css, anew = false): void {
     for (const [name, { group, shapes }] of this.layers) {
       if (!anew && layers.get(name) === shapes) continue;
@@ -270,7 +281,7 @@ export class ArmScene {
     this.wake();
   }
 
-  /** What the picture has to show: the arm, and what lies before it. */
+  /** Points that must be visible: the arm, and the work in front of it. */
   private sights(): { points: Point[]; side: number } {
     const { floor, lift } = this.stand;
     const points: Point[] = [
@@ -301,7 +312,7 @@ export class ArmScene {
         }
       }
     }
-    // A program that nobody has run yet lies on no sheet.
+    // A planned program that has not run yet may lie outside every sheet.
     const planned = (this.layers.get("planned")?.shapes.lines ?? []).flatMap(({ points }) => points);
     if (planned.length > 0) {
       const { x, y, width, height } = boundsOf(planned);
@@ -313,7 +324,9 @@ export class ArmScene {
     return { points: [...points, ...work], side };
   }
 
-  /** Something else is on the table: the camera looks at it, unless the person has turned it. */
+  /**
+   * Frames the picture after the objects on the table have changed, unless the user has turned it.
+   */
   private settle(): void {
     const fixed = (["paper", "belt"] as const).map((name) => this.boxesOf(name).map(({ at, size }) => [at, size]));
     const seen = JSON.stringify([this.stand, fixed, this.boxesOf("objects").map(({ name }) => name)]);
@@ -338,7 +351,7 @@ export class ArmScene {
     this.ground.end();
     this.eye.controls.dispose();
     this.renderer.dispose();
-    // A browser keeps few contexts, and forgets one that is not let go when it likes.
+    // Browsers permit only a few contexts and collect unreleased ones late.
     this.renderer.forceContextLoss();
     this.renderer.domElement.remove();
   }
@@ -354,7 +367,8 @@ export class ArmScene {
 
   private wake(): void {
     if (this.frame !== 0) return;
-    // A frame waits for every canvas in it: the numbers of this reading go ahead of its picture.
+    // The browser presents a frame only when every canvas in it is rendered, so a slow canvas is
+    // rendered after the page's numbers.
     this.frame = requestAnimationFrame(() => {
       if (this.spares) this.due = setTimeout(() => this.draw());
       else this.draw();
@@ -378,7 +392,7 @@ export class ArmScene {
     const tip = new Vector3().setFromMatrixPosition(this.figure.tip.matrixWorld);
     goesOn = this.eye.step(tip, now) || goesOn;
     const goal = this.ghost?.position;
-    // There the ghost would only lie in the tool.
+    // Near the tip the translucent tool would only overlap the tool.
     if (this.ghost !== null && goal) this.ghost.visible = goal.distanceTo(tip) > 2;
     const burns = this.tool === "laser" && this.state?.tool.laser === true;
     this.figure.burn(burns ? Math.max(0, tip.z - this.stand.surface) : null);
@@ -395,7 +409,7 @@ export class ArmScene {
     else if (fades) this.faded = setTimeout(() => this.wake(), 150);
   }
 
-  /** The way of the tip, older pieces fainter; whether any is still seen. */
+  /** Draws the path of the tip, older pieces fainter. Returns true if any of it is visible. */
   private drawTrail(tip: Vector3, now: number): boolean {
     const last = this.trail[this.trail.length - 1];
     if (this.wanted !== null && this.model !== null && (last === undefined || last.at.distanceTo(tip) > 0.8)) {
@@ -413,7 +427,7 @@ export class ArmScene {
     return this.trail.length > 1;
   }
 
-  /** Frames that follow each other slowly are no graphics chip's. */
+  /** Consecutive slow frames indicate that there is no graphics chip. */
   private measure(now: number): void {
     const gap = now - this.lastDraw;
     this.lastDraw = now;

@@ -1,24 +1,31 @@
-// How high the arm is drawn. A pose is the tip's, but its z is the height of the wrist's axis with every tool of the
-// vendor's, whose bias has no z: a tip on the table reads a height far above the base's underside. So the picture lifts
-// the arm until its base stands on the table, and hangs the tool from it by as much: the tip stays where the pose is.
+// Height at which the arm is drawn. A pose describes the tip, but for all of the vendor's tools,
+// whose bias has no z, the pose's z is the height of the wrist's axis: a tip on the table reports a
+// height far above the underside of the base. The picture therefore raises the arm until its base
+// stands on the table, and lengthens the tool by the same amount, so that the tip remains at the
+// pose.
 import { USUAL_TABLE } from "./layers";
 import type { Point } from "./solid";
 
-/** The base stands so far below what lies on the table, mm: the thickness of a sheet. */
+/**
+ * Distance from the base's underside up to the surface of the work, mm: the thickness of a sheet.
+ */
 const SHEET = 2;
-/** A tool is at least and at most so long in the picture, mm. */
+/** Shortest and longest tool in the picture, mm. */
 const TOOL = [48, 110] as const;
 
 export interface Stand {
-  /** How far the arm is lifted, mm. */
+  /** Distance by which the arm is raised, mm. */
   lift: number;
   /** Height of the base's underside, mm. */
   floor: number;
-  /** Height of what the tip works on, mm. */
+  /** Height of the surface that the tip works on, mm. */
   surface: number;
 }
 
-/** `shoulder` is its height above the base's underside, `zBias` how far the tool's own bias leads below the wrist. */
+/**
+ * Computes the stand of an arm. `shoulder` is its height above the base's underside, `zBias` the
+ * tool's own offset below the wrist.
+ */
 export function standOn(table: number | null, shoulder: number, zBias = 0): Stand {
   const surface = table ?? USUAL_TABLE;
   const [least, most] = TOOL;
@@ -26,7 +33,7 @@ export function standOn(table: number | null, shoulder: number, zBias = 0): Stan
   return { lift, floor: Math.min(lift - shoulder, surface - SHEET), surface };
 }
 
-/** What stands under a thing: its footprint, and the height of its top. */
+/** Object under another one: its footprint and the height of its top. */
 export interface Support {
   at: readonly number[];
   size: readonly number[];
@@ -34,7 +41,7 @@ export interface Support {
   top: number;
 }
 
-/** Height of what is below a point. */
+/** Height of the highest surface below a point. */
 export function supportOf([x, y, z]: Point, supports: readonly Support[], floor: number): number {
   let highest = floor;
   for (const { at, size, turn = 0, top } of supports) {

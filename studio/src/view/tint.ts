@@ -1,4 +1,5 @@
-// Colours of things in the picture: pure red, green and blue glare beside a white arm.
+// Colours of objects in the picture. Pure red, green and blue would be too bright beside a white
+// arm.
 const PALETTE: ReadonlyArray<readonly [upTo: number, color: string]> = [
   [18, "#d8544f"],
   [45, "#df8b3f"],
@@ -9,10 +10,10 @@ const PALETTE: ReadonlyArray<readonly [upTo: number, color: string]> = [
   [335, "#9063c4"],
   [360, "#d8544f"],
 ];
-/** What is paler than this has a colour of its own already. */
+/** Saturation from which a colour is replaced. Paler colours remain. */
 const GLARING = 0.8;
 
-/** A colour as `#rrggbb`, its glaring neighbours as one that does not glare. */
+/** Replaces a saturated colour, `#rrggbb`, by the muted colour of its hue. */
 export function tinted(color: string): string {
   const [r = 0, g = 0, b = 0] = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})$/i
     .exec(color)

@@ -1,4 +1,4 @@
-// The place of the picture: in 3D where the browser can, else from above.
+// Picture of the arm: in 3D if the browser supports it, otherwise from above.
 import { useSignal } from "@preact/signals";
 import type { ComponentType, RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
@@ -18,7 +18,7 @@ export function ArmView() {
     const draw = async () => {
       try {
         if (document.createElement("canvas").getContext("webgl2") === null) throw new Error("no WebGL");
-        // Stop and the pose are there first: the picture comes when it comes.
+        // The stop button and the pose must not wait for the picture.
         const { open } = await import("./scene");
         if (gone || place.current === null) return;
         const scene = open(place.current);

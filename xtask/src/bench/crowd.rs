@@ -1,7 +1,10 @@
-//! S3: many arms in real time in one process, each asked for its pose 50 times and given 10 commands a second.
+//! S3: many arms in real time in one process, each polled for its pose 50 times and sent 10
+//! commands a second.
 //!
-//! The commands are short segments there and back, so that every arm moves. A reply's time counts from when its request
-//! was due, so that falling behind shows. Nothing is left out: the host's own work is in the figures.
+//!
+//! The commands are short segments to and fro, so that every arm moves. The delay of a reply counts
+//! from the instant at which its request was due, so that falling behind shows. The host's own work
+//! is part of the figures.
 
 use std::error::Error;
 use std::net::SocketAddr;
@@ -21,20 +24,21 @@ use tokio::time::{interval_at, timeout};
 use super::figure::Figure;
 use super::program::{USB, frame};
 
+/// Number of arms in memory, of arms over UDP, and of threads for the arms in memory.
 const IN_MEMORY: usize = 10_000;
 const OVER_SOCKETS: usize = 500;
 const THREADS: usize = 2;
 
-/// Between two looks at the pose, µs.
+/// Interval of polling the pose, µs.
 const LOOK: u64 = 20_000;
-/// A command comes with one look in so many.
+/// Number of polls per command.
 const LOOKS_A_COMMAND: u64 = 5;
-/// How long all lasts.
+/// Duration of the measurement.
 const LASTING: Duration = Duration::from_secs(5);
-/// What is to be kept, ms.
+/// Goal for the 99th percentile of delays, ms.
 const P99: f64 = 5.0;
 
-/// The frames that every host sends.
+/// Frames that every host sends.
 struct Frames {
     look: FrameBuf,
     steps: [FrameBuf; 2],
@@ -58,7 +62,7 @@ impl Frames {
         }
     }
 
-    /// What is due with a look: the request of the pose, and now and then a command.
+    /// Returns the frames due with a poll: the request of the pose, and sometimes a command.
     fn due(&self, look: u64) -> impl Iterator<Item = &FrameBuf> {
         let step = look.is_multiple_of(LOOKS_A_COMMAND).then(|| {
             let nth = look / LOOKS_A_COMMAND % 2;
@@ -68,11 +72,11 @@ impl Frames {
     }
 }
 
-/// What one thread has seen.
+/// Results of one thread.
 struct Seen {
-    /// From when a reply was due to when it was there, ms.
+    /// Delays of replies after the instant at which they were due, ms.
     delays: Vec<f64>,
-    /// Share of the time in which the thread worked.
+    /// Share of the time in which the thread was busy.
     busy: f64,
 }
 
@@ -96,7 +100,7 @@ fn figure(name: &str, arms: usize, seen: Vec<Seen>) -> Figure {
         .at_most(P99)
 }
 
-/// One thread's arms in memory: everything in turn, as it falls due.
+/// Runs one thread's arms in memory, each when it is due.
 fn in_memory(arms: usize) -> Seen {
     let frames = Frames::new();
     let mut runners: Vec<Runner> = (0..arms)
@@ -120,7 +124,7 @@ fn in_memory(arms: usize) -> Seen {
     let wall = || HostInstant::ZERO + began.elapsed();
     'all: for look in 0.. {
         for (nth, runner) in runners.iter_mut().enumerate() {
-            // The arms' hosts do not look at the same instant.
+            // Polls of different arms are spread over the interval.
             let due = look * LOOK + nth as u64 * LOOK / arms as u64;
             if Duration::from_micros(due) >= LASTING {
                 break 'all;
@@ -149,7 +153,7 @@ fn runtime() -> Result<Runtime, std::io::Error> {
     Builder::new_current_thread().enable_all().build()
 }
 
-/// Serves arms over UDP on a thread of its own while `talk` talks to them.
+/// Serves arms over UDP on another thread while `talk` runs.
 pub(super) fn served<T>(
     arms: usize,
     line: LineTiming,
@@ -176,7 +180,7 @@ pub(super) fn served<T>(
     });
     let mut addresses = Vec::new();
     while addresses.len() < arms {
-        // Gone without all being ready: the thread says why.
+        // The thread ended before all endpoints were ready, and reports the reason.
         let Ok(endpoints) = is_ready.recv() else {
             break;
         };
@@ -197,7 +201,7 @@ pub(super) fn served<T>(
     told
 }
 
-/// One host over UDP; how long its replies took.
+/// Runs one host over UDP. Returns the delays of its replies.
 async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, std::io::Error> {
     let frames = Frames::new();
     let socket = UdpSocket::bind("127.0.0.1:0").await?;
@@ -211,13 +215,15 @@ async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, 
     let mut looks = interval_at(first, Duration::from_micros(LOOK));
     let until = first + LASTING;
     for look in 0.. {
-        // Ticks are whole milliseconds of the runtime's timer: the time to a reply counts from when it really ticks.
+        // The runtime's timer has a resolution of 1 ms, so the delay counts from the actual tick.
         if looks.tick().await >= until {
             break;
         }
         for request in frames.due(look) {
             let sent = Instant::now();
             socket.send(request.bytes()).await?;
+            // A request lost on a loopback socket means that the server is overloaded: the
+            // measurement fails.
             match timeout(Duration::from_secs(1), socket.recv(&mut reply)).await {
                 Ok(received) => drop(received?),
                 Err(_) => return Err(std::io::ErrorKind::TimedOut.into()),
@@ -228,10 +234,10 @@ async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, 
     Ok(delays)
 }
 
-/// Seconds of processor time of this process so far, where the system tells.
+/// Returns the CPU time of this process so far, s; `None` if the system does not report it.
 fn processor() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // After the name in brackets; fields 14 and 15 of all, in hundredths of a second.
+    // After the name in parentheses; fields 14 and 15 of all, in hundredths of a second.
     let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
     let ticks = |at: usize| fields.get(at)?.parse::<f64>().ok();
     Some((ticks(11)? + ticks(12)?) / 100.0)
@@ -261,7 +267,7 @@ fn over_sockets(addresses: &[SocketAddr]) -> Result<Vec<Seen>, Box<dyn Error>> {
     Ok(vec![Seen { delays, busy }])
 }
 
-/// S3.
+/// Measures S3.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let threads: Vec<_> = (0..THREADS)
         .map(|_| thread::spawn(|| in_memory(IN_MEMORY / THREADS)))

@@ -1,8 +1,10 @@
-//! Calls a second through the vendor's C interface beside the driver's own, which is behind it.
+//! Calls per second through the vendor's C interface, compared with the driver behind it.
 //!
-//! A C program opens the built library and times its loops; the same calls of the driver are timed here. They take turns,
-//! lot by lot, at the same virtual arm: in the caller's process, and at a pseudo-terminal without pacing and paced at
-//! 115200 baud. The arm's clock makes motions take no time, so that the queue always has room.
+//!
+//! A C program loads the built library and times its loops; the same calls of the driver are timed
+//! here. Both alternate in batches at the same virtual arm: in the caller's process, behind a
+//! pseudo-terminal without pacing, and paced at 115,200 baud. Motions take no time on the arm's
+//! clock, so that the queue always has room.
 
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
@@ -32,17 +34,17 @@ const UNPACED: LineTiming = LineTiming {
     baud: None,
     turnaround: Duration::ZERO,
 };
-/// How often each takes its turn.
+/// Number of batches of each.
 const TURNS: usize = 7;
 
-/// Calls of a lot at a line of each kind.
+/// Calls per batch for each kind of line.
 const LOTS: [(&str, Option<LineTiming>, usize); 3] = [
     ("in the process", None, 20_000),
     ("at a pseudo-terminal", Some(UNPACED), 5_000),
     ("at 115200 baud", Some(PACED), 200),
 ];
 
-/// Calls a second through either door, and how much of the driver's rate the C door has.
+/// Measures calls per second of both, and their ratio.
 pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
     let built = build(&docs.join(".."))?;
     let mut figures = Vec::new();
@@ -55,7 +57,7 @@ pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
     Ok(figures)
 }
 
-/// The program and the library that it opens.
+/// Paths of the C program and of the library that it loads.
 struct Built {
     program: String,
     library: String,
@@ -104,7 +106,7 @@ fn done(command: &mut Command) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Both doors at the same arm, turn by turn.
+/// Runs both alternately at the same arm.
 fn beside(
     built: &Built,
     place: &str,
@@ -141,7 +143,7 @@ fn beside(
     Ok(figures)
 }
 
-/// The seconds of a lot through the driver.
+/// Returns the duration of a batch through the driver, s.
 fn driver(target: &Target, letter: &str, count: usize) -> Result<f64, Box<dyn Error>> {
     let arm = Arm::connect(target)?;
     arm.set(&QueuedCmdStartExec {})?;
@@ -178,7 +180,7 @@ fn median(mut rates: Vec<f64>) -> f64 {
     rates.get(rates.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// A virtual arm at a pseudo-terminal, while something is done with it.
+/// Serves a virtual arm behind a pseudo-terminal while `talk` runs.
 fn served<T>(
     line: LineTiming,
     talk: impl FnOnce(&str) -> Result<T, Box<dyn Error>>,
@@ -206,7 +208,7 @@ fn served<T>(
     });
     let told = match is_ready.recv() {
         Ok(()) => talk(&port),
-        // Gone without being ready: the thread says why.
+        // The thread ended before the arm was ready, and reports the reason.
         Err(_) => Err("the arm is not served".into()),
     };
     drop(stop);

@@ -1,19 +1,19 @@
-//! A figure, and how it is told.
+//! Measured figures and their output.
 
 use std::time::Instant;
 
-/// One measured number.
+/// Measured number.
 pub(crate) struct Figure {
-    /// Short and stable: what programs look for.
+    /// Short and stable name, for programs that parse the output.
     name: String,
     value: f64,
     unit: &'static str,
-    /// What was also seen.
+    /// Additional numbers.
     more: Vec<(&'static str, f64)>,
     goal: Option<Goal>,
 }
 
-/// What the figure is to be.
+/// Goal of a figure.
 enum Goal {
     AtLeast(f64),
     AtMost(f64),
@@ -87,7 +87,7 @@ impl Figure {
     }
 }
 
-/// Digits that mean something, thousands set apart.
+/// Formats a number with its significant digits and a thousands separator.
 fn shown(value: f64) -> String {
     let decimals = match value.abs() {
         100.0.. => 0,
@@ -108,7 +108,7 @@ fn shown(value: f64) -> String {
     format!("{sign}{apart}{part}")
 }
 
-/// Where figures go.
+/// Output of figures.
 pub(crate) struct Report {
     json: bool,
 }
@@ -136,10 +136,11 @@ impl Report {
     }
 }
 
-/// How often a rate is taken, beside one time for nothing: to warm up.
+/// Measured rounds per rate. A round before them warms up the caches.
 const ROUNDS: usize = 9;
 
-/// What `work` does a second: it says how much it did each time. The median of several rounds, and the best.
+/// Returns median and best of the rates of several rounds, per second. `work` returns the amount of
+/// work done in a round.
 pub(crate) fn rate(mut work: impl FnMut() -> f64) -> (f64, f64) {
     work();
     let mut rates: Vec<f64> = (0..ROUNDS)

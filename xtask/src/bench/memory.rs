@@ -1,4 +1,4 @@
-//! S4: what an idle arm takes of the memory.
+//! S4: memory of an idle arm.
 
 use std::error::Error;
 use std::net::UdpSocket;
@@ -11,9 +11,10 @@ use super::crowd::served;
 use super::figure::Figure;
 use super::program::{USB, send};
 
+/// Number of arms whose mean is taken, because resident memory grows by whole pages.
 const ARMS: usize = 1_000;
 
-/// What is resident, KiB.
+/// Returns the resident memory of this process, KiB.
 fn resident() -> Result<f64, Box<dyn Error>> {
     let status = std::fs::read_to_string("/proc/self/status")
         .map_err(|error| format!("only Linux reports resident memory: {error}"))?;
@@ -22,7 +23,8 @@ fn resident() -> Result<f64, Box<dyn Error>> {
     Ok(number.ok_or("no VmRSS")?.parse()?)
 }
 
-/// S4: the difference in what is resident, over a thousand arms each of which has answered once.
+/// Measures S4: the growth of resident memory by a thousand arms, each of which has answered one
+/// request.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let look = FrameBuf::new(10, Ctrl::GET, &[])?;
     let before = resident()?;
@@ -40,6 +42,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let before = resident()?;
     let with_socket = served(ARMS, LineTiming::default(), |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
+        // Fails instead of hanging if an arm does not answer.
         host.set_read_timeout(Some(Duration::from_secs(5)))?;
         for arm in addresses {
             host.send_to(look.bytes(), arm)?;

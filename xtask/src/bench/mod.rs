@@ -1,7 +1,8 @@
-//! What the virtual arm costs: figures that print themselves, for people or as JSON.
+//! Benchmarks of the virtual arm, printed for people or as JSON.
 //!
-//! Rates are of one core. Each is taken several times; the figure is the median, with the best beside it, which is
-//! nearer to what an idle machine would give.
+//!
+//! Rates are for one core. Each is measured several times; the figure is the median. The best is
+//! given too, since it is closer to an idle machine.
 
 mod crowd;
 mod door;
@@ -18,9 +19,9 @@ use std::path::Path;
 
 use figure::{Figure, Report};
 
-/// What can be measured, what it is, and how.
+/// Parts that can be measured: name, description, function.
 const PARTS: [(&str, &str, Measure); 9] = [
-    // First: what others have freed would not be asked of the system again.
+    // First, because memory freed by other parts would be reused without a request to the system.
     ("s4", "S4: memory of an idle arm", |_| memory::measure()),
     ("ptp", "S1: arm-seconds a second, point to point", |_| {
         speed::ptp()
@@ -48,16 +49,16 @@ const PARTS: [(&str, &str, Measure); 9] = [
     ),
 ];
 
-/// What measures a part; it may leave a picture among the documents.
+/// Function that measures a part. It may write a picture into the documentation.
 type Measure = fn(&Path) -> Result<Vec<Figure>, Box<dyn Error>>;
 
-/// Lines of help.
+/// Returns the lines of help.
 pub(crate) fn help() -> String {
     let parts = PARTS.map(|(name, says, _)| format!("    {name:<9}{says}\n"));
     parts.concat()
 }
 
-/// Measures what `words` name, everything without a name; `--json` prints one object a line.
+/// Measures the named parts, or all without names. `--json` prints one object per line.
 pub(crate) fn run(words: &[String], docs: &Path) -> Result<(), Box<dyn Error>> {
     let json = words.iter().any(|word| word == "--json");
     let wanted: Vec<&String> = words.iter().filter(|word| *word != "--json").collect();

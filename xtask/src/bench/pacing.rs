@@ -1,4 +1,4 @@
-//! S6: how nearly the line takes the time that 115200 baud take.
+//! S6: accuracy of the virtual line's timing at 115,200 baud.
 
 use std::error::Error;
 use std::net::UdpSocket;
@@ -15,11 +15,12 @@ const LINE: LineTiming = LineTiming {
     baud: Some(BAUD_RATE),
     turnaround: Duration::ZERO,
 };
-/// Request and reply of GetPose, at ten bits a byte.
+/// Duration of a GetPose exchange with ten bits per byte, s.
 const EXCHANGE: f64 = (6.0 + 38.0) * 10.0 / BAUD_RATE as f64;
+/// Number of exchanges in a row. A choice: 3.8 s of line time.
 const EXCHANGES: u32 = 1_000;
 
-/// S6: exchanges of GetPose, one after the other, in the arm's own time and over a socket in real time.
+/// Measures S6: consecutive GetPose exchanges, in the arm's time and over a socket in real time.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let look = FrameBuf::new(10, Ctrl::GET, &[])?;
     let mut runner = Runner::new(Controller::default(), Speed::default(), LINE);
@@ -34,6 +35,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let in_theory = (now - HostInstant::ZERO).as_secs_f64();
     let real = served(1, LINE, |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
+        // Fails instead of hanging if the arm does not answer.
         host.set_read_timeout(Some(Duration::from_secs(5)))?;
         host.connect(addresses)?;
         let mut times = Vec::new();
@@ -55,7 +57,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
             .with("exchanges/s", 1.0 / took)
             .at_most(2.0)
     };
-    // A process that others keep from its turn is late; the median tells what the line does.
+    // A preempted process is late, so the median describes the line better than the mean.
     Ok(vec![
         figure("S6 in virtual time", in_theory / f64::from(EXCHANGES)),
         figure("S6 over UDP in real time, median", median).with("mean, %", error(mean(&real))),

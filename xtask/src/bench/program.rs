@@ -1,4 +1,4 @@
-//! What hosts have the arm do.
+//! Programs that the benchmarks run on arms.
 
 use magician_protocol::commands::{
     ClearAllAlarmsState, CpCmd, CpParams, EndEffectorParams, PtpCmd, QueuedCmdStartExec,
@@ -8,15 +8,15 @@ use magician_sim::{Controller, Event, LinkId};
 
 pub(super) const USB: LinkId = LinkId(0);
 
-/// A command as bytes.
+/// Encodes a command as a frame.
 pub(super) fn frame<T: Writable>(ctrl: Ctrl, value: &T) -> FrameBuf {
     FrameBuf::encode(T::ROW.id, ctrl, value).expect("a command fits a frame")
 }
 
-/// A place of the tool.
+/// Position of the tool: x, y, z in mm, r in deg.
 pub(super) type Place = [f32; 4];
 
-/// Four places of a workplace.
+/// Four positions of a workplace.
 pub(super) const PLACES: [Place; 4] = [
     [250.0, 0.0, 20.0, 0.0],
     [220.0, 120.0, -30.0, 30.0],
@@ -24,7 +24,8 @@ pub(super) const PLACES: [Place; 4] = [
     [280.0, 40.0, -40.0, 0.0],
 ];
 
-/// Joint moves, lines and jumps between four places, each kind as often as the others: pick and place.
+/// Returns joint moves, lines and jumps between the four positions in equal numbers, as in pick and
+/// place.
 pub(super) fn pick_and_place() -> Vec<PtpCmd> {
     let modes = [PtpMode::MovjXyz, PtpMode::MovlXyz, PtpMode::JumpXyz];
     (0..24)
@@ -42,8 +43,9 @@ pub(super) fn pick_and_place() -> Vec<PtpCmd> {
         .collect()
 }
 
-/// A ring of 40 mm in segments of 1 mm, and again.
+/// Returns a circle with a circumference in segments of 1 mm, repeated.
 pub(super) fn ring() -> Vec<CpCmd> {
+    // Circumference of the circle with a radius of 40 mm, in mm.
     const SEGMENTS: u32 = 251;
     (1..=SEGMENTS)
         .map(|at| {
@@ -60,7 +62,7 @@ pub(super) fn ring() -> Vec<CpCmd> {
         .collect()
 }
 
-/// Two lines of 100 mm, there and back, in segments of 1 mm.
+/// Returns two lines of 100 mm, there and back, in segments of 1 mm.
 pub(super) fn hatching() -> Vec<CpCmd> {
     (1..=200i16)
         .map(|at| CpCmd {
@@ -73,7 +75,7 @@ pub(super) fn hatching() -> Vec<CpCmd> {
         .collect()
 }
 
-/// An arm that takes commands, with a suction cup.
+/// Creates an arm with a suction cup that accepts commands.
 pub(super) fn arm() -> Controller {
     let mut arm = Controller::default();
     let bias = EndEffectorParams {
@@ -87,7 +89,7 @@ pub(super) fn arm() -> Controller {
     arm
 }
 
-/// The same at the start of a path, with this acceleration and speed along it.
+/// Creates such an arm at the start of a path, with this acceleration and speed along it.
 pub(super) fn plotter(plan_acc: f32, junction_vel: f32) -> Controller {
     let mut arm = arm();
     let speeds = CpParams {
@@ -112,14 +114,14 @@ pub(super) fn plotter(plan_acc: f32, junction_vel: f32) -> Controller {
     arm
 }
 
-/// Sends a frame and takes what comes back.
+/// Sends a frame and takes the reply.
 pub(super) fn send(arm: &mut Controller, frame: &FrameBuf) {
     arm.receive(USB, frame.bytes());
     std::hint::black_box(arm.poll_transmit(USB)).expect("every request is answered");
 }
 
-/// Plays the host that keeps the queue full: as often as a command has finished it sends the next. Every command is a
-/// frame and has its reply. `between` is what happens from one event of the arm to the next.
+/// Acts as a host that keeps the queue full: it sends a command whenever one has finished. Every
+/// command is a frame with a reply. `between` is called from one event of the arm to the next.
 pub(super) fn stream(
     arm: &mut Controller,
     frames: &[FrameBuf],

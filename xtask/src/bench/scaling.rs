@@ -1,4 +1,4 @@
-//! From one arm to many: what all of them get done together, on one thread and on two.
+//! Throughput from one arm to many, on one thread and on two.
 
 use std::error::Error;
 use std::fs;
@@ -17,14 +17,15 @@ const ARMS: [usize; 13] = [
     1, 2, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000,
 ];
 const THREADS: [usize; 2] = [1, 2];
-/// Each point is taken so often, and lasts so long each time: the best counts, as other programs have their turns too.
+/// Repetitions and duration of each point. The best counts, because other programs run too.
 const TRIES: usize = 3;
 const LASTING: Duration = Duration::from_millis(300);
 const COLORS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
 const INK: RGBColor = RGBColor(60, 60, 60);
 const FAINT: RGBColor = RGBColor(200, 200, 200);
 
-/// Arm-seconds a second of so many arms on this thread, each given its round of commands in turn.
+/// Returns the arm-seconds per second of this many arms on this thread, which take turns with their
+/// rounds of commands.
 fn alone(arms: usize, frames: &[FrameBuf]) -> f64 {
     let mut arms: Vec<Controller> = (0..arms).map(|_| arm()).collect();
     let mut done = Duration::ZERO;
@@ -33,7 +34,7 @@ fn alone(arms: usize, frames: &[FrameBuf]) -> f64 {
         stream(arm, frames, |_, _| ());
         done += arm.now() - began;
     };
-    // A warm cache is what one arm has and ten thousand do not.
+    // Warms up only one arm: one arm fits into the cache, and ten thousand do not.
     run(&mut arms[0]);
     let began = Instant::now();
     'all: loop {
@@ -57,7 +58,11 @@ fn together(arms: usize, threads: usize, frames: &[FrameBuf]) -> f64 {
     })
 }
 
+<<<<<<< HEAD
 /// Measures and draws `docs/pictures/scaling.svg`.
+=======
+/// Measures, and draws `docs/pictures/scaling.svg`.
+>>>>>>> t-cli
 pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
     let moves = pick_and_place();
     let frames: Vec<FrameBuf> = moves

@@ -1,4 +1,4 @@
-//! S1 and S2: how many arm-seconds one core simulates a second, bytes in and bytes out.
+//! S1 and S2: arm-seconds that one core simulates per second, bytes in and bytes out.
 
 use std::error::Error;
 
@@ -8,28 +8,29 @@ use magician_sim::{ArmInstant, Controller};
 use super::figure::{Figure, rate};
 use super::program::{arm, frame, hatching, pick_and_place, plotter, ring, stream};
 
-/// Commands that one round takes.
+/// Commands per round.
 const COMMANDS: usize = 100_000;
-/// And one in which the pose is looked at every millisecond.
+/// Commands per round if the pose is read every millisecond.
 const COMMANDS_LOOKED_AT: usize = 1_000;
 
+/// Interval of reading the pose, µs.
 const LOOK: u64 = 1_000;
 
-/// So many frames, the commands over and over.
+/// Returns this many frames by repeating the commands.
 fn queued<T: Writable>(commands: &[T], count: usize) -> Vec<FrameBuf> {
     let frames = commands.iter().map(|command| frame(Ctrl::QUEUED, command));
     let once: Vec<FrameBuf> = frames.collect();
     once.into_iter().cycle().take(count).collect()
 }
 
-/// Arm-seconds that the frames take, by events alone.
+/// Returns the duration of the frames in arm-seconds, simulated by events alone.
 fn events(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
     let began = arm.now();
     stream(arm, frames, |_, _| ());
     (arm.now() - began).as_secs_f64()
 }
 
-/// Arm-seconds that the frames take, with a look at the arm every millisecond.
+/// Returns the duration of the frames in arm-seconds, reading the pose every millisecond.
 fn looked_at(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
     let began = arm.now();
     stream(arm, frames, |arm, at| {
@@ -43,7 +44,7 @@ fn looked_at(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
     (arm.now() - began).as_secs_f64()
 }
 
-/// A way to work the arm through frames; the seconds that it took by the arm's clock.
+/// Function that runs frames on an arm and returns their duration by the arm's clock, s.
 type Work = fn(&mut Controller, &[FrameBuf]) -> f64;
 
 fn figure(name: &str, mut arm: Controller, frames: &[FrameBuf], work: Work) -> Figure {
@@ -60,14 +61,14 @@ fn figure(name: &str, mut arm: Controller, frames: &[FrameBuf], work: Work) -> F
         .with("ms of arm time a command", lasted / commands * 1e3)
 }
 
-/// S1, point to point.
+/// Measures S1, point to point.
 pub(super) fn ptp() -> Result<Vec<Figure>, Box<dyn Error>> {
     let frames = queued(&pick_and_place(), COMMANDS);
     let figure = figure("S1 ptp", arm(), &frames, events);
     Ok(vec![figure.at_least(1e6)])
 }
 
-/// S1, continuous path: at the settings of power-up, and at those of a drawing.
+/// Measures S1, continuous path: with the settings of power-up, and with those of a drawing.
 pub(super) fn cp() -> Result<Vec<Figure>, Box<dyn Error>> {
     let mut figures = Vec::new();
     for (name, commands) in [("ring", ring()), ("hatching", hatching())] {
@@ -81,7 +82,7 @@ pub(super) fn cp() -> Result<Vec<Figure>, Box<dyn Error>> {
     Ok(figures)
 }
 
-/// S2.
+/// Measures S2.
 pub(super) fn traced() -> Result<Vec<Figure>, Box<dyn Error>> {
     let moves = queued(&pick_and_place(), COMMANDS_LOOKED_AT);
     let segments = queued(&ring(), 20 * COMMANDS_LOOKED_AT);
@@ -92,13 +93,13 @@ pub(super) fn traced() -> Result<Vec<Figure>, Box<dyn Error>> {
     ])
 }
 
-/// The most arm-seconds a second, point to point: for comparisons.
+/// Returns the best rate in arm-seconds per second, point to point, for comparisons.
 pub(super) fn points() -> f64 {
     let (mut arm, frames) = (arm(), queued(&pick_and_place(), COMMANDS));
     rate(|| events(&mut arm, &frames)).1
 }
 
-/// The same on a path at the settings of power-up.
+/// Returns the same for a path with the settings of power-up.
 pub(super) fn path() -> f64 {
     let (mut arm, frames) = (plotter(100.0, 100.0), queued(&ring(), COMMANDS));
     rate(|| events(&mut arm, &frames)).1

@@ -1,9 +1,10 @@
-//! The other way to simulate an arm, for the ratio: in steps of a fixed length.
+//! Baseline for comparison: a simulation of the arm in steps of a fixed length.
 //!
-//! Our own, and as plain as such a simulation gets: the same commands by the same speed law, but the speed is what it
-//! was plus acceleration times step, the place is what it was plus speed times step, and every step brings the joints
-//! and the pose up to date by the same kinematics. It has it easier than the virtual arm: no bytes, no queue, no
-//! replies, no limits. What it does not have is exactness: it ends a step early or late.
+//! The stepped simulation belongs to this benchmark and is as simple as such a simulation can be.
+//! It runs the same commands with the same acceleration, but each step adds acceleration × step to
+//! the speed and speed × step to the position, and updates joints and pose by the same kinematics.
+//! It does less than the virtual arm: no bytes, queue, replies or limits. It is also less exact: a
+//! motion ends up to one step early or late.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -19,11 +20,11 @@ use super::speed;
 /// Commands of a round.
 const MOVES: usize = 96;
 const SEGMENTS: usize = 2_000;
-/// Half of 200 mm/s, 200 mm/s2, 200 deg/s and 200 deg/s2: what counts at power-up, in every unit.
+/// Half of 200 mm/s, 200 mm/s², 200 deg/s and 200 deg/s², the settings of power-up, in every unit.
 const MOVE: (f64, f64) = (100.0, 100.0);
-/// The path at power-up.
+/// Speed and acceleration of a path at power-up.
 const PATH: (f64, f64) = (100.0, 100.0);
-/// How far ahead a full queue of segments of a millimetre lets the path see, mm.
+/// Look-ahead of the path with a queue full of segments of 1 mm, mm.
 const AHEAD: f64 = 31.0;
 
 struct Stepped {
@@ -47,7 +48,7 @@ impl Stepped {
         }
     }
 
-    /// Covers `way` in steps, no faster than it can brake; `at` is told the share that is done.
+    /// Covers a distance in steps, always able to brake in time. `at` receives the share done.
     fn cover(
         &mut self,
         way: f64,
@@ -118,7 +119,7 @@ impl Stepped {
         }
     }
 
-    /// A path: as fast as what is known ahead lets it brake.
+    /// Runs a path, as fast as the look-ahead allows for braking.
     fn path(&mut self, commands: &[CpCmd]) {
         let (most, acceleration) = PATH;
         let (mut speed, mut over) = (0.0_f64, 0.0);
@@ -163,7 +164,8 @@ fn point(command: &CpCmd, r: f64) -> Pose {
     Pose::new(x, y, z, r)
 }
 
-/// The most arm-seconds a second in steps so long, and how long the arm took by its own count.
+/// Returns the best rate in arm-seconds per second with this step, and the duration by the
+/// simulation's own time.
 fn stepped(step: f64, work: impl Fn(&mut Stepped)) -> (f64, f64) {
     let mut lasted = 0.0;
     let (_, best) = rate(|| {
@@ -175,10 +177,10 @@ fn stepped(step: f64, work: impl Fn(&mut Stepped)) -> (f64, f64) {
     (best, lasted)
 }
 
-/// What a stepped arm is to do.
+/// Work for a stepped arm.
 type Work<'a> = &'a dyn Fn(&mut Stepped);
 
-/// The virtual arm and the stepped one, side by side in one run.
+/// Measures virtual and stepped arm side by side.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let moves: Vec<PtpCmd> = pick_and_place().into_iter().cycle().take(MOVES).collect();
     let segments: Vec<CpCmd> = ring().into_iter().cycle().take(SEGMENTS).collect();

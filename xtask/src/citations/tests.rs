@@ -14,7 +14,7 @@ fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).expect("a file of the repository")
 }
 
-/// What is between `before` and `after`, everywhere in a text.
+/// Returns all parts of a text between `before` and `after`.
 fn between<'a>(text: &'a str, before: &str, after: &str) -> Vec<&'a str> {
     let parts = text.split(before).skip(1);
     parts
@@ -22,7 +22,7 @@ fn between<'a>(text: &'a str, before: &str, after: &str) -> Vec<&'a str> {
         .collect()
 }
 
-/// The anchors of a page; each is there once.
+/// Returns the anchors of a page. Asserts that they are unique.
 fn anchors(page: &str) -> BTreeSet<String> {
     let text = read(page);
     let ids = between(&text, "<a id=\"", "\"></a>");
@@ -31,7 +31,8 @@ fn anchors(page: &str) -> BTreeSet<String> {
     set
 }
 
-/// Every text of the repository, by its path there; not what is built, fetched, or a sample.
+/// Returns all texts of the repository with their paths, except built or downloaded files and
+/// samples.
 fn texts() -> Vec<(String, String)> {
     let mut found = Vec::new();
     let mut open = vec![root()];
@@ -66,7 +67,7 @@ fn line_of(text: &str, at: usize) -> usize {
     text[..at].matches('\n').count() + 1
 }
 
-/// Every citation of a file that leads nowhere.
+/// Returns all citations of a file that have no target.
 fn astray(path: &str, text: &str, places: &BTreeMap<&str, BTreeSet<String>>) -> Vec<String> {
     let mut wrong = Vec::new();
     for Citation { range, place } in citations(text) {
@@ -169,7 +170,7 @@ fn citations_become_links() {
     }
 }
 
-/// What the virtual arm rests on is counted with a section or an erratum each.
+/// Every assumption of the virtual arm cites a section or an erratum.
 #[test]
 fn every_basis_leads_to_its_anchor() {
     let places = places();
@@ -188,7 +189,8 @@ fn every_basis_leads_to_its_anchor() {
     }
 }
 
-/// The numbers of the firmware profile stand bare behind their letter: `# V 15: shown by ..`, `# M S9, T S11: ..`.
+/// In the firmware profile numbers follow their letter directly: `# V 15: shown by ..`, `# M S9, T
+/// S11: ..`.
 #[test]
 fn every_number_of_the_firmware_profile_exists() {
     let profile = read("crates/magician-sim/src/profile/pattern.txt");
@@ -216,7 +218,7 @@ fn every_number_of_the_firmware_profile_exists() {
     assert!(count > 50, "{count} numbers");
 }
 
-/// Each source that the model names is in its table.
+/// Every source that the model names is in its table of sources.
 #[test]
 fn every_source_of_the_model_exists() {
     let anchors = anchors("docs/reference/MODEL.md");
@@ -230,7 +232,7 @@ fn every_source_of_the_model_exists() {
     }
 }
 
-/// Conformance cases name recorded frames, streams, poses and habits of hosts besides.
+/// Conformance cases also cite recorded frames, streams, poses and habits of hosts.
 #[test]
 fn every_source_of_a_conformance_case_exists() {
     let vectors = read("crates/magician-protocol/tests/data/vectors.toml");
@@ -270,7 +272,11 @@ fn every_source_of_a_conformance_case_exists() {
     assert!(counts.iter().all(|count| *count > 10), "{counts:?}");
 }
 
+<<<<<<< HEAD
 /// What measures and tries the goals names them by number; docs/evidence/MEASUREMENTS.md says what they are.
+=======
+/// Measurements and tests cite goals by number; `docs/evidence/MEASUREMENTS.md` defines them.
+>>>>>>> t-cli
 #[test]
 fn every_cited_goal_exists() {
     let goals = anchors("docs/evidence/MEASUREMENTS.md");
@@ -299,7 +305,7 @@ fn every_cited_goal_exists() {
     assert!(cited.len() > 10, "{cited:?}");
 }
 
-/// An anchor stands right above the heading that has its number.
+/// An anchor is directly above the heading with its number.
 #[test]
 fn anchors_stand_above_what_they_name() {
     for page in ["docs/reference/ERRATA.md", "docs/reference/MODEL.md"] {

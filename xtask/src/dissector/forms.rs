@@ -1,22 +1,23 @@
-//! What the protocol's own reader says of frames of every form: the dissector repeats it and decides nothing.
+//! Interpretation of frames of every form by the protocol's own decoder. The dissector repeats it
+//! and decides nothing itself.
 
 use magician_protocol::{
     Ctrl, Description, Direction, FormKind, FrameBuf, LayoutInfo, MAX_PARAMS, Row, describe,
 };
 
-/// How so many parameter bytes fit a layout.
+/// Way in which a number of parameter bytes fits a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fit {
     pub(super) from: usize,
     pub(super) to: usize,
     /// Bytes before the layout begins.
     pub(super) skip: usize,
-    /// Whether every number comes as one byte.
+    /// True if every number is sent as one byte.
     pub(super) bytes: bool,
     pub(super) note: Option<&'static str>,
 }
 
-/// Every number of parameter bytes that fits, in runs.
+/// Returns all numbers of parameter bytes that fit, in ranges.
 pub(super) fn fits(layout: &LayoutInfo) -> Vec<Fit> {
     let mut fits: Vec<Fit> = Vec::new();
     for count in 0..=MAX_PARAMS {
@@ -49,16 +50,16 @@ fn same(run: &Fit, fit: &Fit) -> bool {
     (run.skip, run.bytes, run.note) == (fit.skip, fit.bytes, fit.note)
 }
 
-/// What a frame of a command is with some Ctrl.
+/// Interpretation of a command's frames with one value of Ctrl.
 pub(super) struct Plan {
     pub(super) name: &'static str,
     pub(super) request: &'static LayoutInfo,
     pub(super) reply: &'static LayoutInfo,
-    /// What Ctrl gives to remark.
+    /// Remarks about Ctrl.
     pub(super) notes: Vec<&'static str>,
 }
 
-/// What frames of this row are with this Ctrl.
+/// Returns the interpretation of a row's frames with this Ctrl.
 pub(super) fn plan(row: &Row, ctrl: u8) -> Plan {
     let (request, name, notes) = read(row, ctrl, Direction::Request);
     let (reply, _, same_notes) = read(row, ctrl, Direction::Reply);
@@ -71,7 +72,7 @@ pub(super) fn plan(row: &Row, ctrl: u8) -> Plan {
     }
 }
 
-/// The layout, the form's name, and the remarks that are not about the parameters.
+/// Returns the layout, the form's name, and the remarks that do not concern the parameters.
 fn read(
     row: &Row,
     ctrl: u8,
@@ -93,7 +94,7 @@ fn frame(id: u8, ctrl: u8, params: &[u8]) -> FrameBuf {
     FrameBuf::new(id, Ctrl(ctrl), params).expect("no more than a frame takes")
 }
 
-/// The remarks that any command may give rise to, under the engine's names for them.
+/// Returns the remarks that any command can cause, with the engine's names for them.
 pub(super) fn notes() -> [(&'static str, &'static str); 5] {
     const POSE: u8 = 10;
     const PTP_PO: u8 = 88;

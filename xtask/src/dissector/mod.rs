@@ -1,4 +1,4 @@
-//! A Wireshark dissector in Lua, from the table of the protocol.
+//! Wireshark dissector in Lua, generated from the protocol table.
 
 mod forms;
 mod tables;
@@ -15,7 +15,7 @@ const HEAD: &str = "\
 
 ";
 
-/// What does not depend on the table.
+/// Part that does not depend on the table.
 const ENGINE: &str = include_str!("engine.lua");
 
 /// Writes `docs/reference/wireshark/magician.lua`.
@@ -30,7 +30,7 @@ fn script() -> String {
     format!("{HEAD}{}{ENGINE}", tables::all())
 }
 
-/// A Lua string.
+/// Returns a text as a Lua string.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for letter in text.chars() {

@@ -1,4 +1,4 @@
-//! The protocol's table as Lua tables.
+//! Protocol table as Lua tables.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -11,12 +11,12 @@ use magician_protocol::{
 use super::forms::{self, Fit, Plan};
 use super::quoted;
 
-/// All of them.
+/// Returns all tables.
 pub(super) fn all() -> String {
     [enums(), alarms(), notes(), layouts(), rows()].concat()
 }
 
-/// What the filter names of a row's fields begin with.
+/// Returns the prefix of a row's filter names.
 pub(super) fn prefix(row: &Row) -> String {
     let name = row.value.or(row.set).map_or(row.name, |layout| layout.name);
     let mut prefix = String::new();
@@ -29,7 +29,7 @@ pub(super) fn prefix(row: &Row) -> String {
     prefix
 }
 
-/// How a field lies on the wire: what the engine calls it, how often, which enum.
+/// Returns the type of a field on the wire: the engine's name, the count and the enum.
 pub(super) fn kind(ty: FieldType) -> String {
     let number = |scalar| match scalar {
         Scalar::U8 => "u8",
@@ -94,7 +94,7 @@ fn alarms() -> String {
     text + "}\n\n"
 }
 
-/// What the leniencies that do not depend on the command are called.
+/// Returns the names of the leniencies that do not depend on the command.
 fn notes() -> String {
     let mut text = String::from("local NOTES = {\n");
     for (name, note) in forms::notes() {
@@ -103,7 +103,7 @@ fn notes() -> String {
     text + "}\n\n"
 }
 
-/// Every layout once, with what the filter names of its fields begin with.
+/// Returns every layout once, with the prefix of its filter names.
 fn all_layouts() -> impl Iterator<Item = (String, &'static LayoutInfo)> {
     let shared = [NoArgs::INFO, QueuedCmdIndex::INFO].map(|layout| (String::new(), layout));
     let own = TABLE.iter().flat_map(|row| {
@@ -145,7 +145,7 @@ fn field_text(field: &Field) -> String {
     } else {
         format!("{} Range: {}.", field.doc, field.range)
     };
-    // What is no quantity has a word for it where others have a unit.
+    // Fields without a quantity have a word in place of a unit.
     let unit = match field.ty {
         FieldType::Scalar(_) | FieldType::Array(..) => match field.unit {
             "count" | "counts" | "id" | "index" | "reserved" | "free" | "EIO address"
@@ -177,7 +177,8 @@ fn fit_text(fit: &Fit) -> String {
     text + " }"
 }
 
-/// For each id and each value of Ctrl's low two bits: the form's name, the layouts both ways, what to remark.
+/// Returns for each id and each value of Ctrl's low two bits the form's name, both layouts, and
+/// remarks.
 fn rows() -> String {
     let mut text = String::from("local ROWS = {}\n\n");
     for row in TABLE {

@@ -1,4 +1,5 @@
-//! A release archive: the command with its completions, manual pages and licences, and the drop-in for the vendor's C library.
+//! Release archive: the command with completions, manual pages and licences, and the replacement
+//! for the vendor's C library.
 
 use std::error::Error;
 use std::fs::{self, File};
@@ -14,7 +15,7 @@ use super::system::{Builder, Family, SHIPPED, System};
 use super::{Build, desktop, licences_of, output};
 use crate::library;
 
-/// Shells that completions are made for, with the name of the file that each looks for.
+/// Shells with completions, and the file name that each expects.
 const SHELLS: [(&str, &str); 5] = [
     ("bash", "magician.bash"),
     ("zsh", "_magician"),
@@ -23,14 +24,14 @@ const SHELLS: [(&str, &str); 5] = [
     ("powershell", "_magician.ps1"),
 ];
 
-/// The rule that lets everybody at a Linux computer use an arm.
+/// Rule of udev that lets every user of a Linux computer open an arm.
 pub(super) const RULES: &str = "70-magician.rules";
 
-/// A station that starts with a Linux computer, and the user that it runs as.
+/// Unit of systemd for a station that starts with a Linux computer, and the user that it runs as.
 pub(super) const SERVICE: [&str; 2] = ["magician.service", "magician.sysusers"];
 
-/// Lays out what a system's archive holds, in a folder named like it, and packs it. What the command says of itself (completions, manual
-/// pages) is asked of `speaker`, which runs here.
+/// Lays out a system's archive in a folder of the same name and packs it. `speaker` is a command
+/// that runs on this machine, for completions and manual pages.
 pub(super) fn write(
     builder: &Builder,
     system: &System,
@@ -62,7 +63,7 @@ pub(super) fn write(
         fs::copy(packaging.join(RULES), room("udev")?.join(RULES))?;
         desktop::entry(builder, &folder)?;
     }
-    // What starts a station with the computer.
+    // Files that start a station with the computer.
     let services: &[&str] = match system.family {
         Family::Linux => &SERVICE,
         Family::MacOs(_) => &["local.magician.serve.plist"],
@@ -97,7 +98,7 @@ pub(super) fn write(
     pack(archives, &name, system.ending())
 }
 
-/// Packs a folder, the same bytes for the same files.
+/// Packs a folder reproducibly: equal files give equal bytes.
 pub(super) fn pack(archives: &Path, name: &str, ending: &str) -> Result<PathBuf, Box<dyn Error>> {
     let archive = archives.join(format!("{name}.{ending}"));
     let file = File::create(&archive)?;
@@ -123,7 +124,8 @@ fn zipped(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>>
     let mut writer = zip::ZipWriter::new(file);
     for path in files(archives, name)? {
         let bytes = fs::read(archives.join(&path))?;
-        // Between the folders of a zip are slashes, on every system; a time it has, and it is the oldest that there is.
+        // Zip paths have slashes on every system. Zip requires a time, so the default is used, the
+        // earliest that it can express.
         let inside: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
         writer.start_file(inside.join("/"), SimpleFileOptions::default())?;
         writer.write_all(&bytes)?;
@@ -132,7 +134,7 @@ fn zipped(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>>
     Ok(())
 }
 
-/// The files under a folder, in an order of their own; a link is one of them.
+/// Returns all files below a folder, sorted; links count as files.
 pub(super) fn files(root: &Path, name: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let (mut all, mut folders) = (Vec::new(), vec![PathBuf::from(name)]);
     while let Some(folder) = folders.pop() {

@@ -1,4 +1,4 @@
-//! The Debian package of the command: for Debian, Ubuntu and Raspberry Pi OS.
+//! Debian package of the command, for Debian, Ubuntu and Raspberry Pi OS.
 
 use std::error::Error;
 use std::fs;
@@ -13,7 +13,7 @@ use super::desktop::{ENTRY, FOLDER, PICTURE};
 use super::output;
 use super::system::{Builder, GLIBC, System};
 
-/// Where Debian has what the archive holds.
+/// Places in Debian for the files of the archive.
 const PLACES: [(&str, &str); 5] = [
     ("bin/magician", "usr/bin/magician"),
     (
@@ -34,7 +34,7 @@ const PLACES: [(&str, &str); 5] = [
     ),
 ];
 
-/// As Debian names packages.
+/// Returns the package's file name by Debian's convention.
 pub(super) fn name(builder: &Builder, system: &System) -> String {
     format!(
         "magician_{}_{}.deb",
@@ -42,8 +42,8 @@ pub(super) fn name(builder: &Builder, system: &System) -> String {
     )
 }
 
-/// Makes a package of what an archive's folder holds, with `dpkg-deb`. The vendor's library is in the archive only: it goes where its users
-/// say.
+/// Builds the package from an archive's folder with `dpkg-deb`. The vendor's library is left out,
+/// since its users choose its place themselves.
 pub(super) fn write(
     builder: &Builder,
     system: &System,
@@ -112,7 +112,7 @@ pub(super) fn write(
         control(builder, system, size.div_ceil(1024)),
     )?;
     let mut pack = Command::new("dpkg-deb");
-    // The same bytes whenever and by whomever it is made.
+    // Reproducible: the same bytes whenever and by whomever it is built.
     pack.env("SOURCE_DATE_EPOCH", "0");
     pack.args(["--root-owner-group", "-Zxz", "--build"]);
     output(pack.arg(&folder).arg(&package))?;
@@ -145,7 +145,8 @@ fn control(builder: &Builder, system: &System, kilobytes: u64) -> String {
     )
 }
 
-/// Installs a package into a root of its own, which has no other, and takes it away again; where its program was for `meanwhile`.
+/// Installs a package into a separate root and removes it again. `meanwhile` receives the path of
+/// the installed program.
 pub(super) fn installed<T>(
     package: &Path,
     root: &Path,
@@ -154,6 +155,7 @@ pub(super) fn installed<T>(
     if root.exists() {
         fs::remove_dir_all(root)?;
     }
+    // dpkg refuses a root without these parts of its database.
     for part in ["info", "updates", "triggers"] {
         fs::create_dir_all(root.join("var/lib/dpkg").join(part))?;
     }
@@ -163,7 +165,7 @@ pub(super) fn installed<T>(
     output(Command::new("dpkg-deb").arg("--info").arg(package))?;
     let dpkg = || {
         let mut dpkg = Command::new("dpkg");
-        // It knows no C library there, and that root may be for another processor.
+        // The separate root contains no C library and may be for another processor.
         dpkg.args([
             "--force-depends,architecture,not-root,bad-path",
             "--log=/dev/null",
@@ -174,6 +176,7 @@ pub(super) fn installed<T>(
     output(dpkg().arg("--install").arg(package))?;
     let done = meanwhile(&root.join("usr/bin/magician"))?;
     output(dpkg().args(["--purge", "magician"]))?;
+    // Purging must remove everything below `usr`.
     let left = root.join("usr");
     if left.exists() {
         let left = super::archive::files(root, "usr")?;

@@ -1,4 +1,5 @@
-//! The studio for people who double-click: what Linux's desktops show, an application for macOS, an installer for Windows.
+//! Studio for users who double-click: a desktop entry for Linux, an application for macOS, an
+//! installer for Windows.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -13,18 +14,18 @@ use super::archive::{files, pack};
 use super::output;
 use super::system::{Builder, System, is_there};
 
-/// The picture of the studio.
+/// Icon of the studio.
 const ICON: &str = "studio/public/assets/icon.svg";
-/// What a desktop of Linux shows.
+/// Desktop entry for Linux.
 pub(super) const ENTRY: &str = "magician-studio.desktop";
-/// Its picture, and those of the others.
+/// Name of its icon.
 pub(super) const PICTURE: &str = "magician-studio.svg";
-/// What macOS calls the application, and the folder that it is.
+/// Name and folder of the macOS application.
 const APPLICATION: &str = "Magician Studio.app";
-/// The folder of an archive that has all this.
+/// Folder for desktop files in an archive.
 pub(super) const FOLDER: &str = "desktop";
 
-/// Puts what a desktop of Linux shows into the folder of an archive.
+/// Adds the desktop entry to the folder of an archive.
 pub(super) fn entry(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
     let room = folder.join(FOLDER);
     fs::create_dir_all(&room)?;
@@ -33,7 +34,7 @@ pub(super) fn entry(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Erro
     Ok(())
 }
 
-/// What the file of the application or installer is called, where a system has one.
+/// Returns the file name of the application or installer; `None` for systems without one.
 pub(super) fn name(builder: &Builder, system: &System) -> Option<String> {
     let version = &builder.metadata.version;
     let triple = system.triple;
@@ -44,7 +45,7 @@ pub(super) fn name(builder: &Builder, system: &System) -> Option<String> {
     }
 }
 
-/// The application of macOS, packed: the program, started in a window of its own.
+/// Builds and packs the macOS application: the program, which opens its own window.
 pub(super) fn application(
     builder: &Builder,
     system: &System,
@@ -86,7 +87,7 @@ pub(super) fn application(
     Ok(to)
 }
 
-/// The installer for Windows, of what the folder of the archive holds.
+/// Builds the Windows installer from the folder of an archive.
 pub(super) fn installer(
     builder: &Builder,
     system: &System,
@@ -113,7 +114,7 @@ pub(super) fn installer(
     fs::write(room.join("uninstall.nsh"), uninstall)?;
     let to = archives.join(name(builder, system).unwrap_or_default());
     let mut make = Command::new("makensis");
-    // The same bytes whenever it is made.
+    // Reproducible: the same bytes whenever it is built.
     make.env("SOURCE_DATE_EPOCH", "0").args(["-V2", "-WX"]);
     for (word, value) in [
         ("VERSION", builder.metadata.version.as_ref()),
@@ -131,7 +132,8 @@ pub(super) fn installer(
     Ok(to)
 }
 
-/// What an installer writes, file by file, and what it deletes again, folders last and only when they are empty.
+/// Returns the installer's lists of files to write and to delete. Folders are deleted last, and
+/// only if they are empty.
 fn lists(from: &Path, icon: &Path, inside: &[PathBuf]) -> (String, String) {
     let windows = |path: &Path| {
         let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
@@ -166,7 +168,7 @@ fn lists(from: &Path, icon: &Path, inside: &[PathBuf]) -> (String, String) {
         );
         let _ = writeln!(uninstall, "Delete \"$INSTDIR\\{}\"", windows(path));
     }
-    // The longer the path, the deeper: folders in others go before these.
+    // Deeper folders first, so that they are empty before their parents.
     folders.sort_by_key(|folder| std::cmp::Reverse(folder.iter().count()));
     for folder in folders {
         let _ = writeln!(uninstall, "RMDir \"$INSTDIR\\{}\"", windows(folder));
@@ -178,7 +180,7 @@ fn packaging(builder: &Builder) -> PathBuf {
     builder.root.join("packaging").join(FOLDER)
 }
 
-/// A picture as PNG, so many pixels wide.
+/// Renders an SVG as PNG of this width in pixels.
 fn png(svg: &str, pixels: u16) -> Result<Vec<u8>, Box<dyn Error>> {
     let tree = Tree::from_str(svg, &Options::default())?;
     let scale = f32::from(pixels) / tree.size().width();
@@ -191,7 +193,8 @@ fn png(svg: &str, pixels: u16) -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(map.encode_png()?)
 }
 
-/// A picture in the sizes of macOS: each a kind of four letters, a length that counts itself, and a PNG.
+/// Converts an icon into the macOS format: entries of a four-letter type, a length that includes
+/// the header, and a PNG.
 fn icns(svg: &str) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut all = Vec::new();
     for (kind, pixels) in [
@@ -212,7 +215,7 @@ fn icns(svg: &str) -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(file)
 }
 
-/// A picture in the sizes of Windows: a list of sizes and places, then the PNGs.
+/// Converts an icon into the Windows format: a directory of sizes and offsets, then the PNGs.
 fn ico(svg: &str) -> Result<Vec<u8>, Box<dyn Error>> {
     let sizes = [16_u16, 32, 48, 256];
     let pictures: Result<Vec<_>, _> = sizes.iter().map(|size| png(svg, *size)).collect();
@@ -221,7 +224,7 @@ fn ico(svg: &str) -> Result<Vec<u8>, Box<dyn Error>> {
     file.extend_from_slice(&u16::try_from(sizes.len())?.to_le_bytes());
     let mut at = 6 + 16 * sizes.len();
     for (size, picture) in sizes.iter().zip(&pictures) {
-        // 256 is written as 0.
+        // The format writes 256 as 0.
         let side = u8::try_from(*size).unwrap_or(0);
         file.extend_from_slice(&[side, side, 0, 0, 1, 0, 32, 0]);
         file.extend_from_slice(&u32::try_from(picture.len())?.to_le_bytes());

@@ -1,4 +1,4 @@
-//! What package managers are told of a release: a formula for Homebrew, three files for winget.
+//! Manifests of a release for package managers: a formula for Homebrew, three files for winget.
 
 use std::error::Error;
 use std::fs;
@@ -7,20 +7,22 @@ use std::path::Path;
 use super::Metadata;
 use super::system::{Family, System};
 
-/// An archive that was made, and its SHA-256 in hex.
+/// System and the SHA-256 of its archive, in hex.
 pub(super) type Made = (System, String);
 
-/// winget's schemas that the files are written for.
+/// Version of winget's schemas.
 const WINGET: &str = "1.9.0";
 
-/// Where the archives of a release are fetched from; `cargo binstall` is told the same in the manifest of `magician-cli`.
+/// Returns the download address of an archive. The manifest of `magician-cli` gives `cargo
+/// binstall` the same one.
 fn url(metadata: &Metadata, system: &System) -> String {
     let (repository, version) = (&metadata.repository, &metadata.version);
     let (name, ending) = (system.archive(version), system.ending());
     format!("{repository}/releases/download/v{version}/{name}.{ending}")
 }
 
-/// A formula for Homebrew, on macOS and Linux: `magician.rb`.
+/// Returns the Homebrew formula for macOS and Linux, `magician.rb`; `None` without archives for
+/// them.
 pub(super) fn formula(metadata: &Metadata, made: &[Made]) -> Option<String> {
     let block = |triple: &str| {
         let (system, sha256) = made.iter().find(|(system, _)| system.triple == triple)?;
@@ -86,7 +88,7 @@ end
     ))
 }
 
-/// The identifier of winget: owner and name of the repository.
+/// Returns winget's identifier: owner and name of the repository.
 fn identifier(repository: &str) -> Result<(String, String), Box<dyn Error>> {
     let mut parts = repository.trim_end_matches('/').rsplit('/');
     match (parts.next(), parts.next()) {
@@ -97,10 +99,10 @@ fn identifier(repository: &str) -> Result<(String, String), Box<dyn Error>> {
     }
 }
 
-/// A file's name and its text.
+/// Name and text of a file.
 type Named = (String, String);
 
-/// The three files of winget.
+/// Returns the three files of winget.
 pub(super) fn winget(
     metadata: &Metadata,
     made: &[Made],
@@ -150,7 +152,7 @@ pub(super) fn winget(
     ]))
 }
 
-/// Writes both, as far as the archives that they name were made; what was written.
+/// Writes the manifests whose archives were built. Returns the names of the files.
 pub(super) fn write(
     metadata: &Metadata,
     made: &[Made],

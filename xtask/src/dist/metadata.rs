@@ -1,4 +1,4 @@
-//! What cargo knows of this workspace.
+//! Cargo's metadata of this workspace.
 
 use std::error::Error;
 use std::ffi::OsStr;
@@ -7,12 +7,12 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// What cargo knows of this workspace.
+/// Cargo's metadata of this workspace.
 pub(crate) struct Metadata {
     pub(crate) target_directory: PathBuf,
-    /// The triple of this machine.
+    /// Target triple of this machine.
     pub(crate) host: String,
-    /// That of the command, and so the next three.
+    /// Version of `magician-cli`; the next three fields are also its.
     pub(crate) version: String,
     pub(super) repository: String,
     pub(super) description: String,
@@ -49,7 +49,7 @@ impl Metadata {
         })
     }
 
-    /// Whether the repository is still a placeholder: the name is one that no server has.
+    /// True if the repository's address is still a placeholder in the reserved domain `.invalid`.
     pub(crate) fn unpublished(&self) -> bool {
         self.repository.contains(".invalid/")
     }

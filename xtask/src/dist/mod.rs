@@ -1,5 +1,6 @@
-//! What a release is: for five systems an archive with the command, its completions, manual pages and licences, and the drop-in for the
-//! vendor's C library; Debian packages; what Homebrew and winget are told. Each is tried as far as this machine can.
+//! Builds releases: for each of five systems an archive with the command, its completions, manual
+//! pages and licences, and the replacement for the vendor's C library; Debian packages; manifests
+//! for Homebrew and winget. Everything is tested as far as this machine can.
 
 mod archive;
 mod debian;
@@ -32,21 +33,21 @@ pub(crate) use metadata::Metadata;
 pub(crate) use publish::publish;
 pub(crate) use system::{Builder, System as ReleaseSystem};
 
-/// Cargo's profile of what is shipped; its folder in `target` has the same name.
+/// Cargo profile of releases; its folder in `target` has the same name.
 pub(crate) const PROFILE: &str = "dist";
 
-/// A line of the table at the end: a file that was made, or why there is none.
+/// Line of the final table: a file, or the reason for its absence.
 struct Row {
     name: String,
-    /// Size in bytes, SHA-256 in hex, and how the file was tried.
+    /// Size in bytes, SHA-256 in hex, and how the file was tested.
     made: Result<(u64, String, String), String>,
 }
 
-/// `dist [--only TRIPLE].. [--skip TRIPLE].. [--profile NAME]`: makes a release in `target/archive`, and prints a table of what was made
-/// and how it was tried.
+/// `dist [--only TRIPLE].. [--skip TRIPLE].. [--profile NAME]`: builds a release in
+/// `target/archive`, and prints a table of its files and how they were tested.
 ///
 /// # Errors
-/// When something of what was asked for could not be made or tried.
+/// Returns an error if a requested file could not be built or tested.
 pub(crate) fn run_release(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let wish = Wish::read(words)?;
     modules::write(root)?;
@@ -88,7 +89,7 @@ pub(crate) fn run_release(words: &[String], root: &Path) -> Result<(), Box<dyn E
     }
 }
 
-/// A command that runs here, to tell its completions and manual pages.
+/// Returns a command that runs on this machine, for its completions and manual pages.
 fn speaker(builder: &Builder, wish: &Wish) -> Result<PathBuf, Box<dyn Error>> {
     let host = System::named(&builder.metadata.host);
     let wanted = host.filter(|host| wish.systems.contains(host) && builder.lacks(host).is_none());
@@ -99,7 +100,7 @@ fn speaker(builder: &Builder, wish: &Wish) -> Result<PathBuf, Box<dyn Error>> {
     Ok(built.join(format!("magician{}", std::env::consts::EXE_SUFFIX)))
 }
 
-/// The archive of a system, and its Debian package, each with its line of the table.
+/// Builds the archive of a system and its Debian package, each with its line of the table.
 fn release_of(
     builder: &Builder,
     system: &System,
@@ -158,7 +159,7 @@ fn row(name: &str, made: Result<(u64, String, String), Box<dyn Error>>) -> Row {
     }
 }
 
-/// What the table says of a file.
+/// Returns the table's data of a file.
 fn file(path: &Path, tried: String) -> Result<(u64, String, String), Box<dyn Error>> {
     let bytes = fs::read(path)?;
     let sum = Sha256::digest(&bytes)
@@ -186,7 +187,7 @@ fn table(rows: &[Row]) -> String {
     text
 }
 
-/// The cargo that runs this.
+/// Returns the cargo that runs this program.
 pub(crate) fn cargo() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }

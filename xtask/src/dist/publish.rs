@@ -1,4 +1,5 @@
-//! The crates onto the registry, all of them and in their order, unless something about them is not ready.
+//! Publishes the crates to the registry in order of their dependencies, unless something is not
+//! ready.
 
 use std::error::Error;
 use std::fs;
@@ -11,8 +12,8 @@ use crate::studio::modules;
 /// `publish [--dry-run]`: `cargo publish --workspace`.
 ///
 /// # Errors
-/// While the workspace does not say where its sources are, or its changelog does not know the version. Changes that are not committed
-/// cargo itself refuses.
+/// Returns an error while the workspace has no repository address, or the changelog has no entry
+/// for the version. Cargo itself refuses uncommitted changes.
 pub(crate) fn publish(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let mut publish = Command::new(cargo());
     publish.current_dir(root);
@@ -33,7 +34,7 @@ pub(crate) fn publish(words: &[String], root: &Path) -> Result<(), Box<dyn Error
     }
 }
 
-/// Why nothing is published yet.
+/// Returns the reason why nothing may be published yet; `None` if all is ready.
 fn refused(metadata: &Metadata, changelog: &str) -> Option<String> {
     if metadata.unpublished() {
         return Some("fill in `repository` under [workspace.package] in Cargo.toml".to_owned());

@@ -1,4 +1,4 @@
-//! The five systems that a release is for, and what links for them on one Linux machine.
+//! The five systems of a release, and how to link for them on one Linux machine.
 
 use std::error::Error;
 use std::ffi::OsString;
@@ -7,19 +7,19 @@ use std::process::Command;
 
 use super::{Metadata, output, run};
 
-/// The oldest glibc that a command for Linux runs with: that of manylinux2014, as with the wheels.
+/// Oldest glibc that the Linux command supports: that of manylinux2014, as for the wheels.
 pub(super) const GLIBC: (u32, u32) = (2, 17);
 
-/// A system that a release has an archive for.
+/// System with a release archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct System {
     pub(crate) triple: &'static str,
     pub(super) family: Family,
-    /// Debian's word for its processor, where a `.deb` is made.
+    /// Debian's name of its processor; empty if no `.deb` is built.
     pub(super) debian: &'static str,
-    /// The compiler whose `libgcc_s` the program links with (Linux), or that links it (Windows).
+    /// Compiler whose `libgcc_s` the program links (Linux), or which links the program (Windows).
     compiler: &'static str,
-    /// The Debian package of that compiler.
+    /// Debian package of that compiler.
     compiler_package: &'static str,
 }
 
@@ -27,11 +27,15 @@ pub(crate) struct System {
 pub(super) enum Family {
     Linux,
     Windows,
-    /// With the oldest macOS that a program asks for.
+    /// With the oldest macOS that programs require.
     MacOs(&'static str),
 }
 
+<<<<<<< HEAD
 /// The systems of docs/guide/PLATFORMS.md.
+=======
+/// Systems of `docs/guide/PLATFORMS.md`.
+>>>>>>> t-cli
 pub(super) const SYSTEMS: [System; 5] = [
     System {
         triple: "x86_64-unknown-linux-gnu",
@@ -75,7 +79,7 @@ impl System {
         SYSTEMS.into_iter().find(|system| system.triple == triple)
     }
 
-    /// What the command is called there.
+    /// Returns the file name of the command.
     pub(super) fn program(&self) -> &'static str {
         match self.family {
             Family::Windows => "magician.exe",
@@ -83,12 +87,14 @@ impl System {
         }
     }
 
-    /// What its archive is called, without the ending, and the folder in it.
+    /// Returns the name of the archive without its extension, which is also that of the folder
+    /// inside.
     pub(super) fn archive(&self, version: &str) -> String {
         format!("magician-{version}-{}", self.triple)
     }
 
-    /// Windows unpacks zip without a tool, and winget takes nothing else.
+    /// Returns the archive's extension. Windows unpacks zip without other tools, and winget accepts
+    /// nothing else.
     pub(super) fn ending(&self) -> &'static str {
         match self.family {
             Family::Windows => "zip",
@@ -97,14 +103,15 @@ impl System {
     }
 }
 
-/// The command of a release has sites: 5.7 MB of its archive, and one program less to choose from.
+/// Releases include sites. This adds 5.7 MB to the archive, but there is only one program to
+/// choose.
 pub(super) const SHIPPED: (&str, &str) = ("magician-cli", "magician-cli/site");
 
-/// What builds packages of this workspace: for this machine, or for a [`System`].
+/// Builds packages of this workspace, for this machine or for a [`System`].
 pub(crate) struct Builder {
     pub(crate) root: PathBuf,
     pub(crate) metadata: Metadata,
-    /// Cargo's profile.
+    /// Cargo profile.
     pub(crate) profile: String,
 }
 
@@ -117,7 +124,7 @@ impl Builder {
         })
     }
 
-    /// Builds packages with cargo alone, for a target or this machine; the folder of what was built.
+    /// Builds packages with cargo alone, for a target or this machine. Returns the output folder.
     pub(crate) fn plain(
         &self,
         target: Option<&str>,
@@ -127,12 +134,14 @@ impl Builder {
         self.finish(build.arg("build"), target, target, packages)
     }
 
-    /// Builds packages for a system of a release; the folder of what was built.
+    /// Builds packages for a system of a release. Returns the output folder.
     pub(crate) fn release(
         &self,
         system: &System,
         packages: &[&str],
     ) -> Result<PathBuf, Box<dyn Error>> {
+        // `CARGO_ENCODED_RUSTFLAGS` separates its arguments by the byte 0x1f, so that they may
+        // contain spaces.
         let mut flags = self.anonymous()?;
         let mut build = match system.family {
             Family::Windows => {
@@ -148,7 +157,8 @@ impl Builder {
             Family::Linux => {
                 target += &format!(".{}.{}", GLIBC.0, GLIBC.1);
                 flags += &format!("\x1f-Clink-arg={}", self.unwinder(system)?);
-                // It asks for a newer glibc than the program does, and is not the one that the program will meet.
+                // This `libgcc_s` needs a newer glibc than the program, and the program will be
+                // loaded with another.
                 flags += "\x1f-Clink-arg=-Wl,--allow-shlib-undefined";
             }
             Family::MacOs(oldest) => drop(build.env("MACOSX_DEPLOYMENT_TARGET", oldest)),
@@ -175,7 +185,7 @@ impl Builder {
         run(build)?;
         let mut built = self.metadata.target_directory.clone();
         built.extend(folder);
-        // Cargo's profile `dev` keeps to the name that it once had.
+        // The output folder of Cargo's profile `dev` is still called `debug`.
         built.push(match self.profile.as_str() {
             "dev" => "debug",
             profile => profile,
@@ -183,7 +193,7 @@ impl Builder {
         Ok(built)
     }
 
-    /// Leaves out where this machine keeps things: it stands in messages of a panic.
+    /// Returns flags that remove this machine's paths from the messages of panics.
     fn anonymous(&self) -> Result<String, Box<dyn Error>> {
         let places = self.places()?;
         let hidden = places.into_iter().zip(["magician", "cargo", "rust"]);
@@ -192,7 +202,7 @@ impl Builder {
         Ok(hidden.collect::<Vec<_>>().join("\x1f"))
     }
 
-    /// Where this machine keeps the sources, those of others, and the compiler.
+    /// Returns the folders of our sources, of other crates' sources, and of the compiler.
     pub(super) fn places(&self) -> Result<[PathBuf; 3], Box<dyn Error>> {
         let told = output(Command::new("rustc").args(["--print", "sysroot"]))?;
         let home = || std::env::home_dir().unwrap_or_default().join(".cargo");
@@ -201,8 +211,9 @@ impl Builder {
         Ok([self.root.canonicalize()?, cargo, rust])
     }
 
-    /// The system's own unwinder, as what gcc links has: zig brings one of its own, and where the C library unwinds a thread that is in
-    /// a call of ours, both have to be of one kind. `packaging/wheels` says more.
+    /// Returns the path of the system's unwinder, as gcc links it. zig links its own, but if the C
+    /// library unwinds a thread inside one of our calls, both must use the same. `packaging/wheels`
+    /// says more.
     fn unwinder(&self, system: &System) -> Result<String, Box<dyn Error>> {
         let mut asked = Command::new(system.compiler);
         let told = output(asked.arg("-print-file-name=libgcc_s.so.1"))?;
@@ -214,7 +225,8 @@ impl Builder {
         }
     }
 
-    /// cargo-zigbuild, from the Python packages of `packaging/dist.txt`, which are installed once.
+    /// Returns cargo-zigbuild from the Python packages of `packaging/dist.txt`, which are installed
+    /// once.
     fn zigbuild(&self) -> Result<Command, Box<dyn Error>> {
         let pins = std::fs::read_to_string(self.root.join("packaging/dist.txt"))?;
         let home = self.metadata.target_directory.join("dist-tools");
@@ -236,7 +248,7 @@ impl Builder {
         Ok(build)
     }
 
-    /// What this machine lacks to build for a system, as a person would be told.
+    /// Returns what this machine lacks to build for a system, as a sentence; `None` if nothing.
     pub(super) fn lacks(&self, system: &System) -> Option<String> {
         if !cfg!(target_os = "linux") {
             return Some("releases are made on Linux".to_owned());
@@ -258,7 +270,7 @@ impl Builder {
     }
 }
 
-/// Whether a program is on the path.
+/// True if a program is on the search path.
 pub(super) fn is_there(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())

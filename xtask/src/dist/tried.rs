@@ -1,5 +1,5 @@
-//! What can be said of a program for another system on this machine: that it runs, under Wine or an emulated processor if need be, or for
-//! macOS, which nothing here runs, what its load commands say.
+//! Tests programs for other systems on this machine: they run, under Wine or an emulated processor
+//! if necessary. For macOS, whose programs nothing here can run, their load commands are checked.
 
 use std::error::Error;
 use std::fs;
@@ -12,17 +12,17 @@ use super::archive::files;
 use super::output;
 use super::system::{Builder, Family, GLIBC, System, is_there};
 
-/// The drawing that a program is tried with.
+/// Drawing for the test of a program.
 const DRAWING: &str = "crates/magician-program/samples/rabbit.svg";
 
-/// What every macOS has.
+/// Libraries of every macOS.
 const OF_MACOS: [&str; 3] = [
     "/usr/lib/libSystem.B.dylib",
     "/usr/lib/libiconv.2.dylib",
     "/usr/lib/libcharset.1.dylib",
 ];
 
-/// Tries what was unpacked of a system's archive: how.
+/// Tests the unpacked archive of a system. Returns how it was tested.
 pub(super) fn unpacked(
     builder: &Builder,
     system: &System,
@@ -33,6 +33,7 @@ pub(super) fn unpacked(
         fs::remove_dir_all(room)?;
     }
     fs::create_dir_all(room)?;
+    // Python unpacks zip files on every machine that builds releases; `unzip` may be missing.
     let mut unpack = match system.ending() {
         "zip" => Command::new("python3"),
         _ => Command::new("tar"),
@@ -66,7 +67,7 @@ pub(super) fn unpacked(
     Ok(how)
 }
 
-/// Starts a program: its version, and a drawing on the virtual arm.
+/// Runs a program: its version, and a drawing on the virtual arm.
 pub(super) fn started(
     builder: &Builder,
     system: &System,
@@ -93,15 +94,16 @@ pub(super) fn started(
     Ok(format!("{how}: --version, run rabbit.svg --port sim"))
 }
 
-/// Installs the studio under Wine, uses it, and takes it away again.
+/// Installs the studio under Wine, uses it, and uninstalls it.
 pub(super) fn installed(builder: &Builder, installer: &Path) -> Result<String, Box<dyn Error>> {
     let script = builder.root.join("interop/installer");
     output(Command::new("python3").arg("-B").arg(script).arg(installer))?;
     Ok("Wine: installed, a house drawn, the page served, removed".to_owned())
 }
 
-/// Has a program that was written for the vendor's library load the one in an archive.
+/// Lets a program for the vendor's library load the one in an archive.
 fn drop_in(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
+    // Our Python module in place of the vendor's, on a virtual arm.
     let mut program = Command::new("python3");
     program.env("PYTHONPATH", folder.join("dobotdll/lib/dobotdll/v1"));
     program.env("MAGICIAN_PORT", "sim").arg("-B");
@@ -109,7 +111,7 @@ fn drop_in(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
     output(program.arg(builder.root.join(sample))).map(drop)
 }
 
-/// What runs a program for a system, and what that is called.
+/// Returns the command that runs programs for a system, and its name.
 fn runner(
     builder: &Builder,
     system: &System,
@@ -135,7 +137,7 @@ fn runner(
     }
 }
 
-/// The programs and libraries that an archive holds.
+/// Returns the programs and libraries of an archive.
 fn binaries(room: &Path, name: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let all = files(room, name)?;
     let binary = |path: &PathBuf| {
@@ -148,7 +150,8 @@ fn binaries(room: &Path, name: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     Ok(all.filter(binary).collect())
 }
 
-/// No path of this machine is in a file, and a file for Linux asks for no newer C library than is said.
+/// Fails if a file contains a path of this machine, or if a Linux file needs a newer C library than
+/// declared.
 fn clean(builder: &Builder, system: &System, file: &Path) -> Result<(), Box<dyn Error>> {
     let bytes = fs::read(file)?;
     for place in builder.places()? {
@@ -171,7 +174,7 @@ fn find<'a>(bytes: &'a [u8], words: &'a [u8]) -> impl Iterator<Item = usize> + '
     places.filter_map(move |(at, part)| (part == words).then_some(at))
 }
 
-/// The newest of the versions of glibc's symbols that stand in a file.
+/// Returns the newest glibc version among the symbols in a file.
 fn newest_glibc(bytes: &[u8]) -> Option<(u32, u32)> {
     const HEAD: &[u8] = b"GLIBC_";
     let versions = find(bytes, HEAD).filter_map(|at| {
@@ -185,7 +188,8 @@ fn newest_glibc(bytes: &[u8]) -> Option<(u32, u32)> {
     versions.max()
 }
 
-/// What a file for macOS says in its load commands: no library but the system's, no path to look for others, and the oldest macOS.
+/// Checks the load commands of a macOS file: only system libraries, no search paths, and the
+/// declared oldest macOS.
 fn mach(
     builder: &Builder,
     system: &System,
@@ -212,7 +216,7 @@ fn mach(
     if told["paths"] != Value::Array(Vec::new()) {
         return wrong(format!("looks for libraries in {}", told["paths"]));
     }
-    // Macs with Intel's processors ask for no signature.
+    // Macs with Intel processors need no signature.
     if processor == "aarch64" && told["signature"] != "" {
         return wrong(format!("its signature: {}", told["signature"]));
     }

@@ -1,15 +1,15 @@
-//! Which systems a release is made for this time.
+//! Selection of systems for a release.
 
 use std::error::Error;
 
 use super::PROFILE;
 use super::system::{SYSTEMS, System};
 
-/// What was asked for.
+/// Parsed arguments.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Wish {
     pub(super) systems: Vec<System>,
-    /// Cargo's profile; another than `dist` is for trying how a release is made.
+    /// Cargo profile. Profiles other than `dist` serve to test the release process.
     pub(super) profile: String,
 }
 

@@ -1,6 +1,9 @@
-//! A C program's part that calls every function of a family: `interop/vendor/every.c` includes it.
+//! Generates the part of a C program that calls every function of a family;
+//! `interop/vendor/every.c` includes it.
 //!
-//! The program decides what is handed over (`given`, `wanted`, `text`, `room`, ...); here is only which function wants what.
+//!
+//! The C program decides about the arguments' values (`given`, `wanted`, `text`, `room`, ...); this
+//! module only knows which function takes what.
 
 use std::fmt::Write as _;
 
@@ -8,7 +11,7 @@ use magician_capi::{Family, Function, Ids};
 
 use super::{inside, number, of};
 
-/// The part for a family.
+/// Returns the part for a family.
 pub(super) fn of_family(family: Family) -> String {
     let mut part = String::from("/* Made by `cargo xtask vendor-functions calls`. */\n\n");
     for function in of(family) {
@@ -26,7 +29,7 @@ pub(super) fn of_family(family: Family) -> String {
     part + "};\n"
 }
 
-/// One function: its arguments come into being in the order in which they depend on each other.
+/// Writes the call of one function, with its arguments in the order of their dependencies.
 fn call(part: &mut String, function: &Function) {
     let name = function.name;
     let _ = writeln!(part, "static int call_{name}(void) {{");
@@ -50,7 +53,7 @@ fn call(part: &mut String, function: &Function) {
             (_, Some(of), _) => format!("void *{{}} = new_given(sizeof({}))", number(of)),
             (_, _, Some("u8")) if sized("size") => "void *{} = new_wanted(fits(size))".to_owned(),
             (_, _, Some("u64")) if argument == "index" => "void *{} = new_index()".to_owned(),
-            // What it is about is said where the answer goes.
+            // The struct for the answer also carries the question, such as a pin's address.
             (_, _, Some(of)) if of.starts_with("IO") => {
                 format!("void *{{}} = new_asked(sizeof({}))", number(of))
             }

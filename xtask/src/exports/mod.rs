@@ -1,5 +1,5 @@
-//! What the drop-in for the vendor's C library exports: a page of every function, the built libraries held against the
-//! table, and a C program's part that calls every function.
+//! Exports of the replacement for the vendor's C library: a page of all functions, a comparison of
+//! the built libraries with the table, and a C program that calls every function.
 
 mod calls;
 mod page;
@@ -10,10 +10,10 @@ use std::path::Path;
 
 use magician_capi::{FUNCTIONS, Family, Function};
 
-/// The families with the names that people give them.
+/// Families with their names on the command line.
 const FAMILIES: [(&str, Family); 3] = [("v1", Family::V1), ("v2", Family::V2), ("v3", Family::V3)];
 
-/// The page without words; `symbols FAMILY FILE...` and `calls FAMILY` with.
+/// Without arguments writes the page; otherwise `symbols FAMILY FILE...` or `calls FAMILY`.
 pub(crate) fn run(words: &[String], docs: &Path) -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words.as_slice() {
@@ -35,12 +35,12 @@ fn named(name: &str) -> Result<Family, Box<dyn Error>> {
         .ok_or_else(|| format!("no family `{name}`").into())
 }
 
-/// The functions that a family has, in the order of the table.
+/// Returns the functions of a family, in the order of the table.
 fn of(family: Family) -> impl Iterator<Item = &'static Function> {
     (FUNCTIONS.iter()).filter(move |function| function.families.contains(&family))
 }
 
-/// How an argument is declared in C.
+/// Returns the declaration of an argument in C.
 fn declared(name: &str, ty: &str) -> String {
     let ty = ty.replace(' ', "");
     if let Some(of) = inside(&ty, "In") {
@@ -56,14 +56,14 @@ fn declared(name: &str, ty: &str) -> String {
     }
 }
 
-/// What a pointer of the table points to.
+/// Returns the type to which a pointer of the table points.
 fn inside<'a>(ty: &'a str, pointer: &str) -> Option<&'a str> {
     ty.strip_prefix(pointer)?
         .strip_prefix('<')?
         .strip_suffix('>')
 }
 
-/// A type by its C name; structures and enums have the same in both.
+/// Returns the C name of a type; structures and enums have the same name in both.
 fn number(ty: &str) -> &str {
     match ty {
         "Bool" => "bool",

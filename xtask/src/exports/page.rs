@@ -1,4 +1,4 @@
-//! A page of every function that the three libraries export.
+//! Page of all functions that the three libraries export.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -77,7 +77,7 @@ fn line(page: &mut String, function: &Function) {
     );
 }
 
-/// What a function begins with in a family.
+/// Returns the leading parameters of a function in a family.
 fn ids(function: &Function, family: Family) -> &'static str {
     if !function.families.contains(&family) {
         return "–";
@@ -99,7 +99,7 @@ fn kind(kind: Kind) -> &'static str {
     }
 }
 
-/// Functions that go by another name than their command.
+/// Functions whose names differ from those of their commands.
 const OTHERWISE: [(&str, &str); 13] = [
     ("GetPoseEx", "Pose"),
     ("SetAutoLevelingCmd", "AutoLeveling"),
@@ -116,7 +116,7 @@ const OTHERWISE: [(&str, &str); 13] = [
     ("SendPluseEx", "PulseMode"),
 ];
 
-/// The command of the protocol that a function sends.
+/// Returns the command of the protocol that a function sends; `None` if it sends none.
 fn command(function: &Function) -> Option<&'static Row> {
     let sent = matches!(function.kind, Kind::Command | Kind::Guarded);
     if let Some((_, name)) = (OTHERWISE.iter()).find(|(known, _)| *known == function.name) {
@@ -128,11 +128,11 @@ fn command(function: &Function) -> Option<&'static Row> {
         .find(|row| [row.get_name, row.set_name].contains(&function.name))
 }
 
-/// Whether it goes into the queue: as the caller says, in any case, or never.
+/// Describes whether the command is queued: always, never, or as the caller chooses.
 fn queue(function: &Function) -> &'static str {
     let sent = function.kind != Kind::Neutral;
     let may = (function.arguments.iter()).any(|&(name, _)| name == "queued");
-    // `|arm, value, _, index| what(arm, value, Always, index)`
+    // The body's form is `|arm, value, _, index| what(arm, value, Always, index)`.
     let does = function.body.splitn(3, '|').nth(2).unwrap_or_default();
     match (sent && may, does.contains("Said"), does.contains("index")) {
         (false, ..) => "",

@@ -1,4 +1,5 @@
-//! What the built libraries export, the functions of their family and nothing else; and what they need, which every system has.
+//! Checks that the built libraries export exactly the functions of their family and depend only on
+//! libraries of every system.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -8,7 +9,8 @@ use magician_capi::Family;
 
 use super::of;
 
-/// Libraries that a system for programs has. The vendor's wants Qt, and does not load for it on most machines.
+/// Libraries of every system that runs programs. The vendor's library needs Qt and therefore does
+/// not load on most machines.
 const ON_LINUX: [&str; 5] = [
     "libc.so",
     "libm.so",
@@ -29,7 +31,7 @@ const ON_WINDOWS: [&str; 10] = [
     "api-ms-win-core-",
 ];
 
-/// Holds the exports of built libraries against the table; `nm` and `objdump` of the binutils read them.
+/// Compares the exports of built libraries with the table. Uses `nm` and `objdump` of the binutils.
 pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>> {
     let wanted: BTreeSet<&str> = of(family).map(|function| function.name).collect();
     let mut wrong = Vec::new();
@@ -59,7 +61,7 @@ pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>
     }
 }
 
-/// Names that a library exports, as a program asks for them.
+/// Returns the names that a library exports.
 fn listing(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
     if file.ends_with(".dll") {
         Ok(windows(&output("objdump", &["-p", file])?))
@@ -71,7 +73,7 @@ fn listing(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
     }
 }
 
-/// Other libraries that a library asks the system for.
+/// Returns the libraries that a library depends on.
 fn needed(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
     let said = output("objdump", &["-p", file])?;
     Ok((said.lines())
@@ -90,7 +92,8 @@ fn is_everywhere(name: &str) -> bool {
     (ON_LINUX.iter().chain(&ON_WINDOWS)).any(|known| name.starts_with(known))
 }
 
-/// The names of objdump's export table: `[ 12] +base[ 13] 000c GetPose`, or without the part in the middle.
+/// Parses the names of objdump's export table: `[ 12] +base[ 13] 000c GetPose`, or without the
+/// middle part.
 fn windows(said: &str) -> Vec<String> {
     (said.lines())
         .skip_while(|line| !line.starts_with("[Ordinal/Name Pointer] Table"))

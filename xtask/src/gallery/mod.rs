@@ -1,4 +1,4 @@
-//! A picture of each motion mode: what the virtual arm does when it is told so over the wire.
+//! Pictures of all motion modes, as the virtual arm performs them when commanded over the wire.
 
 mod modes;
 mod plot;

@@ -1,24 +1,24 @@
-//! The motion modes that have a picture.
+//! Motion modes that have a picture.
 
 use std::time::Duration;
 
 use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Flag, JogCommand, PtpMode, Set};
 
-/// One picture.
+/// Picture of one mode.
 pub(super) struct Mode {
-    /// Name of the file.
+    /// File name.
     pub(super) name: &'static str,
     pub(super) title: &'static str,
-    /// What was sent, in words.
+    /// Description of the commands.
     pub(super) says: &'static str,
-    /// Queued before the picture begins.
+    /// Commands that are queued before the picture begins.
     pub(super) before: fn() -> Vec<Set>,
-    /// What the picture shows.
+    /// Steps that the picture shows.
     pub(super) acts: fn() -> Vec<Act>,
 }
 
-/// A step of a run.
+/// Step of a run.
 pub(super) enum Act {
     Queue(Set),
     Now(Set),

@@ -1,4 +1,4 @@
-//! The picture of a run: from above, from the side, joint speeds.
+//! Picture of a run: from above, from the side, and joint speeds.
 
 use std::error::Error;
 use std::ops::Range;
@@ -42,7 +42,7 @@ pub(super) fn draw(mode: &Mode, run: &Run) -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// Equal scales on both axes: the wider need decides.
+/// Extends the ranges to equal scales on both axes.
 fn fitted(x: Range<f64>, y: Range<f64>, aspect: f64) -> (Range<f64>, Range<f64>) {
     let (width, height) = (x.end - x.start, y.end - y.start);
     let width_wanted = width.max(height * aspect);
@@ -91,7 +91,7 @@ fn panel(
     Ok(())
 }
 
-/// A place of the ground as a picture of paper shows it.
+/// Converts a position on the ground into the view of a drawing on paper.
 fn seen(place: [f64; 2]) -> (f64, f64) {
     let [right, up] = TopView::PAPER.project(place);
     (right, up)
@@ -134,7 +134,8 @@ fn from_the_side(area: &Area<'_>, looks: &[Sample]) -> Drawn {
     panel(area, "from the side", names, ranges, section(), track)
 }
 
-/// The outline of what the wrist reaches in a plane through the axis: J2 and J3 along their bounds.
+/// Returns the outline of the area that the wrist reaches in a plane through the base's axis: J2
+/// and J3 along their limits.
 fn section() -> Vec<(f64, f64)> {
     let (limits, arm) = (ArmModel::MAGICIAN.limits, Geometry::default());
     let mut outline = Vec::new();

@@ -1,4 +1,4 @@
-//! Runs a mode on a virtual arm and looks at it every few milliseconds.
+//! Runs a mode on a virtual arm and samples its state every few milliseconds.
 
 use std::time::Duration;
 
@@ -8,16 +8,16 @@ use magician_sim::{ArmInstant, Controller, ControllerState, LinkId};
 
 use super::modes::{Act, Mode};
 
-/// Between two looks.
+/// Interval of samples.
 const LOOK: Duration = Duration::from_millis(2);
-/// Looks in a picture.
+/// Largest number of samples in a picture.
 const MOST_LOOKS: usize = 400;
-/// The longest run; one that never ends is a mistake in the mode.
+/// Longest run. A longer one means that the mode never ends, which is a mistake in it.
 const LONGEST: Duration = Duration::from_secs(120);
 
 const USB: LinkId = LinkId(0);
 
-/// The arm at an instant.
+/// State of the arm at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub(super) at: f64,
@@ -26,13 +26,13 @@ pub(super) struct Sample {
     pub(super) rail: f64,
 }
 
-/// What was seen, in order.
+/// Samples in order.
 pub(super) struct Run {
     pub(super) looks: Vec<Sample>,
 }
 
 impl Run {
-    /// How long the arm moved.
+    /// Returns the duration of the motion, s.
     pub(super) fn seconds(&self) -> f64 {
         self.looks.last().map_or(0.0, |last| last.at)
     }
@@ -43,9 +43,9 @@ fn send(arm: &mut Controller, set: &Set, ctrl: Ctrl) {
     arm.exchange(USB, frame.bytes());
 }
 
-/// Runs it from its start to where everything rests.
+/// Runs a mode until everything rests.
 pub(super) fn run(mode: &Mode) -> Run {
-    // The pictures show the wrist.
+    // The pictures show the wrist, so no tool is mounted.
     let mut arm = Controller::default().with_tool(magician_motion::ToolBias::NONE);
     let clear = Set::ClearAllAlarmsState(magician_protocol::commands::ClearAllAlarmsState {});
     send(&mut arm, &clear, Ctrl::SET);
@@ -70,7 +70,7 @@ pub(super) fn run(mode: &Mode) -> Run {
     }
 }
 
-/// As many looks as a picture can show, the first and the last among them.
+/// Reduces samples to the number that a picture can show, keeping the first and the last.
 fn thinned(looks: &[Sample]) -> Vec<Sample> {
     let step = looks.len() / MOST_LOOKS + 1;
     let last = looks.len().saturating_sub(1);
@@ -85,7 +85,7 @@ fn rest(arm: &mut Controller) {
     }
 }
 
-/// Looks on for a span, or until nothing is scheduled any more.
+/// Samples for a span, or until nothing is scheduled any more.
 fn watch(arm: &mut Controller, began: ArmInstant, span: Option<Duration>, looks: &mut Vec<Sample>) {
     let end = arm.now() + span.unwrap_or(LONGEST);
     while arm.now() < end && (span.is_some() || arm.poll_timeout().is_some()) {
@@ -100,7 +100,7 @@ fn look(state: &ControllerState, began: ArmInstant) -> Sample {
         at: (state.now - began).as_secs_f64(),
         pose: state.pose,
         joints: state.joints,
-        // Without one it stands still.
+        // Without a rail the carriage stands at 0.
         rail: state.rail.unwrap_or(0.0),
     }
 }

@@ -1,6 +1,7 @@
-//! Import libraries: what a program for Windows is linked with, so that it looks for `DobotDll.dll`.
+//! Import libraries, with which programs for Windows are linked to load `DobotDll.dll`.
 //!
-//! The compiler makes one that has the name of the file that it wrote, which is not the vendor's.
+//!
+//! The compiler's own import library names the file that it wrote, which is not the vendor's name.
 
 use std::error::Error;
 use std::fs;
@@ -10,7 +11,8 @@ use std::path::Path;
 use ar_archive_writer::{COFFShortExport, MachineTypes, write_import_library};
 use magician_capi::{FUNCTIONS, Family};
 
-/// Writes the import library of a family twice, under the names that Microsoft's linker and MinGW's look for.
+/// Writes the import library of a family twice, under the names that the linkers of Microsoft and
+/// MinGW look for.
 pub(super) fn write(folder: &Path, family: Family, target: &str) -> Result<(), Box<dyn Error>> {
     let (machine, prefix) = machine(target)?;
     let exports: Vec<COFFShortExport> = FUNCTIONS
@@ -34,7 +36,7 @@ pub(super) fn write(folder: &Path, family: Family, target: &str) -> Result<(), B
     Ok(())
 }
 
-/// The machine of a target, and what its C compilers put before a name.
+/// Returns the machine type of a target, and the prefix that its C compilers put before names.
 fn machine(target: &str) -> Result<(MachineTypes, &'static str), Box<dyn Error>> {
     match target.split('-').next() {
         Some("x86_64") => Ok((MachineTypes::AMD64, "")),

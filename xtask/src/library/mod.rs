@@ -1,4 +1,4 @@
-//! The drop-in for the vendor's library as it is installed: for programs in C, C++ and Python.
+//! Installable replacement for the vendor's library, for programs in C, C++ and Python.
 
 mod import;
 mod stage;
@@ -8,8 +8,8 @@ use std::path::Path;
 
 pub(crate) use stage::{PYTHON, stage, stage_release, write_headers, write_python};
 
-/// `vendor-library [--target TRIPLE] [DIR]`: builds the libraries and lays them out; `--imports TRIPLE DIR` makes nothing
-/// but the import libraries.
+/// `vendor-library [--target TRIPLE] [DIR]`: builds the libraries and lays them out. `--imports
+/// TRIPLE DIR` only writes the import libraries.
 pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let (target, folder) = match words.as_slice() {

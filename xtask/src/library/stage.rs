@@ -1,4 +1,4 @@
-//! The drop-in as it is installed: a folder that is a prefix.
+//! Lays out the replacement library as it is installed, in a folder that serves as a prefix.
 //!
 //! ```text
 //! include/dobotdll/v1/DobotDll.h, DobotType.h
@@ -26,10 +26,11 @@ const FAMILIES: [(&str, Family); 3] = [("v1", Family::V1), ("v2", Family::V2), (
 
 /// Interpreter that runs the generators of Python files.
 pub(crate) const PYTHON: &str = "python3";
-/// The script that puts the folder where it is wanted.
+/// Script that installs the folder at its final place.
 const INSTALLER: &str = "install-dobotdll";
 
-/// Builds the libraries for a target, this machine's if none is named, and lays everything out; where.
+/// Builds the libraries for a target, by default this machine, and lays everything out. Returns the
+/// folder.
 pub(crate) fn stage(
     root: &Path,
     target: Option<&str>,
@@ -49,7 +50,7 @@ pub(crate) fn stage(
     Ok(folder)
 }
 
-/// Builds the libraries as a release has them, and lays everything out in a folder.
+/// Builds the libraries with the settings of a release, and lays everything out in a folder.
 pub(crate) fn stage_release(
     builder: &Builder,
     system: &ReleaseSystem,
@@ -109,7 +110,7 @@ fn lay_out(
         // Programs in C need no Python.
         println!("DobotDllType.py is left out: {error}");
     }
-    // It finds the families beside it.
+    // The module looks for the families in its own folder.
     fs::copy(
         door.join("python/studio.py"),
         folder.join("lib/dobotdll/studio.py"),
@@ -131,7 +132,7 @@ fn lay_out(
     Ok(())
 }
 
-/// Writes the C headers, each family's to a folder of its own.
+/// Writes the C headers, one folder per family.
 pub(crate) fn write_headers(folder: &Path) -> std::io::Result<()> {
     for (name, family) in FAMILIES {
         let folder = folder.join(name);
@@ -143,7 +144,7 @@ pub(crate) fn write_headers(folder: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Writes `DobotDllType.py`, each family's to a folder of its own.
+/// Writes `DobotDllType.py`, one folder per family.
 pub(crate) fn write_python(root: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
     let generator = root.join("crates/magician-capi/python/generate.py");
     let mut command = Command::new(PYTHON);
@@ -154,7 +155,7 @@ pub(crate) fn write_python(root: &Path, folder: &Path) -> Result<(), Box<dyn Err
     }
 }
 
-/// The import libraries of a target's families, each in a folder of its own.
+/// Writes the import libraries of a target, one folder per family.
 pub(super) fn imports(target: &str, folder: &Path) -> Result<(), Box<dyn Error>> {
     for (name, family) in FAMILIES {
         let folder = folder.join(name);
@@ -164,7 +165,7 @@ pub(super) fn imports(target: &str, folder: &Path) -> Result<(), Box<dyn Error>>
     Ok(())
 }
 
-/// The library under the vendor's names.
+/// Copies the library under the vendor's names.
 fn put_library(built: &Path, family: &str, target: &str, to: &Path) -> Result<(), Box<dyn Error>> {
     if target.contains("windows") {
         fs::copy(
@@ -199,14 +200,15 @@ fn symbolic_link(name: &str, link: &Path) -> std::io::Result<()> {
     std::os::unix::fs::symlink(name, link)
 }
 
-/// Windows wants a privilege for links, and this is a library for another system.
+/// Creating links on Windows needs a privilege, and this library is for another system, so the file
+/// is copied.
 #[cfg(not(unix))]
 fn symbolic_link(name: &str, link: &Path) -> std::io::Result<()> {
     fs::copy(link.with_file_name(name), link).map(drop)
 }
 
-/// The pkg-config file of a family; `v1` goes by the plain name. It works where it lies, and the installer makes its
-/// prefix an absolute one. Quotes let a prefix have blanks.
+/// Returns name and text of a family's pkg-config file; `v1` has the plain name. It works in place;
+/// the installer makes its prefix absolute. Quotes allow blanks in the prefix.
 fn package(family: &str, target: &str, version: &str) -> (String, String) {
     let name = match family {
         "v1" => "dobotdll".to_owned(),
@@ -217,7 +219,7 @@ fn package(family: &str, target: &str, version: &str) -> (String, String) {
         "v2" => "functions with a dobotId",
         _ => "functions with master and slave ids",
     };
-    // The library lies in a folder of its own, where the loader does not look.
+    // The library is in a separate folder, where the loader does not search.
     let path = if target.contains("windows") {
         ""
     } else {
@@ -237,7 +239,7 @@ fn package(family: &str, target: &str, version: &str) -> (String, String) {
     (format!("{name}.pc"), text)
 }
 
-/// Copies the files with an ending, in the order of their names.
+/// Copies the files with an extension, sorted by name.
 fn copy_files(from: &Path, to: &Path, ending: &str) -> Result<(), Box<dyn Error>> {
     let entries = fs::read_dir(from).map_err(|error| format!("{}: {error}", from.display()))?;
     for entry in entries {

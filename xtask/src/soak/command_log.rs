@@ -1,4 +1,9 @@
-//! The reported results of commands, compared with what the arm took.
+//! Compares the reported outcome of each command with what the arm accepted.
+//!
+//! A command is sent under a number with unique parameters. The arm's side reports what it
+//! accepted, the host's side the outcome it was given. Once enough later commands were sent,
+//! nothing about a command can change any more, and [`CommandLog`] judges it into one field of
+//! [`Tally`].
 
 use std::collections::{HashMap, VecDeque};
 
@@ -6,49 +11,50 @@ use magician::connection::Failure;
 
 use crate::bench::figure::Figure;
 
-/// A command is judged when so many later ones were sent.
+/// Number of later commands after which a command is judged.
 const KEPT: usize = 512;
 
-/// A command from being sent to being judged.
+/// Command that has been sent and not yet judged.
 struct Entry {
     number: u64,
     params: Vec<u8>,
     fate: Option<Result<u64, Failure>>,
-    /// The indices under which the arm took it.
+    /// Indices under which the arm accepted it.
     taken: Vec<u64>,
-    /// The arm was reset since a command was told as accepted.
+    /// True if the arm was reset since a command was last reported as accepted.
     reset: bool,
 }
 
-/// What came of all commands.
+/// Number of commands by outcome.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tally {
     pub(super) commands: u64,
-    /// Told as accepted, and taken once with this index and these parameters.
+    /// Reported as accepted, and accepted once with this index and these parameters.
     pub(super) once: u64,
-    /// Told as accepted; the arm took another command than was sent, for the checksum did not show it.
+    /// Reported as accepted, but the arm accepted other parameters: the checksum did not detect the
+    /// change.
     pub(super) altered: u64,
     /// Reported as uncertain.
     pub(super) uncertain: u64,
-    /// Of these, the ones that the arm took.
+    /// Reported as uncertain, but accepted by the arm.
     pub(super) uncertain_taken: u64,
-    /// Nothing was sent, or it is known that the arm took nothing; and so it was.
+    /// Reported as not accepted, correctly.
     pub(super) not_taken: u64,
-    /// Told as accepted, and not taken.
+    /// Reported as accepted, but not accepted.
     pub(super) lost: u64,
-    /// Taken more than once.
+    /// Accepted more than once.
     pub(super) twice: u64,
-    /// Taken after a later one.
+    /// Accepted after a later command.
     pub(super) disordered: u64,
-    /// Taken with another index than was told.
+    /// Accepted with another index than reported.
     pub(super) misplaced: u64,
-    /// Told as not taken, and taken.
+    /// Reported as not accepted, but accepted.
     pub(super) denied: u64,
-    /// An uncertain one outside of the interval that was told.
+    /// Uncertain ones accepted outside of the reported interval.
     pub(super) outside: u64,
-    /// Lost, taken twice or disordered, and the host has said so.
+    /// Lost, accepted twice or out of order, but the host has reported that.
     pub(super) reported: u64,
-    /// Commands that the arm took but that were not sent like this, beside those that were told as accepted.
+    /// Commands that the arm accepted with parameters never sent, except those counted as altered.
     pub(super) strays: u64,
 }
 
@@ -73,23 +79,23 @@ impl Tally {
     }
 }
 
-/// The commands of one arm from one reset to the next, or of many.
+/// Log of the commands of one arm between resets, or of several arms.
 #[derive(Default)]
 pub(super) struct CommandLog {
     entries: VecDeque<Entry>,
     numbers: HashMap<Vec<u8>, u64>,
-    /// What the arm took that was not sent like this, by index.
+    /// Indices of accepted commands whose parameters were never sent.
     strays: VecDeque<u64>,
-    /// Intervals of indices that the host was told not to rely on.
+    /// Intervals of indices that were reported to the host as unreliable.
     reports: VecDeque<(u64, u64)>,
     newest: u64,
-    /// How often the arm had been reset when a command was told as accepted.
+    /// Number of resets when a command was last reported as accepted.
     boots: u32,
     pub(super) tally: Tally,
 }
 
 impl CommandLog {
-    /// A command is about to be sent. Numbers follow each other.
+    /// Records a command that is about to be sent. Numbers must be consecutive.
     pub(super) fn send(&mut self, number: u64, params: &[u8]) {
         self.tally.commands += 1;
         self.numbers.insert(params.to_vec(), number);
@@ -111,7 +117,7 @@ impl CommandLog {
         self.entries.get_mut(at)
     }
 
-    /// The arm took something into its queue.
+    /// Records that the arm accepted a command.
     pub(super) fn take(&mut self, params: &[u8], index: u64) {
         let Some(number) = self.numbers.get(params).copied() else {
             self.strays.push_back(index);
@@ -131,7 +137,7 @@ impl CommandLog {
         self.tally.disordered += u64::from(late && !again);
     }
 
-    /// The host was told; the arm has been reset so often.
+    /// Records the outcome reported to the caller. `boots` is the number of resets so far.
     pub(super) fn tell(&mut self, number: u64, fate: Result<u64, Failure>, boots: u32) {
         let reset = boots != self.boots;
         if fate.is_ok() {
@@ -145,7 +151,7 @@ impl CommandLog {
         }
     }
 
-    /// The host was told that these indices are not what it thought.
+    /// Records that these indices were reported to the host as unreliable.
     pub(super) fn report(&mut self, interval: (u64, u64)) {
         self.reports.push_back(interval);
         if self.reports.len() > KEPT {
@@ -157,7 +163,7 @@ impl CommandLog {
         (self.reports.iter()).any(|(from, to)| (*from..=*to).contains(&index))
     }
 
-    /// Judges what has not been.
+    /// Judges all remaining commands.
     pub(super) fn close(&mut self) {
         while !self.entries.is_empty() {
             self.judge_first();
@@ -173,7 +179,7 @@ impl CommandLog {
         let told = entry.fate.and_then(Result::ok);
         let reported = match taken {
             [] => told.is_some_and(|index| self.is_reported(index)),
-            // One of them was as it should be.
+            // A single acceptance is correct; any further ones must have been reported.
             [..] => {
                 taken
                     .iter()

@@ -1,4 +1,4 @@
-//! Drawings over bad lines: the same in the end, or stopped with the place told.
+//! Drawings over bad lines: the result is identical, or the run stops and reports its place.
 
 use std::error::Error;
 use std::path::Path;
@@ -31,12 +31,12 @@ use rig::{Trouble, draw, on_a_jumping_clock};
 use verdict::{Came, drawn, judge};
 
 const SAMPLES: &str = "../crates/magician-program/samples";
-/// Every so many drawings go over a network.
+/// Interval at which a run draws over a network: every fifth run.
 const NETWORK: u64 = 5;
-/// As many that went wrong are told of.
+/// Largest number of failed drawings that are printed.
 const MOST_TOLD: u64 = 10;
 
-/// A plan, and what is drawn of it when nothing is amiss.
+/// Plan, and its drawing without faults.
 struct Program {
     name: &'static str,
     plan: Plan,
@@ -59,13 +59,13 @@ struct Tally {
     digest: Digest,
 }
 
-/// The plan of a sample.
+/// Reads the plan of a sample.
 pub(super) fn sample(name: &str) -> Result<Plan, Box<dyn Error>> {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join(SAMPLES);
     Ok(programs::plan(&samples, name)?)
 }
 
-/// So many drawings, each with a program, a trouble and a seed of its own.
+/// Runs this many drawings, each with its own program, faults and seed.
 pub(super) fn drawings(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join(SAMPLES);
     let mut all = Vec::new();
@@ -98,7 +98,7 @@ pub(super) fn drawings(scope: Scope) -> Result<Found, Box<dyn Error>> {
 }
 
 impl Tally {
-    /// What is wrong with it, if anything is.
+    /// Draws over a faulty line. Returns a description of what is wrong, or `None`.
     fn over_a_line(
         &mut self,
         program: &Program,
@@ -176,7 +176,7 @@ impl Tally {
 
     fn figures(&self, cases: u64) -> Vec<Figure> {
         let count = |name: &str, value: u64| Figure::new(name, value as f64, "");
-        // The checksum misses some: as many as R1 allows.
+        // The checksum misses some alterations: as many as R1 allows.
         let altered = 3.0 * (self.commands as f64 / 1e6).max(1.0);
         vec![
             count("drawings", cases).with("commands", self.commands as f64),
@@ -199,7 +199,7 @@ fn faults(troubles: &[&str], round: u64, seed: u64) -> Result<Faults, Box<dyn Er
     Ok(format!("{text},seed={seed}").parse()?)
 }
 
-/// Bytes of what was drawn.
+/// Returns the bytes of a drawing.
 fn trace(drawing: &Drawing) -> Vec<u8> {
     let points = drawing.strokes().iter().flat_map(|stroke| &stroke.points);
     points

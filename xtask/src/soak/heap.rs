@@ -1,4 +1,4 @@
-//! What of the heap is in use by this thread: the allocator of these chores counts.
+//! Counts the heap memory in use by this thread, by a counting global allocator.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -8,11 +8,11 @@ thread_local! {
     static IN_USE: Cell<isize> = const { Cell::new(0) };
 }
 
-/// The system's allocator, counting.
+/// System allocator with a counter.
 struct Counting;
 
 fn count(by: isize) {
-    // Not while a thread ends.
+    // The thread-local is gone while a thread ends, so errors are ignored.
     IN_USE.try_with(|bytes| bytes.set(bytes.get() + by)).ok();
 }
 
@@ -34,7 +34,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Bytes that this thread has allocated and not freed.
+/// Returns the bytes that this thread has allocated and not freed.
 pub(super) fn in_use() -> usize {
     usize::try_from(IN_USE.get()).unwrap_or(0)
 }

@@ -1,5 +1,5 @@
-//! R6 and R7: an arm that wishes the host ill. Frames of every kind, rubbish, silence, answers that are too early, too
-//! late, doubled and wrong; resets, lost lines. The host must neither panic nor hang nor grow.
+//! R6 and R7: a hostile arm. Frames of every kind, garbage, silence, replies that are early, late,
+//! duplicated and wrong; resets and lost lines. The host must not panic, hang or grow.
 
 use std::error::Error;
 
@@ -14,20 +14,20 @@ use super::{Found, Scope, heap, program};
 use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
-/// Every request ends so soon, and so does a stream's own.
+/// Timeout of every request, and of a stream's own requests.
 const PATIENCE: u64 = 5 * SECOND;
 
-/// A host whose arm is the enemy.
+/// Host under attack, with its clock.
 struct Siege {
     dice: Dice,
     now: u64,
     host: Connection,
     stream: Stream,
-    /// Requests that have not ended, and when they end at the latest.
+    /// Open requests with their deadlines.
     open: Vec<(Ticket, u64)>,
-    /// Frames that the host sent and the arm may still answer, the newest last.
+    /// Frames that the host sent and the arm may still answer, newest last.
     heard: Vec<FrameBuf>,
-    /// Most requests of its own that the host has open.
+    /// Largest number of own requests that the host has open.
     most: usize,
     index: u64,
     number: u64,
@@ -88,7 +88,7 @@ impl Siege {
         self.host.receive(self.now, bytes);
     }
 
-    /// An answer to something that was asked, more or less right.
+    /// Sends a reply to one of these frames, more or less correct.
     fn answer(&mut self) {
         let count = self.heard.len() as u64;
         let Some(asked) = self.heard.get(self.dice.below(count) as usize).copied() else {
@@ -140,7 +140,7 @@ impl Siege {
         }
     }
 
-    /// An unsolicited frame.
+    /// Sends an unsolicited frame.
     fn rubbish(&mut self) {
         let mut params = [0; 64];
         params.fill_with(|| self.dice.byte());
@@ -199,7 +199,7 @@ impl Siege {
         self.host.handle_timeout(self.now);
     }
 
-    /// The line is lost and found, the arm is reset, the stream is given up.
+    /// Loses and restores the line, resets the arm, or ends the stream.
     fn strike(&mut self) {
         match self.dice.below(40) {
             0 => {
@@ -214,7 +214,8 @@ impl Siege {
         }
     }
 
-    /// What a shell does after every call.
+    /// Exchanges frames and events with the host after every call, as the I/O layer of a connection
+    /// does.
     fn turn(&mut self) {
         for _ in 0..64 {
             self.stream.advance(self.now, &mut self.host);
@@ -236,7 +237,7 @@ impl Siege {
                 break;
             }
         }
-        // Overdue ones show when time has passed.
+        // Overdue requests are counted after time has passed.
         let now = self.now;
         self.late += self.open.iter().filter(|(_, end)| *end + 1 < now).count() as u64;
         if self.stream.is_over() {
@@ -275,8 +276,10 @@ fn stream(dice: &mut Dice) -> Stream {
     })
 }
 
-/// R6: lives of some thousand steps each.
+/// R6: sessions of some thousand steps each.
 pub(super) fn lives(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    // Steps of a session. A choice: long enough to fill the host's queues, short enough for many
+    // fresh hosts.
     const LIFE: u64 = 5_000;
     let (mut late, mut ended, mut streams, mut open) = (0, 0, 0, 0);
     let mut digest = Digest::default();
@@ -285,7 +288,7 @@ pub(super) fn lives(scope: Scope) -> Result<Found, Box<dyn Error>> {
         for _ in 0..LIFE {
             siege.step();
         }
-        // Left alone, everything ends.
+        // Without further attacks everything must end.
         let end = siege.now + 2 * PATIENCE;
         while siege.now < end {
             siege.now += 10_000;
@@ -309,14 +312,14 @@ pub(super) fn lives(scope: Scope) -> Result<Found, Box<dyn Error>> {
     })
 }
 
-/// R7: one session, for so many seconds of its time; what it holds of the memory at most.
+/// R7: one session over this many seconds of its time. Measures its largest memory.
 pub(super) fn memory(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let before = heap::in_use();
     let mut siege = Box::new(Siege::new(scope.seed));
-    // Not the session's: what the siege keeps.
+    // Memory of the test itself, which does not count.
     let own = siege.open.capacity() * size_of::<(Ticket, u64)>()
         + siege.heard.capacity() * size_of::<FrameBuf>();
-    // As many as a driver has open.
+    // The number that a driver keeps open.
     siege.most = 8;
     let (mut most, mut steps) = (0, 0_u64);
     let inline = size_of::<Siege>();

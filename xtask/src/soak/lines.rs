@@ -1,4 +1,5 @@
-//! Drawings over lines of each kind, compared on paper with what they should be: a table, one row for each line.
+//! Drawings over lines of each kind, compared with the correct drawing: a table with one row per
+//! line.
 
 use std::error::Error;
 
@@ -13,20 +14,21 @@ use super::drawing::verdict::drawn;
 use super::{Found, Scope};
 use crate::bench::figure::Figure;
 
-/// Points on the curve of the drawing: few, so that most of it is long strokes and corners; more; and a long one.
+/// Points on the curve of the drawing: few, so that most of it is long strokes and corners; more;
+/// and many.
 const FEW: u32 = 12;
 const POINTS: u32 = 200;
 const MANY: u32 = 2_400;
 
-/// A kind of line.
+/// Kind of line.
 struct Line {
     name: &'static str,
     faults: &'static str,
     windows: &'static [usize],
     points: u32,
-    /// The arm is so many times as fast as the host thinks.
+    /// Speed of the arm relative to the host's assumption.
     pace: f64,
-    /// Every drawing comes to its end.
+    /// True if every drawing must be completed.
     completes: bool,
 }
 
@@ -113,7 +115,7 @@ const LINES: [Line; 10] = [
     },
 ];
 
-/// So many drawings over each line at each window.
+/// Runs this many drawings over each line with each window.
 pub(super) fn lines(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let mut figures = Vec::new();
     let (mut wrong, mut lost) = (0, 0);

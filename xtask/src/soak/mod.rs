@@ -1,7 +1,10 @@
-//! The driver's promises, tried for as long as asked: simulations in virtual time, from a seed.
+//! Soak tests of the driver's guarantees: seeded simulations in virtual time, for as long as
+//! wanted.
 //!
-//! Every soak is deterministic: the same name, cases and seed send and receive the same bytes at the same instants, and
-//! print the same digest of them. The tests of this crate run each for a moment.
+//!
+//! Every soak is deterministic: the same name, number of cases and seed send and receive the same
+//! bytes at the same instants, and print the same digest of them. The tests of this crate run each
+//! of them briefly.
 
 mod command_log;
 mod drawing;
@@ -21,25 +24,25 @@ use std::time::Instant;
 
 use crate::bench::figure::{Figure, Report};
 
-/// How much of it.
+/// Size and seed of a run.
 #[derive(Clone, Copy, Debug)]
 struct Scope {
-    /// Commands, faults, calls: what the soak counts.
+    /// Number of cases: commands, faults or calls, depending on the soak.
     cases: u64,
     seed: u64,
 }
 
-/// What a soak found: figures, and the digest of what passed on the line where there is one.
+/// Results of a soak: figures, and the digest of the traffic if there is any.
 struct Found {
     figures: Vec<Figure>,
     digest: Option<u64>,
 }
 
-/// A promise.
+/// Guarantee with its soak.
 struct Soak {
     name: &'static str,
     says: &'static str,
-    /// Cases of a run of about a minute in a release build.
+    /// Cases that take about a minute in a release build.
     cases: u64,
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
@@ -141,7 +144,7 @@ fn help() -> String {
     lines.concat()
 }
 
-/// Runs what `words` name.
+/// Runs the soaks that `words` name.
 pub(crate) fn run(words: &[String]) -> Result<(), Box<dyn Error>> {
     let (mut json, mut names) = (false, Vec::new());
     let (mut cases, mut seed) = (None, 1);
@@ -179,7 +182,7 @@ pub(crate) fn run(words: &[String]) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Runs one and prints what it found; the names of what is not as it should be.
+/// Runs one soak and prints its results. Returns the names of figures that miss their goals.
 fn report(soak: &Soak, scope: Scope, json: bool) -> Result<Vec<String>, Box<dyn Error>> {
     let Scope { cases, seed } = scope;
     let report = Report::new(json);
@@ -214,7 +217,7 @@ fn report(soak: &Soak, scope: Scope, json: bool) -> Result<Vec<String>, Box<dyn 
 mod tests {
     use super::*;
 
-    /// Cases of each in a debug build.
+    /// Cases of each soak in a debug build.
     const SHORT: [(&str, u64); 14] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),

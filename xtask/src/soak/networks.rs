@@ -1,4 +1,4 @@
-//! Drawings over networks that lose and double datagrams, compared as those over lines are.
+//! Drawings over networks that lose and duplicate datagrams, compared like those over lines.
 
 use std::error::Error;
 use std::time::Duration;
@@ -11,12 +11,12 @@ use super::drawing::{datagrams, sample};
 use super::{Found, Scope};
 use crate::bench::figure::Figure;
 
-/// What is lost of the datagrams, each way; one in 100 of the others comes twice.
+/// Share of datagrams lost in each direction; one of 100 of the others is duplicated.
 const LOST: [&str; 4] = ["0", "0.003", "0.01", "0.02"];
-/// 80 commands.
+/// Drawing of 80 commands.
 const DRAWING: &str = "house.svg";
 
-/// So many drawings over each network.
+/// Runs this many drawings over each network.
 pub(super) fn networks(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let plan = sample(DRAWING)?;
     let right = drawn(&plan, None);

@@ -1,4 +1,4 @@
-//! R1: what the checksum lets through shows in where the arm ends.
+//! R1: alterations that the checksum misses, and where the arm ends because of them.
 
 use std::error::Error;
 
@@ -12,22 +12,22 @@ use super::{Found, Scope, program};
 use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
-/// Ten times as many bytes are spoilt as R1 says, for a hundred times as many altered commands to look at.
+/// Ten times the corrupted bytes of R1, for a hundred times the undetected alterations to examine.
 const SPOILT: Faults = Faults {
     replace: 1e-2,
     drop: 1e-3,
     ..Faults::NONE
 };
-/// A pose further from its target than this is noticed, in mm and degrees: less than an arm's repeatability.
+/// Deviation from the target that is noticed, mm and deg: less than an arm's repeatability.
 const NOTICED: f32 = 0.1;
 
 #[derive(Default)]
 struct Tally {
     altered: u64,
     noticed: u64,
-    /// The arm ended where it should, within [`NOTICED`].
+    /// The arm ended at its target, within [`NOTICED`].
     harmless: u64,
-    /// It did, by another way: the mode was altered and little else.
+    /// The arm ended there by another path: mainly the mode was altered.
     detours: u64,
     false_alarms: u64,
 }
@@ -41,7 +41,7 @@ pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
         let command = program::to_point(number, PtpMode::MovjXyz);
         let request = program::request(&command);
         let accepted = ask(&mut pair, request).is_ok();
-        // Until it has ended; a hold shows in the alarms, a stopped queue in the index.
+        // Until the move has ended; a held queue shows in the alarms, a stopped one in the index.
         let mut held = false;
         while pair.arm.state().queue.running.is_some() || pair.arm.state().queue.waiting > 0 {
             let soon = pair.now + SECOND;
@@ -51,7 +51,7 @@ pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
                 look(&mut pair);
             }
             if pair.arm.state().queue.held {
-                // A joint that stands at its limit has to leave it first.
+                // A joint at its limit must be homed before it can move on.
                 if held {
                     ask(&mut pair, Request::set(&HomeCmd { reserved: 0 })?).ok();
                     while pair.arm.state().moving {

@@ -1,12 +1,12 @@
-//! Queued commands of which each is another one than any of thousands around it, so that what the arm took tells which it
-//! was.
+//! Queued commands that are unique among thousands of neighbours, so that the parameters the arm
+//! accepted identify the command.
 
 use magician::connection::Request;
 use magician::stream::Item;
 use magician_protocol::commands::{CpCmd, PtpCmd, WaitCmd};
 use magician_protocol::{CpMode, Ctrl, FrameBuf, PtpMode, Set};
 
-/// A place of its own for each number, on a grid that the arm reaches with ease.
+/// Returns a unique position for each number, on a grid well inside the reach.
 pub(super) fn place(number: u64) -> [f32; 4] {
     let (column, row) = (number % 250, number / 250 % 200);
     [
@@ -17,7 +17,7 @@ pub(super) fn place(number: u64) -> [f32; 4] {
     ]
 }
 
-/// The command of this number: moves of three kinds, and waits.
+/// Returns the command of this number: moves of three kinds, and waits.
 pub(super) fn mixed(number: u64) -> Set {
     match number % 4 {
         0 => WaitCmd {
@@ -54,7 +54,7 @@ pub(super) fn segment(number: u64) -> Set {
     .into()
 }
 
-/// As an item of a stream.
+/// Returns the command as an item of a stream.
 pub(super) fn item(number: u64) -> Item {
     let command = mixed(number);
     let stands = if number.is_multiple_of(4) {
@@ -78,7 +78,7 @@ pub(super) fn frame(command: &Set) -> FrameBuf {
     FrameBuf::set(command, Ctrl::QUEUED).expect("short enough")
 }
 
-/// As a request for the queue.
+/// Returns the command as a queued request.
 pub(super) fn request(command: &Set) -> Request {
     let frame = frame(command);
     let view = frame.frame();

@@ -1,4 +1,4 @@
-//! R4: how soon a decoder finds its feet again.
+//! R4: number of frames that a decoder loses after a fault.
 
 use std::error::Error;
 
@@ -9,18 +9,19 @@ use magician_protocol::{Ctrl, Deframer, Event, FrameBuf};
 use super::{Found, Scope};
 use crate::bench::figure::Figure;
 
-/// Good frames around a fault.
+/// Good frames before and after the fault.
 const BEFORE: usize = 3;
 const AFTER: usize = 6;
 
 #[derive(Default)]
 struct Tally {
     faults: u64,
-    /// Frames that did not come out, the one that was hit among them.
+    /// Frames that were not decoded, including the damaged one.
     lost: u64,
-    /// Clean frames behind the one that was hit that did not come out, at most, where no wrong frame came out.
+    /// Largest number of good frames behind the damaged one that were not decoded, in cases without
+    /// an invented frame.
     worst: usize,
-    /// Frames that came out and were not sent: the checksum was right, and nothing else tells.
+    /// Frames that were decoded but not sent: the checksum matches, so nothing can detect them.
     invented: u64,
 }
 
@@ -54,13 +55,13 @@ fn frames(bytes: &[u8]) -> Vec<Vec<u8>> {
         }
     };
     take(&mut deframer, &mut input);
-    // The line falls silent.
+    // End of the silence after the last byte.
     deframer.expire();
     take(&mut deframer, &mut &[][..]);
     found
 }
 
-/// One byte of one frame is replaced, lost or added; clean frames come before and after.
+/// Replaces, drops or inserts one byte of one frame, with good frames before and after it.
 fn once(dice: &mut Dice, kind: u64, tally: &mut Tally, digest: &mut Digest) {
     let sent: Vec<Vec<u8>> = (0..BEFORE + 1 + AFTER).map(|_| reply(dice)).collect();
     let mut hit = sent[BEFORE].clone();
@@ -75,7 +76,7 @@ fn once(dice: &mut Dice, kind: u64, tally: &mut Tally, digest: &mut Digest) {
     bytes.extend(sent[BEFORE + 1..].concat());
     digest.add(0, &bytes);
     let found = frames(&bytes);
-    // In order: what of the frames sent came out.
+    // In order: which of the sent frames were decoded.
     let mut rest = found.as_slice();
     let lost: Vec<bool> = (sent.iter())
         .map(|frame| match rest.iter().position(|other| other == frame) {

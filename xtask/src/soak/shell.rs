@@ -1,4 +1,5 @@
-//! R5, and R2 once more: the handle that programs use, on a clock that only passes when nothing else happens.
+//! R5, and R2 again: the handle that programs use, on tokio's paused clock, which advances only
+//! when all tasks wait.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -21,20 +22,20 @@ use crate::bench::figure::Figure;
 const LINK: LinkId = LinkId(0);
 const MS: Duration = Duration::from_millis(1);
 
-/// What the line does at present.
+/// Current state of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum LineFault {
     #[default]
     Fine,
-    /// The arm hears and does not answer.
+    /// The arm receives and does not answer.
     Mute,
-    /// Nothing is taken from the host any more.
+    /// The device accepts no bytes from the host.
     Dead,
-    /// Answers stand still; they come when it is fine again.
+    /// Replies are held back until the line is fine again.
     Stalled,
-    /// Every answer comes without its last byte.
+    /// Every reply misses its last byte.
     Torn,
-    /// Half of the requests and answers are lost.
+    /// Half of the requests and replies are lost.
     Lossy,
     /// The plug is out.
     Unplugged,
@@ -44,12 +45,12 @@ struct TestArm {
     arm: Controller,
     booted: Instant,
     line_fault: LineFault,
-    /// Pulled so often: a line that was opened before is dead.
+    /// Number of times the plug was pulled; a line opened earlier is dead.
     pulls: u64,
     dice: Dice,
     digest: Digest,
     begun: Instant,
-    /// Commands taken: parameters, and how often.
+    /// Accepted commands: parameters and count.
     taken: HashMap<Vec<u8>, u32>,
 }
 
@@ -85,7 +86,7 @@ impl Shared {
         self.with(|arm_under_test| arm_under_test.line_fault)
     }
 
-    /// Opens the port: a task carries what passes.
+    /// Opens the port, with a task that carries the bytes.
     fn open(&self) -> io::Result<DuplexStream> {
         if self.line_fault() == LineFault::Unplugged {
             return Err(io::ErrorKind::NotFound.into());
@@ -149,6 +150,7 @@ async fn carry(arm_under_test: Shared, mut line: DuplexStream) {
             waiting.clear();
         }
         if arm_under_test.line_fault() == LineFault::Dead {
+            // The clock is paused, so polling costs no wall time.
             sleep(5 * MS).await;
             continue;
         }
@@ -179,14 +181,15 @@ fn clock() -> io::Result<tokio::runtime::Runtime> {
         .build()
 }
 
-/// What calls found.
+/// Results of the calls.
 #[derive(Default)]
 struct Calls {
     done: u64,
     refused: u64,
     slowest: Duration,
     kinds: HashMap<&'static str, u64>,
-    /// Looks at a line that had been good for a while, and how often the handle was not back.
+    /// Checks of a line that had been fine for a while, and how often the handle was still
+    /// disconnected.
     looks: u64,
     away: u64,
 }
@@ -229,6 +232,7 @@ const RATIOS: PtpCommonParams = PtpCommonParams {
     velocity_ratio: 50.0,
     acceleration_ratio: 50.0,
 };
+/// Timeout of a call. Shorter than the driver's default, so that calls expire during most faults.
 const PATIENCE: Duration = Duration::from_millis(300);
 
 async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
@@ -238,7 +242,7 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
     let arm = Arm::over_with(move || std::future::ready(open.open()), options).await?;
     let calls = Arc::new(Mutex::new(Calls::default()));
     let mut dice = Dice::new(scope.seed ^ 0xD1CE);
-    // Several callers at once, while the line does what it likes.
+    // Several concurrent callers, while the line changes at random.
     let callers: Vec<_> = (0..3)
         .map(|caller| {
             let (arm, calls) = (arm.clone(), calls.clone());
@@ -271,6 +275,7 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
     while !callers.iter().all(tokio::task::JoinHandle::is_finished) {
         if dice.chance(0.02) {
             arm_under_test.set(LineFault::Fine);
+            // A line without faults for 2 s must be connected again, whatever happened before.
             sleep(2_000 * MS).await;
             looks += 1;
             away += u64::from(arm.link() != Link::Up);
@@ -287,7 +292,7 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
     Ok((calls, digest))
 }
 
-/// R5: calls on lines that stall, fall silent, die, and go.
+/// R5: calls on lines that stall, fall silent, break and disappear.
 pub(super) fn deadlines(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let (calls, digest) = clock()?.block_on(hurried(scope))?;
     let over = calls.slowest.saturating_sub(PATIENCE);
@@ -332,8 +337,8 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
     let open = arm_under_test.clone();
     let options = Options::default().allow_laser(true);
     let arm = Arm::over_with(move || std::future::ready(open.open()), options).await?;
-    // It reads soon after the start what the arm can be told by; an arm that is reset within its first second looks the
-    // same afterwards.
+    // Soon after the start the driver reads what identifies this arm. An arm that is reset within
+    // its first second would look the same afterwards.
     sleep(3_000 * MS).await;
     let mut dice = Dice::new(scope.seed ^ 0xD1CE);
     let mut plugs = Plugs::default();
@@ -356,7 +361,8 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
             other.set(LineFault::Fine);
             Instant::now()
         });
-        // Commands until the plug is out, or in again: one that was under way may have waited for that.
+        // Commands until the plug is out, or in again, since the current one may have waited for
+        // that.
         while !puller.is_finished() {
             number += 1;
             let command = WaitCmd { timeout: number };
@@ -378,7 +384,7 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
                 }
                 Err(ErrorKind::QueueFull) => {
                     plugs.not_as_told += u64::from(taken > 0);
-                    // Nothing runs: the queue is emptied, so that there is room.
+                    // No command runs, so the queue is cleared to make room.
                     if arm.queue().clear().await.is_err() {
                         break;
                     }
@@ -389,19 +395,22 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
         plugs.pulled += 1;
         plugs.resets += u64::from(resets);
         let back = puller.await?;
+        // Fails instead of hanging if the handle does not reconnect.
         timeout(Duration::from_secs(30), arm.reconnected()).await??;
         plugs.slowest = plugs.slowest.max(back.elapsed());
         while let Ok(Some(event)) = timeout(Duration::ZERO, events.next()).await {
             plugs.told_resets += u64::from(event == Event::LinkFound { reset: true });
         }
-        // The clock is all that tells a reset of an arm whose queue has not moved; it has to have run for a moment.
+        // If the queue has not moved, only the clock shows a reset, so it must have run for a
+        // moment.
         sleep(MS * (1_000 + dice.below(2_000)) as u32).await;
     }
     let digest = arm_under_test.with(|arm_under_test| arm_under_test.digest);
     Ok((plugs, digest))
 }
 
-/// R2: the plug of a handle that queues commands is pulled and put in again, the arm reset meanwhile or not.
+/// R2: pulls and reinserts the plug of a handle that queues commands, with or without a reset of
+/// the arm meanwhile.
 pub(super) fn plugs(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let (plugs, digest) = clock()?.block_on(pulled(scope))?;
     let count = |name: &str, value: u64| Figure::new(name, value as f64, "");

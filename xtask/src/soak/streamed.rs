@@ -1,4 +1,4 @@
-//! A program of numbered commands through a stream.
+//! Program of numbered commands over a stream.
 
 use std::collections::VecDeque;
 use std::error::Error;
@@ -14,19 +14,19 @@ use super::{Found, Scope, program};
 use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
-/// Commands of which it is known what they look like.
+/// Number of recent commands whose parameters are remembered.
 const KNOWN: usize = 256;
 
-/// What came of a program.
+/// Number of commands by outcome.
 #[derive(Default)]
 struct Tally {
     taken: u64,
     twice: u64,
     disordered: u64,
     altered: u64,
-    /// Given up, with the reason told: they were in the arm or on their way when it was reset.
+    /// Given up with a reported reason: they were in the arm or in flight when it was reset.
     abandoned: u64,
-    /// Of these, the ones that the arm took.
+    /// Given up, but accepted by the arm.
     abandoned_taken: u64,
     resumed: u64,
     refused: u64,
@@ -34,21 +34,21 @@ struct Tally {
     unplugged: u64,
 }
 
-/// A program on its way.
+/// Stream with its arm, and the test's knowledge of both.
 struct Rig {
     pair: Pair,
     stream: Stream,
-    /// The number to offer next, and the last one.
+    /// Number of the next command to offer, and the last number.
     next: u64,
     cases: u64,
-    /// Offered and not yet seen at the arm: number and parameters.
+    /// Offered commands that have not reached the arm: number and parameters.
     awaited: VecDeque<(u64, Vec<u8>)>,
-    /// The last ones seen there.
+    /// Parameters of the last commands accepted.
     seen: VecDeque<Vec<u8>>,
-    /// Up to here all was given up.
+    /// Largest number of the given-up commands.
     given_up: u64,
     resets: u32,
-    /// The alarms are not cleared again before.
+    /// Time before which alarms are not cleared again.
     alarmed: Option<u64>,
     tally: Tally,
     failure: Option<StreamFailure>,
@@ -123,7 +123,7 @@ impl Rig {
             .position(|(_, awaited)| *awaited == params)
         {
             Some(at) => {
-                // Only what was given up may be left out.
+                // Only given-up commands may be skipped.
                 for (number, _) in self.awaited.drain(..at) {
                     tally.disordered += u64::from(number > self.given_up);
                 }
@@ -135,7 +135,7 @@ impl Rig {
                 }
             }
             None => {
-                // What was to come here, changed in a way that the checksum does not show.
+                // The expected command, altered in a way that the checksum does not detect.
                 tally.altered += 1;
                 self.awaited.pop_front();
             }
@@ -146,7 +146,7 @@ impl Rig {
         }
     }
 
-    /// What happens until the next instant at which something does.
+    /// Runs to the next instant at which something happens.
     fn turn(&mut self) -> Result<(), Box<dyn Error>> {
         self.advance()?;
         let end = self.pair.now + 10 * SECOND;
@@ -161,7 +161,7 @@ impl Rig {
             self.pair.put_cable_back();
         }
         if self.pair.arm.state().queue.held && self.alarmed.is_none_or(|at| at < self.pair.now) {
-            // The line has altered a command into one that the arm cannot do.
+            // The line altered a command so that the arm cannot perform it.
             self.alarmed = Some(self.pair.now + SECOND);
             let clear = Request::set(&ClearAllAlarmsState {})?;
             let patience = self.pair.now + SECOND;
@@ -176,7 +176,8 @@ impl Rig {
         self.advance()
     }
 
-    /// The stream has failed: goes on with what was left, or after a reset with what was never offered.
+    /// Handles a failed stream: resumes its remainder, or after a reset continues with commands
+    /// never offered.
     fn go_on(&mut self, failure: StreamFailure) {
         let settings = StreamSettings::default();
         let stream = std::mem::replace(&mut self.stream, Stream::new(settings));

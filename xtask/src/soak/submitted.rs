@@ -18,14 +18,15 @@ use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
 
-/// What R1 says of a serial line.
+/// Faults of a serial line by R1.
 pub(super) const SPOILT: Faults = Faults {
     replace: 1e-3,
     drop: 1e-4,
     ..Faults::NONE
 };
 
-/// A pair whose queue runs, was seen empty and has accepted a few commands, over a perfect line.
+/// Creates a pair over a perfect line whose queue runs, was seen empty, and has accepted a few
+/// commands.
 pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
     let mut pair = Pair::new(settings, Faults::NONE, seed);
     let bad = |_| Failure::Refused;
@@ -45,8 +46,8 @@ pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
     Ok(pair)
 }
 
-/// Lets the arm work until there is room in its queue. The host has no part in it unless the queue stands: after a reset,
-/// or because of a command that the line altered into one that the arm cannot do.
+/// Lets the arm work until its queue has room. The host acts only if the queue has stopped: after a
+/// reset, or after the line altered a command so that the arm cannot perform it.
 pub(super) fn make_room(pair: &mut Pair) {
     while pair.arm.state().queue.waiting > 16 {
         let state = pair.arm.state().queue;
@@ -63,7 +64,7 @@ pub(super) fn make_room(pair: &mut Pair) {
     }
 }
 
-/// What the arm took since it was asked last.
+/// Records what the arm has accepted since the last call.
 pub(super) fn note(pair: &mut Pair, log: &mut CommandLog) {
     for (params, index) in pair.accepted.drain(..) {
         log.take(&params, index);
@@ -75,11 +76,11 @@ pub(super) fn note(pair: &mut Pair, log: &mut CommandLog) {
     while pair.arm.poll_event().is_some() {}
 }
 
-/// A run of commands, each when the one before has ended.
+/// Run of commands, each submitted after the previous one has ended.
 struct Outcome {
     pair: Pair,
     log: CommandLog,
-    /// Frames beside one for each command.
+    /// Frames beyond one per command.
     extra: f64,
     lasted: f64,
 }
@@ -117,7 +118,7 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
     })
 }
 
-/// One request to its end. A plug that is pulled meanwhile is put in again after a while.
+/// Runs one request to its end. A plug that is pulled meanwhile is reinserted after a while.
 pub(super) fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure> {
     let deadline = pair.now + 60 * SECOND;
     let ticket = pair.host.submit(request.deadline(deadline));
@@ -135,8 +136,8 @@ pub(super) fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure
     }
 }
 
-/// What a driver does now and then: looks how far the arm is and at its clock, and starts a queue that stands. Returns
-/// the requests.
+/// Does what a driver does regularly: reads the current index and the arm's clock, and starts a
+/// stopped queue. Returns the number of requests.
 pub(super) fn look(pair: &mut Pair) -> u64 {
     let reads = [
         Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
@@ -154,7 +155,7 @@ pub(super) fn look(pair: &mut Pair) -> u64 {
     2
 }
 
-/// The line is good again; what is under way arrives, and the host looks once more.
+/// Makes the line good again, lets everything in flight arrive, and reads once more.
 fn settle(pair: &mut Pair, log: &mut CommandLog) {
     pair.set_faults(Faults::NONE);
     let later = pair.now + 10 * SECOND;
@@ -166,12 +167,12 @@ fn settle(pair: &mut Pair, log: &mut CommandLog) {
     log.close();
 }
 
-/// R1, each command when the one before has ended.
+/// R1, each command submitted after the previous one has ended.
 pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let run = one_by_one(scope, Settings::ORDERED, SPOILT)?;
     let tally = run.log.tally;
     let mut figures = tally.figures();
-    // Three in a million; in a short run one may be among them.
+    // Three in a million; even a short run may contain one.
     let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
     figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
     figures.push(Figure::new("strays", tally.strays as f64, "commands"));
@@ -183,7 +184,7 @@ pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
     })
 }
 
-/// R2: and the plug is pulled, and the controller restarts.
+/// R2: additionally the plug is pulled and the controller restarts.
 pub(super) fn struck(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let faults = Faults {
         unplug: 1e-5,
@@ -206,7 +207,7 @@ pub(super) fn struck(scope: Scope) -> Result<Found, Box<dyn Error>> {
     })
 }
 
-/// R3: what R1 does, over datagrams.
+/// R3: the faults of R1 over datagrams.
 pub(super) fn datagrams(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let faults = Faults {
         drop_chunk: 0.05,

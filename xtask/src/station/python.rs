@@ -1,4 +1,4 @@
-//! The messages of a station as types of Python, made of the OpenRPC document.
+//! Types of a station's messages for Python, generated from the OpenRPC document.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-/// The module of the Python package.
+/// Module of the Python package.
 const FILE: &str = "crates/magician-py/python/magician/station_types.py";
 
 const HEAD: &str = r#""""Types of the messages of a station, for programs that talk JSON-RPC to it: `cargo xtask station` writes this
@@ -23,7 +23,7 @@ from typing import Literal, TypedDict, Union
 
 "#;
 
-/// Words that cannot be names of members in a class.
+/// Words that cannot be names of class members.
 const KEYWORDS: [&str; 35] = [
     "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue",
     "def", "del", "elif", "else", "except", "finally", "for", "from", "global", "if", "import",
@@ -37,7 +37,7 @@ pub(super) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Classes in the order in which they were met, and then what is one of several.
+/// Module under construction: classes in the order of their first use, then the unions.
 #[derive(Default)]
 struct Module {
     classes: String,
@@ -85,7 +85,7 @@ fn text() -> String {
     format!("{HEAD}{all}{}\n\n{}", module.classes, module.aliases)
 }
 
-/// `arm.clear_alarms` as `ArmClearAlarms`.
+/// Converts `arm.clear_alarms` into `ArmClearAlarms`.
 fn camel(name: &str) -> String {
     let words = name.split(['.', '_']).filter(|word| !word.is_empty());
     words
@@ -93,7 +93,7 @@ fn camel(name: &str) -> String {
         .collect()
 }
 
-/// With a capital letter and a stop.
+/// Returns a text with a capital letter and a full stop.
 fn sentence(text: &str) -> String {
     let text = text
         .trim_end_matches('.')
@@ -106,7 +106,7 @@ fn sentence(text: &str) -> String {
     }
 }
 
-/// What a class is that nothing is said of.
+/// Returns the description of a class that has none in the document.
 fn about_of(name: &str) -> &'static str {
     match name {
         name if name.ends_with("Params") => "Parameters of a method",
@@ -117,7 +117,7 @@ fn about_of(name: &str) -> &'static str {
 }
 
 impl Module {
-    /// A schema under a name.
+    /// Adds a schema under a name.
     fn named(&mut self, name: &str, schema: &Value) {
         self.names.insert(name.to_owned());
         if schema["type"] == "object" && schema["properties"].is_object() {
@@ -128,7 +128,8 @@ impl Module {
         let _ = writeln!(self.aliases, "{name} = {kind}");
     }
 
-    /// An object as a class: what may be missing in one that is built on the rest.
+    /// Adds an object as a class. Optional members go into a class that derives from one with the
+    /// required members.
     fn class(&mut self, name: &str, schema: &Value) {
         let required: Vec<_> = { schema["required"].as_array().into_iter().flatten() }
             .filter_map(Value::as_str)
@@ -160,7 +161,7 @@ impl Module {
         let odd: Vec<_> = { members.iter() }
             .filter(|(member, ..)| KEYWORDS.contains(&member.as_str()))
             .collect();
-        // What is no name in a class stands in one that is made by a call.
+        // Members whose names are no identifiers need the functional form of `TypedDict`.
         let base = if odd.is_empty() {
             base.to_owned()
         } else {
@@ -201,7 +202,7 @@ impl Module {
         text.truncate(text.trim_end().len());
     }
 
-    /// A schema as a type; an object that has no name gets this one.
+    /// Returns a schema as a type; an object without a name gets this one.
     fn type_of(&mut self, schema: &Value, name: &str) -> String {
         if let Some(reference) = schema["$ref"].as_str() {
             return reference.rsplit('/').next().unwrap_or_default().to_owned();

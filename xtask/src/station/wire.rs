@@ -1,4 +1,4 @@
-//! What a client has to know beside the methods: how messages go, notifications, events, the frame of bytes, types.
+//! Parts of the API besides methods: messages, notifications, events, the binary frame, types.
 
 use std::fmt::Write as _;
 
@@ -57,7 +57,7 @@ With `\"frame\": \"binary\"` each state is a binary message, laid out below. Wha
 |---|---|---|---|---|
 ";
 
-/// Types that are told elsewhere.
+/// Types that are described elsewhere.
 const OTHERS: [(&str, &str); 4] = [
     (
         "StateChange",
@@ -79,7 +79,7 @@ const OTHERS: [(&str, &str); 4] = [
     ),
 ];
 
-/// What precedes the methods, and what follows the errors.
+/// Returns the sections before the methods and after the errors.
 pub(super) fn sections() -> String {
     let mut page = MESSAGES.to_owned();
     page += &features();
@@ -98,7 +98,7 @@ pub(super) fn sections() -> String {
     page
 }
 
-/// The table of errors and of close codes.
+/// Returns the tables of errors and close codes.
 pub(super) fn errors() -> String {
     let mut page = "
 ## Errors
@@ -212,7 +212,7 @@ Kinds of `arm.event`, with their members beside `arm`, `seq`, `t` and `event`. W
     page
 }
 
-/// An example of a notification as messages.
+/// Returns an example of a notification as messages.
 fn example(name: &str, method: &str) -> String {
     let Some(example) = NotificationExample::of(name) else {
         return String::new();
@@ -231,7 +231,7 @@ fn example(name: &str, method: &str) -> String {
     text
 }
 
-/// The types that have a name.
+/// Returns the named types.
 pub(super) fn types() -> String {
     let mut page = "\n## Types\n\nObjects that stand in several places. *May be null* says what null means; all members are there unless they *may be missing*.\n".to_owned();
     for one in TYPES {

@@ -1,4 +1,5 @@
-//! The station's methods as types of the page: `studio/src/api.ts`, made of the OpenRPC document.
+//! Types of the station's methods for the page (`studio/src/api.ts`), generated from the OpenRPC
+//! document.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -60,7 +61,7 @@ fn text() -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// A JSON schema as a type.
+/// Returns a JSON schema as a TypeScript type.
 fn type_of(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
     let all = |kinds: &[Value], between: &str| {
         let kinds = kinds.iter().map(|kind| type_of(kind, indent));

@@ -1,4 +1,5 @@
-//! Commands of the protocol and figures of the arm come to the page from its station: none stands in its sources but `api.ts`, which is generated.
+//! Checks that the page's sources contain no commands of the protocol and no figures of the arm:
+//! these come from the station. `api.ts` is generated and exempt.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -9,12 +10,12 @@ use magician_station::api::RpcError;
 
 use super::page::files;
 
-/// What stands behind a number of the arm.
+/// Units behind a number of the arm.
 const UNITS: [&str; 7] = ["mm", "deg", "°", "V", "Hz", "毫米", "度"];
-/// Names that are words of the page as well.
+/// Names of commands that are also words of the page.
 const WORDS: [&str; 2] = ["Pose", "Home"];
 
-/// What is wrong with a source, line by line.
+/// Returns the problems of a source, by line.
 fn findings(source: &str) -> Vec<String> {
     let lines = (1..).zip(source.lines());
     lines
@@ -39,9 +40,9 @@ fn is_quoted(line: &str, name: &str) -> bool {
         .any(|quote| line.contains(&format!("{quote}{name}{quote}")))
 }
 
-/// The first number that has a unit.
+/// Returns the first number with a unit.
 fn measured(line: &str) -> Option<String> {
-    // The path of a picture has numbers and letters of its own.
+    // The path data of a picture contains numbers and letters.
     if line.contains("<path") || line.contains(" d=\"M") {
         return None;
     }
@@ -70,8 +71,12 @@ fn the_page_knows_no_command_and_no_number_of_the_arm() {
             .iter()
             .any(|end| name.ends_with(end))
     };
+<<<<<<< HEAD
     // A test may name a number, the gallery's programs stand for what a person brings, and the
     // sentences in `said` are those of the core.
+=======
+    // Tests may name numbers, and the gallery's programs stand for those of users.
+>>>>>>> t-cli
     let is_free = |name: &str| {
         name.starts_with("said/")
             || [".test.ts", ".plan.json"]
@@ -95,7 +100,7 @@ fn what_it_may_not_know_is_found() {
     assert_eq!(findings(source), ["1: the command PTPCmd", "2: 135 mm"]);
 }
 
-/// What stations say in English, under the keys by which a page says it in another language.
+/// Returns the English texts of stations, by the keys under which the page translates them.
 fn said_by_stations() -> BTreeSet<String> {
     let alarms = Alarm::TABLE
         .iter()
@@ -135,7 +140,7 @@ fn every_language_has_every_sentence_and_its_values() {
     }
 }
 
-/// What stands in braces.
+/// Returns the names in braces.
 fn values(text: &str) -> BTreeSet<&str> {
     let parts = text.split('{').skip(1);
     parts

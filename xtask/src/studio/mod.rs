@@ -1,4 +1,5 @@
-//! The page of a station: its types, its scripts, and the modules of a page without a server.
+//! Page of a station: its types, its scripts, and the WebAssembly modules of a page without a
+//! server.
 
 pub(crate) mod api;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The WebAssembly modules of a page that has no server: built by Cargo, not kept in git.
+//! WebAssembly modules of a page without a server, built by Cargo and not kept in git.
 
 use std::env;
 use std::error::Error;
@@ -12,15 +12,15 @@ use flate2::{Compression, GzBuilder};
 use super::page::done;
 
 const FOLDER: &str = "crates/magician-studio/modules";
-/// Separates flags in `CARGO_ENCODED_RUSTFLAGS`.
+/// Separator of flags in `CARGO_ENCODED_RUSTFLAGS`.
 const FLAG_SEPARATOR: &str = "\x1f";
 
 struct Module {
-    /// Name of the file, and of the feature of `magician-wasm` that it is built with.
+    /// Name of the file, and the feature of `magician-wasm` that it is built with.
     name: &'static str,
     feature: &'static str,
     target: &'static str,
-    /// Size that a page should load at most, in bytes of gzip.
+    /// Goal for its size, bytes of gzip.
     goal: usize,
 }
 
@@ -39,7 +39,7 @@ const MODULES: [Module; 2] = [
     },
 ];
 
-/// Builds what is not current of the modules into the package of the page; prints their sizes.
+/// Builds outdated modules into the package of the page, and prints their sizes.
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     let root = fs::canonicalize(root)?;
     let missing: Vec<_> = { MODULES.iter() }
@@ -56,7 +56,7 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
         let packed = gzip(&bytes)?;
         print_size(module.name, packed.len(), module.goal);
         let path = root.join(FOLDER).join(format!("{}.gz", module.name));
-        // A file that is written is embedded anew.
+        // Unchanged files are left alone, because writing one would cause it to be embedded again.
         if !fs::read(&path).is_ok_and(|kept| kept == packed) {
             fs::write(path, packed)?;
         }
@@ -64,20 +64,20 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Prints a size beside its goal. A goal that is missed is not an error.
+/// Prints a size beside its goal. A missed goal is not an error.
 pub(super) fn print_size(what: &str, size: usize, goal: usize) {
     let verdict = if size > goal { "MISSED" } else { "met" };
     println!("{what:<10} {size:>9} bytes (gzip), goal {goal}: {verdict}");
 }
 
-/// Compresses without a name and a time, so that the same bytes give the same file.
+/// Compresses without name and time, so that equal bytes give equal files.
 pub(super) fn gzip(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
     let mut gzip = GzBuilder::new().write(Vec::new(), Compression::best());
     gzip.write_all(bytes)?;
     gzip.finish()
 }
 
-/// Builds one module; returns where Cargo has put it.
+/// Builds one module. Returns the path of Cargo's output.
 fn build(module: &Module, root: &Path, flags: &str) -> Result<PathBuf, Box<dyn Error>> {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
@@ -85,17 +85,17 @@ fn build(module: &Module, root: &Path, flags: &str) -> Result<PathBuf, Box<dyn E
         .args(["rustc", "--locked", "--quiet", "--package", "magician-wasm"])
         .args(["--profile", "small", "--lib", "--features", module.feature])
         .args(["--target", module.target])
-        // With other kinds of crate beside it nothing is optimised across crates.
+        // With other crate types there would be no optimisation across crates.
         .args(["--crate-type", "cdylib"])
         .env("CARGO_ENCODED_RUSTFLAGS", flags)
         .current_dir(root);
     done(command)?;
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    // The library has one name, whatever its features are.
+    // The library has the same name for all features.
     Ok(target.join(module.target).join("small/arm.wasm"))
 }
 
-/// Compiler flags that keep paths of this machine out of a module.
+/// Returns compiler flags that keep paths of this machine out of a module.
 fn flags(root: &Path) -> Result<String, Box<dyn Error>> {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".cargo")));
@@ -119,7 +119,7 @@ fn has_target(target: &str) -> bool {
     folder.is_some_and(|folder| Path::new(folder.trim()).exists())
 }
 
-/// Output of the compiler, or `None` if it fails.
+/// Returns the output of the compiler, or `None` if it fails.
 fn rustc(words: &[&str]) -> Option<String> {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc).args(words).output().ok()?;

@@ -1,4 +1,4 @@
-//! The page's scripts, styles and texts: built by Node, kept in git, embedded without Node.
+//! The page's scripts, styles and texts: built by Node, kept in git, and embedded without Node.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -27,7 +27,7 @@ const VIEW: &[&str] = &[
 
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// `studio [--check]`: builds the page anew; with `--check` compares it with what is kept.
+/// `studio [--check]`: builds the page; with `--check` compares it with the one kept.
 pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let check = match words {
         [] => false,
@@ -64,10 +64,10 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     built.insert("sw.js".to_owned(), worker);
     let kept = root.join(KEPT);
     if !check {
-        // The licences are looked up in files of the page, which may be new.
+        // The licences are read from files of the page, which may be new.
         write(&kept, &built)?;
     }
-    // The page with its modules, for the target that takes more dependencies.
+    // The page with its modules, for the target with more dependencies.
     let licences = dist::licences_of(&dist::Build {
         title: "the page of the studio",
         manifest: root.join("Cargo.toml"),
@@ -88,7 +88,7 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Replaces what a folder holds with these files.
+/// Replaces the content of a folder by these files.
 fn write(folder: &Path, files: &Files) -> std::io::Result<()> {
     fs::remove_dir_all(folder).or_else(|error| match error.kind() {
         std::io::ErrorKind::NotFound => Ok(()),
@@ -110,7 +110,7 @@ pub(super) fn done(mut command: Command) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// All files of a folder, by their path within it.
+/// Returns all files of a folder, by their relative path.
 pub(super) fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
     let mut all = Files::new();
     let mut folders = vec![PathBuf::new()];
@@ -132,12 +132,12 @@ pub(super) fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
     Ok(all)
 }
 
-/// Refuses traces of this machine: the page is compared byte for byte.
+/// Fails if a file contains traces of this machine, because the page is compared byte by byte.
 fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
     let here = std::path::absolute(root)?;
     let here = here.to_string_lossy();
     for (name, bytes) in files {
-        // Pictures have any bytes.
+        // Pictures are not text.
         let Ok(text) = std::str::from_utf8(bytes) else {
             continue;
         };
@@ -150,7 +150,8 @@ fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Prints what a browser loads first, and to show an arm, beside the goals.
+/// Prints the sizes of what a browser loads first, and of what it loads to show an arm, beside the
+/// goals.
 fn sizes(files: &Files) -> Result<(), Box<dyn Error>> {
     let view = [SHELL, VIEW].concat();
     for (what, names, goal) in [

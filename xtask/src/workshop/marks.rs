@@ -1,4 +1,4 @@
-//! What the preview shows, what pen and laser left, and what the file holds, beside each other.
+//! Compares preview, drawing of pen or laser, and content of the file.
 
 use std::error::Error;
 
@@ -11,25 +11,27 @@ use serde_json::Value;
 use super::pieces::{Input, Piece};
 use super::source::{self, Line};
 
-/// A place of the result matches its file if that has something so near, mm; and its preview, which leaves out corners of curves.
+/// Largest distance between a point of the result and its file, mm; and between it and the preview,
+/// which leaves out corners of curves.
 const TOLERANCE: f64 = 0.1;
 const SHOWN: f64 = 0.2;
-/// The cells in which tones are compared, mm, and what they may differ in the mean, as a share of black: half a step of an 8-bit grey is
-/// 0.002.
+/// Size of the cells in which tones are compared, mm, and their largest mean difference as a share
+/// of black: half a step of an 8-bit grey is 0.002.
 const CELL: f64 = 1.0;
 const TONE: f64 = 0.02;
-/// Greys from here on are burnt with no power.
+/// Greys from this value on are burnt with no power.
 const WHITE: u8 = 254;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// How well all of it matches.
+/// Result of a comparison.
 pub(super) struct Matched {
     pub(super) told: String,
     pub(super) is_good: bool,
 }
 
-/// Compares what is known of a piece: its input, its preview and its picture as SVG, and what the estimate says.
+/// Compares the input of a piece with its preview and its drawing, both as SVG, and with the
+/// estimate.
 pub(super) fn figures(
     piece: &Piece,
     input: &[u8],
@@ -47,7 +49,7 @@ pub(super) fn figures(
     let left = lines_of(&drawing);
     let bounds = drawing.bounds().ok_or("nothing was left")?;
     let off = off_place(bounds, &estimate["bounds"]).ok_or("no bounds")?;
-    // Where the pen only touches the paper a preview has a marker and no line.
+    // Dots appear as markers in a preview, and not as lines.
     let lines: Vec<Line> = { left.iter() }
         .filter(|line| line.len() > 1)
         .cloned()
@@ -79,7 +81,7 @@ pub(super) fn figures(
                 return Err(format!("{file} is no image").into());
             };
             let size = image.size(Size::Width(*width))?;
-            // Its marks have their middle there; white at its edges is none.
+            // The middle of the marks is there; white margins do not count.
             let middle = middle_of(estimate)?;
             let off = middle_of_marks(&image);
             let corners = [0.0, 1.0]
@@ -99,7 +101,8 @@ pub(super) fn figures(
     Ok(Matched { told, is_good })
 }
 
-/// Where the middle of what is not white is in an image, as shares of its width and, from its lower edge, of its height.
+/// Returns the mean position of all pixels other than white, as shares of the width and, from the
+/// lower edge, of the height.
 fn middle_of_marks(image: &Raster) -> [f64; 2] {
     let marked = image.grey.iter().enumerate();
     let marked = marked.filter(|(_, grey)| **grey < WHITE);
@@ -123,7 +126,8 @@ fn share(matched: &Match) -> String {
     )
 }
 
-/// The strokes of a picture as the command writes it: paths of straight pieces, with y down.
+/// Returns the strokes of a picture as the command writes it: paths of straight segments, with y
+/// downwards.
 fn strokes(svg: &str) -> Result<Vec<Stroke>> {
     let mut strokes = Vec::new();
     for path in svg.split("<path ").skip(1) {
@@ -133,7 +137,7 @@ fn strokes(svg: &str) -> Result<Vec<Stroke>> {
             Some(share) => 100.0 * share.parse::<f64>()?,
             None => 100.0,
         };
-        // A dot is a line of no length.
+        // A dot is a line of zero length.
         let data = data.trim_start_matches('M').trim_end_matches("h0");
         let points = data.split('L').map(|point| {
             let (x, y) = point.split_once(' ').ok_or("a point of one number")?;
@@ -158,7 +162,7 @@ fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
     rest.split('"').next()
 }
 
-/// The lines of a preview that leave something.
+/// Returns the lines of a preview that leave a mark.
 fn shown(preview: &str) -> Result<Vec<Line>> {
     let head = preview.split_inclusive('>').next().unwrap_or_default();
     let leaves = |line: &&str| {
@@ -170,14 +174,14 @@ fn shown(preview: &str) -> Result<Vec<Line>> {
     Ok(svg_lines(format!("{head}{paths}</svg>").as_bytes())?)
 }
 
-/// The path of a line that opens and closes other things, too.
+/// Returns the path of a line of SVG that also opens and closes other elements.
 fn path_alone(line: &str) -> &str {
     let from = line.find("<path").unwrap_or(0);
     let to = line.rfind("/>").map_or(line.len(), |at| at + 2);
     line.get(from..to).unwrap_or_default()
 }
 
-/// Lines laid onto these bounds: a preview has a scale and a place of its own.
+/// Fits lines into these bounds, because a preview has its own scale and position.
 fn fitted(mut lines: Vec<Line>, [low, high]: [[f64; 2]; 2]) -> Result<Vec<Line>> {
     let [from, to] = bounds_of(&lines).ok_or("a preview without lines")?;
     let width = |[low, high]: [[f64; 2]; 2], axis: usize| high[axis] - low[axis];
@@ -196,7 +200,7 @@ fn fitted(mut lines: Vec<Line>, [low, high]: [[f64; 2]; 2]) -> Result<Vec<Line>>
     Ok(lines)
 }
 
-/// The lines of a file where its estimate says that they go.
+/// Moves the lines of a file to the place in its estimate.
 fn placed(mut lines: Vec<Line>, estimate: &Value) -> Result<Vec<Line>> {
     if estimate["placed"].is_null() {
         return Ok(lines);
@@ -235,7 +239,7 @@ fn bounds_of(lines: &[Line]) -> Option<[[f64; 2]; 2]> {
     }))
 }
 
-/// How far the farthest side of what was left is from where the estimate says, mm.
+/// Returns the largest deviation of the drawing's sides from the estimate, mm.
 fn off_place([low, high]: [[f64; 2]; 2], bounds: &Value) -> Option<f64> {
     let mut worst: f64 = 0.0;
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
@@ -246,13 +250,13 @@ fn off_place([low, high]: [[f64; 2]; 2], bounds: &Value) -> Option<f64> {
     Some(worst)
 }
 
-/// Who reads a file a second time.
+/// Independent reader of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reader {
     Svg,
     Hpgl,
     Gcode,
-    /// Our own: nothing else reads it here, and so nothing is compared.
+    /// Our own reader: there is no other one here, so nothing is compared.
     Dxf,
 }
 
@@ -261,7 +265,7 @@ impl Reader {
         self != Self::Dxf
     }
 
-    /// The lines of a file, each with how dark it is, up to 1.
+    /// Returns the lines of a file, each with its darkness up to 1.
     pub(super) fn lines(self, bytes: &[u8]) -> Result<Vec<(f64, Line)>> {
         let black = |lines: Vec<Line>| lines.into_iter().map(|line| (1.0, line)).collect();
         Ok(match self {

@@ -1,5 +1,5 @@
-//! The workshop's gallery: pieces made by the command, as a person types it. Each has its input, the preview, and what the virtual arm
-//! left, and how far these are apart.
+//! Gallery of the workshop: pieces made by commands as users type them. Each shows its input, the
+//! preview and the virtual arm's drawing, with the deviations between them.
 
 mod marks;
 mod page;
@@ -16,6 +16,7 @@ use std::path::Path;
 use pieces::PIECES;
 use run::Bench;
 
+<<<<<<< HEAD
 /// Where the pictures go, under `docs`; the files that were made for this page are in a folder of it.
 const DOCS: &str = "docs/evidence";
 const PICTURES: &str = "workshop";
@@ -23,6 +24,14 @@ const PAGE: &str = "WORKSHOP.md";
 
 /// Runs every piece, draws it into `docs/evidence/workshop` and lists them in `docs/evidence/WORKSHOP.md`. With names it only runs these and shows their
 /// figures; the page stays.
+=======
+/// Folder of the pictures below `docs`; files made for this page are in a subfolder.
+const PICTURES: &str = "workshop";
+const PAGE: &str = "WORKSHOP.md";
+
+/// Runs every piece, draws it into `docs/evidence/workshop` and lists it in `docs/evidence/WORKSHOP.md`. With names
+/// it only runs these and prints their figures.
+>>>>>>> t-cli
 pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let bench = Bench::new(root)?;
     let pictures = root.join(DOCS).join(PICTURES);
@@ -58,7 +67,7 @@ mod tests {
 
     use super::*;
 
-    /// As many bytes have the pictures at most: they are in every checkout.
+    /// Largest total size of the pictures, bytes, since every checkout contains them.
     const MOST: u64 = 1_500_000;
 
     fn docs() -> std::path::PathBuf {

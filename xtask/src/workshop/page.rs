@@ -1,4 +1,4 @@
-//! The page of the gallery.
+//! Page of the gallery.
 
 use std::fmt::Write as _;
 
@@ -22,7 +22,7 @@ shares nothing with our readers except the SVG parser. File and result match whe
 [landscape.py](../recipes/landscape.py); they are in `docs/evidence/workshop/files` and `crates/magician-program/samples`. The font is Roboto (Apache License 2.0).
 ";
 
-/// What of an entry is known before it is made.
+/// Returns the part of an entry that does not depend on the run.
 pub(super) fn head(piece: &Piece) -> String {
     format!(
         "\n## {}\n\n{}\n\n```sh\n{}\n{}\n```\n",
@@ -35,7 +35,7 @@ pub(super) fn head(piece: &Piece) -> String {
 
 pub(super) fn entry(piece: &Piece, made: &Made) -> String {
     let mut entry = head(piece);
-    // A string takes all that is written to it.
+    // Writing to a `String` cannot fail.
     let _ = write!(entry, "\n```text\n{}```\n\n", made.said);
     let _ = writeln!(entry, "{}", table(piece, made));
     let _ = writeln!(entry, "{}", made.figures);

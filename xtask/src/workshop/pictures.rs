@@ -1,4 +1,4 @@
-//! Pictures as they are kept: small.
+//! Reduces pictures in size before they are kept.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -8,16 +8,17 @@ use magician_picture::svg::palette::DRAWN;
 use super::pieces::{Input, Piece};
 use super::sheet::{Ink, around, draw};
 
-/// Free space round lines, mm.
+/// Margin around lines, mm.
 const MARGIN: f64 = 5.0;
-/// Steps of darkness in a picture of a file.
+/// Number of grey levels in the picture of a file.
 const SHADES: usize = 8;
-/// The steps of each colour of a PNG that is kept: the finest that leave 256 colours. All divide 255, so that white is white.
+/// Quantization steps of a PNG's colours: the finest that leaves at most 256 colours is used. All
+/// divide 255, so that white stays white.
 const STEPS: [u8; 5] = [1, 3, 5, 15, 17];
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// The picture of a piece's file: its name, and itself unless it is there already.
+/// Returns the picture of a piece's file: its name, and its content unless it exists already.
 pub(super) fn input(piece: &Piece, bytes: &[u8]) -> Result<Option<(String, Option<Vec<u8>>)>> {
     Ok(match &piece.input {
         Input::None | Input::Words => None,
@@ -46,7 +47,7 @@ pub(super) fn input(piece: &Piece, bytes: &[u8]) -> Result<Option<(String, Optio
     })
 }
 
-/// A file that is a picture: beside the page, or a copy of a sample.
+/// Returns a file that is itself a picture: one beside the page, or a copy of a sample.
 fn itself(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
     let ours =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/evidence/workshop/files");
@@ -57,7 +58,7 @@ fn itself(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
     }
 }
 
-/// A picture with a byte for each pixel: of as many colours as that can tell apart.
+/// Converts a picture to one byte per pixel, with as many colours as that allows.
 pub(super) fn small(picture: &[u8]) -> Result<Vec<u8>> {
     if !picture.starts_with(b"\x89PNG") {
         return Ok(picture.to_vec());

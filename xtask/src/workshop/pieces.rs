@@ -1,44 +1,44 @@
-//! The pieces, as data: what is typed is here and nowhere else.
+//! Pieces of the gallery as data; the typed commands are defined only here.
 
 use super::marks::Reader;
 
-/// A piece of the gallery.
+/// Piece of the gallery.
 pub(super) struct Piece {
-    /// The beginning of the names of its pictures.
+    /// Prefix of the names of its pictures.
     pub(super) name: &'static str,
     pub(super) title: &'static str,
     pub(super) says: &'static str,
     pub(super) input: Input,
-    /// What a person types, without what ends it.
+    /// Command as typed by a user, without the final options.
     pub(super) command: &'static str,
-    /// What a run wants besides, and a look does not.
+    /// Options for the run that the preview does not need.
     pub(super) run: &'static str,
-    /// The file that is its standard input.
+    /// File for its standard input.
     pub(super) stdin: Option<&'static str>,
     pub(super) pictures: Kind,
 }
 
-/// What a piece is made of.
+/// Input of a piece.
 pub(super) enum Input {
-    /// The command says it all.
+    /// None besides the command.
     None,
-    /// The command has the words.
+    /// The text in the command.
     Words,
     /// A picture, shown as it is.
     File(&'static str),
-    /// Lines, read a second time.
+    /// Lines, which are also read by an independent reader.
     Lines(&'static str, Reader),
-    /// A picture whose greys are burnt so wide, with lines so far apart, mm.
+    /// A picture whose greys are burnt with this width and this distance of lines, mm.
     Tones(&'static str, [f64; 2]),
 }
 
-/// What pictures a piece has.
+/// Pictures of a piece.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Svg,
-    /// Those that would be too large as lines.
+    /// Raster image, because lines would be too large.
     Png,
-    /// A preview alone: nothing is left.
+    /// A preview only, since nothing is drawn.
     Way,
 }
 
@@ -63,7 +63,7 @@ impl Piece {
         format!("{}-{what}.{end}", self.name)
     }
 
-    /// The command that looks first.
+    /// Returns the command for the preview.
     pub(super) fn look(&self) -> String {
         self.look_at(&self.preview())
     }
@@ -72,7 +72,7 @@ impl Piece {
         self.line(&format!(" --preview {picture}"))
     }
 
-    /// The command that makes it.
+    /// Returns the command that makes the piece.
     pub(super) fn make(&self) -> String {
         match self.pictures {
             Kind::Way => self.line(" --port sim"),
@@ -94,7 +94,7 @@ impl Piece {
     }
 }
 
-/// What most pieces have.
+/// Defaults of most pieces.
 const PLAIN: Piece = Piece {
     name: "",
     title: "",

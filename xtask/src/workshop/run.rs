@@ -1,4 +1,4 @@
-//! Runs the commands of a piece, as a person would in a shell, in a folder that holds the files.
+//! Runs the commands of a piece as a user would in a shell, in a folder with the files.
 
 use std::error::Error;
 use std::fs;
@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::pieces::{Input, Piece};
 use super::{marks, pictures};
 
-/// Where what pieces are made of is.
+/// Folders with the inputs of pieces.
 const FILES: [&str; 3] = [
     "crates/magician-program/samples",
     "crates/magician-formats/fonts",
@@ -19,27 +19,27 @@ const FILES: [&str; 3] = [
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// What came of a piece.
+/// Result of a piece.
 pub(super) struct Made {
-    /// What the command printed at the end.
+    /// Output of the last command.
     pub(super) said: String,
-    /// What the page shows of it: a head, and the name of a picture, seen from the folder of the pictures.
+    /// Pictures on the page: heading and file name, relative to the folder of the pictures.
     pub(super) shown: Vec<(&'static str, String)>,
-    /// The pictures that were made.
+    /// Pictures that were made.
     pub(super) pictures: Vec<(String, Vec<u8>)>,
-    /// How well everything matches, in words.
+    /// Deviations as text.
     pub(super) figures: String,
     pub(super) is_good: bool,
 }
 
-/// A folder with all files, in which commands are run.
+/// Folder with all files in which commands run.
 pub(super) struct Bench {
     place: PathBuf,
     path: String,
 }
 
 impl Bench {
-    /// Builds the command and lays the files out.
+    /// Builds the command and copies the files.
     pub(super) fn new(root: &Path) -> Result<Self> {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let built = Command::new(cargo)
@@ -69,12 +69,12 @@ impl Bench {
         })
     }
 
-    /// Looks first, then makes the piece.
+    /// Previews the piece, then makes it.
     pub(super) fn make(&self, piece: &Piece) -> Result<Made> {
         let (preview, drawn) = (piece.preview(), piece.drawn());
         self.shell(&piece.look())?;
         let said = self.shell(&piece.make())?;
-        // The same as lines, whatever the page shows.
+        // Also as lines, for the comparison, whatever the page shows.
         self.shell(&piece.look_at("look.svg"))?;
         self.shell(&piece.make_as("left.svg"))?;
         let estimate: Value = serde_json::from_str(&self.shell(&piece.estimate())?)?;
@@ -112,7 +112,7 @@ impl Bench {
         Ok(fs::read(self.place.join(name))?)
     }
 
-    /// Runs a line in a shell and gives what it printed on stdout.
+    /// Runs a line in a shell and returns its output on stdout.
     fn shell(&self, line: &str) -> Result<String> {
         let home = self.place.join(".home");
         let mut command = Command::new("/bin/sh");

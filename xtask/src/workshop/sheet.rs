@@ -2,18 +2,18 @@
 
 use magician_picture::svg::{Number, Svg, lines};
 
-/// Lines that look the same.
+/// Lines of one style.
 pub(crate) struct Ink<'a> {
     pub(crate) colour: &'a str,
-    /// mm.
+    /// Width of the lines, mm.
     pub(crate) width: f64,
     pub(crate) opacity: f64,
-    /// Whether lines end in half circles; what is not opaque would be darker where they overlap.
+    /// True for round ends. Translucent lines would be darker where round ends overlap.
     pub(crate) round: bool,
     pub(crate) lines: Vec<&'a [[f64; 2]]>,
 }
 
-/// The corners of what all lines need, with a margin.
+/// Returns the corners of the area that contains all lines, with a margin.
 pub(crate) fn around<'a>(
     lines: impl IntoIterator<Item = &'a [[f64; 2]]>,
     margin: f64,
@@ -31,7 +31,7 @@ pub(crate) fn around<'a>(
     ]
 }
 
-/// The part of a plane between two corners: x to the right, y up.
+/// Draws the area between two corners: x to the right, y up.
 pub(crate) fn draw([low, high]: [[f64; 2]; 2], inks: &[Ink<'_>]) -> String {
     let hundredths = |value: f64| (value * 100.0).round() / 100.0;
     let [left, right, bottom, top] = [low[0], high[0], low[1], high[1]].map(hundredths);

@@ -1,23 +1,23 @@
-//! What a file shows, read in the plainest way, without the readers that it is compared with.
+//! Reads the lines of a file in the simplest way, without the readers that are to be verified.
 
 use std::error::Error;
 
 use magician_picture::compare::svg_lines;
 
-/// A line, by its corners.
+/// Line as a list of its corners.
 pub(crate) type Line = Vec<[f64; 2]>;
 
-/// A corner of an arc for so many degrees.
+/// Angle of an arc per corner, deg.
 const DEGREES: f64 = 1.0;
-/// mm of an HPGL unit.
+/// Size of an HPGL unit, mm.
 const UNIT: f64 = 0.025;
 
-/// The lines of an SVG, on its sheet.
+/// Returns the lines of an SVG on its sheet.
 pub(crate) fn svg(bytes: &[u8]) -> Result<Vec<Line>, Box<dyn Error>> {
     Ok(svg_lines(bytes)?)
 }
 
-/// The lines of a plot that has only PU and PD with absolute places.
+/// Returns the lines of a plot that uses only PU and PD with absolute positions.
 pub(crate) fn hpgl(text: &str) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     let mut at = [0.0, 0.0];
@@ -41,8 +41,9 @@ pub(crate) fn hpgl(text: &str) -> Vec<Line> {
     lines
 }
 
-/// The lines of G-code in millimetres, with centres by I and J, that are drawn: with Z at or below 0 if it has a Z, else with S above 0.
-/// Each has its S as a share of the largest.
+/// Returns the drawn lines of G-code in millimetres with arc centres by I and J: those with Z at or
+/// below 0 if the file has a Z, otherwise those with S above 0. Each has its S as a share of the
+/// largest.
 pub(crate) fn gcode(text: &str) -> Vec<(f64, Line)> {
     let mut lines: Vec<Line> = Vec::new();
     let mut powers: Vec<f64> = Vec::new();
@@ -90,7 +91,7 @@ pub(crate) fn gcode(text: &str) -> Vec<(f64, Line)> {
     shades.zip(lines).collect()
 }
 
-/// The words of a line, with or without spaces between them.
+/// Returns the words of a line, with or without spaces between them.
 fn words(line: &str) -> impl Iterator<Item = (char, f64)> {
     let starts = line
         .char_indices()
@@ -103,12 +104,12 @@ fn words(line: &str) -> impl Iterator<Item = (char, f64)> {
     })
 }
 
-/// Without comments.
+/// Removes comments.
 fn plain(line: &str) -> &str {
     line.split(';').next().unwrap_or_default()
 }
 
-/// The corners of an arc after its beginning; its end if there is no centre.
+/// Returns the corners of an arc after its start; only its end if there is no centre.
 fn arc(from: [f64; 2], to: [f64; 2], centre: Option<[f64; 2]>, clockwise: bool) -> Line {
     let Some([cx, cy]) = centre else {
         return vec![to];
@@ -129,7 +130,7 @@ fn arc(from: [f64; 2], to: [f64; 2], centre: Option<[f64; 2]>, clockwise: bool) 
     (1..=pieces as u32).map(corner).collect()
 }
 
-/// Adds a piece to the last line, or begins one.
+/// Adds a segment to the last line, or begins a new line.
 fn go_on(lines: &mut Vec<Line>, from: [f64; 2], to: [f64; 2]) {
     match lines.last_mut() {
         Some(line) if line.last() == Some(&from) => line.push(to),

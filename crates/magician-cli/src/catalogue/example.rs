@@ -1,6 +1,8 @@
+//! Example command lines for a command of the protocol, made from its row.
+
 use magician_protocol::{Field, FieldType, LayoutInfo, Range, Row, Scalar};
 
-/// Command lines that use a command, ready to be copied.
+/// Returns command lines that use this command, ready to be copied.
 pub(super) fn lines(row: &Row) -> Vec<String> {
     let mut lines = Vec::new();
     if row.value.is_some() {
@@ -25,13 +27,13 @@ fn arguments(info: &LayoutInfo) -> String {
         .collect()
 }
 
-/// A sensible value of a field, as text that the command line takes.
+/// Returns a plausible value of a field, in the notation that the command line parses.
 fn value(field: &Field) -> String {
     match field.ty {
         FieldType::Scalar(scalar) => number(field, scalar),
         FieldType::Array(scalar, count) => vec![number(field, scalar); count].join(","),
         FieldType::Flag => "1".to_owned(),
-        // Of a jog only its end is sent so.
+        // 0 ends a jog. The raw verbs refuse any other value, since nothing would hold the jog.
         FieldType::Enum(info) if info.name == "JogCommand" => "0".to_owned(),
         FieldType::Enum(info) => {
             let variant = info.variants.get(1).or(info.variants.first());

@@ -1,3 +1,5 @@
+//! Full description of one command of the protocol (`magician commands NAME`).
+
 use magician_protocol::{Effect, Field, FieldType, LayoutInfo, Row};
 
 use super::record::{chapter_name, confidence, section, source, type_name};
@@ -7,7 +9,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// Shows everything about the command of a name: what it takes, answers and means.
+/// Shows what a command takes, returns and means.
 pub(crate) fn explain(name: &str, context: &mut Context) -> Result<(), Failure> {
     let row = find(name)?;
     context.show(&Entry::full(row), |out| text(row, out))
@@ -72,7 +74,7 @@ fn facts(row: &Row) -> Columns {
     columns
 }
 
-/// What a set does, in words.
+/// Describes what a set changes on the arm.
 fn effect(row: &Row) -> &'static str {
     match row.effect {
         Effect::Look | Effect::Consume => "",

@@ -1,3 +1,5 @@
+//! Look-up of commands by name or id, with suggestions for misspelt names.
+
 use std::ffi::OsStr;
 
 use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
@@ -5,13 +7,15 @@ use magician_protocol::{Row, TABLE};
 
 use crate::failure::Failure;
 
-/// How alike a name must be to be suggested, 1 being equal.
+/// Lowest similarity of a suggested name: 0 is unrelated, 1 equal. A choice: low enough for `Poze`,
+/// high enough that random letters suggest nothing (tested below).
 const ALIKE: f64 = 0.5;
-/// How much less a name counts that is alike only letter by letter.
+/// Deduction from the edit-distance similarity. Names that share letter pairs (Sørensen-Dice) are
+/// likelier meant than names with the same letters replaced.
 const SLIP: f64 = 0.2;
 const SUGGESTIONS: usize = 3;
 
-/// Takes any text for a command, and offers the names to completions.
+/// Value parser that accepts any text as a command and offers the names to completions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Names;
 
@@ -34,18 +38,18 @@ impl TypedValueParser for Names {
     }
 }
 
-/// The command of a name or id.
+/// Finds the command of a name or id.
 pub(crate) fn find(name: &str) -> Result<&'static Row, Failure> {
     Row::find(name).map_err(|_| unknown(name))
 }
 
-/// A name without what does not count: case, `-` and `_`.
+/// Returns a name in lower case without `-` and `_`, which do not count in comparisons.
 pub(crate) fn letters(name: &str) -> String {
     let kept = name.chars().filter(|letter| !matches!(letter, '-' | '_'));
     kept.flat_map(char::to_lowercase).collect()
 }
 
-/// A name as the command line writes it: `LostStep` is `lost-step`.
+/// Returns a name in the command line's notation: `LostStep` becomes `lost-step`.
 pub(crate) fn kebab(name: &str) -> String {
     let mut words = String::new();
     for letter in name.chars() {
@@ -65,7 +69,7 @@ fn unknown(name: &str) -> Failure {
     }
 }
 
-/// The names most like this one, best first.
+/// Returns the names most similar to this one, best first.
 fn nearest(name: &str) -> Vec<&'static str> {
     let wanted = letters(name);
     let bare = ["get", "set"]

@@ -1,4 +1,4 @@
-//! The commands of the protocol as people look them up: by name, with help made from the table.
+//! Commands of the protocol for people: found by name, with help generated from the command table.
 
 mod example;
 mod explain;
@@ -33,7 +33,7 @@ pub(crate) struct Wanted {
 }
 
 impl Wanted {
-    /// The name of the command; `None` when help was asked for and has been given.
+    /// Returns the name of the command, or `None` if help was asked for and has been shown.
     pub(crate) fn name(&self, verb: &str, context: &mut Context) -> Result<Option<&str>, Failure> {
         match self.name.as_deref() {
             Some(name) if self.help || self.short_help => explain(name, context).map(|()| None),

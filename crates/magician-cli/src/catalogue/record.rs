@@ -1,9 +1,11 @@
+//! JSON form of the command table.
+
 use magician_protocol::{Bounds, Confidence, Field, FieldType, LayoutInfo, Row, Scalar, Source};
 use serde::Serialize;
 
 use super::find::kebab;
 
-/// A command as JSON describes it.
+/// Command as JSON.
 #[derive(Serialize)]
 pub(crate) struct Entry {
     id: u8,
@@ -72,7 +74,7 @@ struct Tolerated {
 }
 
 impl Entry {
-    /// A line of the list.
+    /// Creates the short form, as the list shows it.
     pub(crate) fn brief(row: &'static Row) -> Self {
         Self {
             id: row.id,
@@ -93,7 +95,7 @@ impl Entry {
         }
     }
 
-    /// Everything.
+    /// Creates the full form with layouts, limits and notes.
     pub(crate) fn full(row: &'static Row) -> Self {
         Self {
             layouts: Some(Layouts {
@@ -152,12 +154,12 @@ impl From<&magician_protocol::Variant> for Value {
     }
 }
 
-/// A chapter's name as the command line takes it: `lost-step`.
+/// Returns a chapter's name in the command line's notation, such as `lost-step`.
 pub(crate) fn chapter_name(row: &Row) -> String {
     kebab(&format!("{:?}", row.chapter))
 }
 
-/// The section of the vendor's document, empty if it has none.
+/// Returns the section of the vendor's document; empty for a command without one.
 pub(super) fn section(row: &Row) -> &'static str {
     match row.section {
         "none" => "",
@@ -165,7 +167,7 @@ pub(super) fn section(row: &Row) -> &'static str {
     }
 }
 
-/// Where the command is described, in a word.
+/// Returns a short name for the document that describes the command.
 pub(super) fn source(row: &Row) -> &'static str {
     match row.source {
         Source::Document => "v1.1.3",
@@ -176,7 +178,7 @@ pub(super) fn source(row: &Row) -> &'static str {
     }
 }
 
-/// How sure its layout is, in a word.
+/// Returns a short name for the confidence in the command's layout.
 pub(super) fn confidence(row: &Row) -> &'static str {
     match row.confidence {
         Confidence::High => "high",
@@ -187,7 +189,7 @@ pub(super) fn confidence(row: &Row) -> &'static str {
     }
 }
 
-/// A field's type in a word: `f32`, `f32[4]`, `flag`.
+/// Returns the name of a field's type, such as `f32`, `f32[4]` or `flag`.
 pub(super) fn type_name(ty: FieldType) -> String {
     match ty {
         FieldType::Scalar(scalar) => scalar_name(scalar).to_owned(),

@@ -1,4 +1,6 @@
-//! `[arms.NAME]`: what is true of one arm. It is read where every door reads it, in [`magician::arms`]; here a person changes it.
+//! `[arms.NAME]` tables: settings of one arm, as `magician config` shows and edits them.
+//!
+//! All front ends read these tables through [`magician::arms`]; only the editing is here.
 
 use magician::arms::KnownArm;
 use magician_program::{Diagnostic, Lines};
@@ -7,7 +9,7 @@ use toml::de::DeValue;
 
 pub(super) use magician::arms::TABLE;
 
-/// The settings of an arm, and what is shown for one that is not set.
+/// Settings of an arm: name, text shown while it is not set, and type.
 const SETTINGS: [(&str, &str, Kind); 8] = [
     ("port", "", Kind::Text),
     ("laser", "true", Kind::Flag),
@@ -28,7 +30,7 @@ enum Kind {
     Boxes,
 }
 
-/// The arms of a file, or where it is wrong.
+/// Reads the arms of a file, or returns where the file is wrong.
 pub(super) fn read(
     lines: &Lines<'_>,
     table: &Spanned<DeValue<'_>>,
@@ -42,19 +44,20 @@ pub(super) fn read(
     })
 }
 
-/// Whether this is the name of something that can be said of an arm: `arms.NAME.fence.floor` and the like.
+/// True if this is the name of an arm's setting, such as `arms.NAME.fence.floor`.
 pub(crate) fn is_name(name: &str) -> bool {
     setting(name).is_some()
 }
 
-/// Every name for an arm that is called so.
+/// Returns the full names of all settings of this arm, each with the text shown while it is not
+/// set.
 pub(crate) fn names_of(arm: &str) -> impl Iterator<Item = (String, &'static str)> {
     SETTINGS
         .iter()
         .map(move |(setting, default, _)| (format!("{TABLE}.{arm}.{setting}"), *default))
 }
 
-/// What is shown when it is not set.
+/// Returns the text shown while the setting is not set.
 pub(crate) fn default_of(name: &str) -> &'static str {
     setting(name).map_or("", |(default, _)| default)
 }
@@ -73,7 +76,7 @@ fn setting(name: &str) -> Option<(&'static str, Kind)> {
     Some((default, *kind))
 }
 
-/// A value that a person has typed, as TOML writes it.
+/// Converts a value as typed by the user into TOML.
 pub(crate) fn written(name: &str, value: &str) -> Result<String, String> {
     let value = value.trim();
     let (_, kind) = setting(name).ok_or("no such setting")?;
@@ -94,7 +97,7 @@ pub(crate) fn written(name: &str, value: &str) -> Result<String, String> {
     }
 }
 
-/// Two corners of six numbers.
+/// Converts six numbers into two corners.
 fn corners(text: &str) -> Result<String, String> {
     let wrong = || format!("`{text}`: expected X,Y,Z,X,Y,Z, two corners in mm");
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();

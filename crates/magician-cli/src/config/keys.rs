@@ -1,4 +1,4 @@
-//! What can be set, in one table: names, meanings, and what counts as a value.
+//! Table of all settings: name, meaning, default, and how a value is checked.
 
 use magician::Target;
 use magician_job::settings::quoted;
@@ -8,50 +8,50 @@ use toml::de::DeValue;
 
 use crate::numbers::numbers;
 
-/// One setting.
+/// Setting of the configuration file.
 pub(crate) struct Key {
-    /// Its name; with a dot, what is before it is a table of the file.
+    /// Name of the setting. A part before a dot is a table of the file.
     pub(crate) name: &'static str,
-    /// What it is.
+    /// Description for the list of settings.
     pub(crate) about: &'static str,
-    /// The variable that goes before it.
+    /// Environment variable that overrides the setting.
     pub(crate) variable: Option<&'static str>,
-    /// What holds without it.
+    /// Value that applies while it is not set.
     pub(crate) default: &'static str,
-    /// What it takes.
+    /// Type of the value.
     pub(crate) kind: Kind,
 }
 
-/// What a setting takes.
+/// Type of a setting's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Port,
     Tool,
-    /// 1 to 8.
+    /// Whole number from 1 to 8.
     Window,
-    /// A height in mm; or a table with height and slope, which a station writes.
+    /// Height in mm; or a table with height and slope, which a station writes.
     Surface,
-    /// A number, as this option of drawing and engraving takes it.
+    /// Number, checked by the drawing option of this name.
     Option(&'static str),
-    /// 0 to 50, whole: times a second.
+    /// Whole number from 0 to 50: times a second.
     Rate,
-    /// 0 to 100 percent, or two such numbers.
+    /// Percentage from 0 to 100, or two of them.
     Power,
     /// X,Y,Z in mm.
     Place,
-    /// A table that another verb writes.
+    /// Table that another verb writes.
     Sheet,
     /// HOST:PORT to listen at.
     Address,
-    /// Texts, with commas between them as a person types them; a list in the file.
+    /// Texts, typed with commas between them; a list in the file.
     List,
-    /// A folder.
+    /// Path of a folder.
     Folder,
     /// true or false.
     Switch,
 }
 
-/// All of them.
+/// All settings.
 pub(crate) const KEYS: [Key; 19] = [
     Key {
         name: "port",
@@ -189,13 +189,13 @@ pub(crate) const KEYS: [Key; 19] = [
 ];
 
 impl Key {
-    /// By its name; - is accepted for _.
+    /// Finds a setting by name; `-` is accepted for `_`.
     pub(crate) fn named(name: &str) -> Option<&'static Self> {
         let name = name.replace('-', "_");
         KEYS.iter().find(|key| key.name == name)
     }
 
-    /// What the file has to say for a value as a person types it.
+    /// Converts a value as typed by the user into TOML.
     pub(crate) fn write(&self, text: &str) -> Result<String, String> {
         let text = text.trim();
         match self.kind {
@@ -213,7 +213,8 @@ impl Key {
             Kind::Power => {
                 check("power", text)?;
                 let power = text.parse::<Power>()?.to_string();
-                // One number is a number in the file, as it always was.
+                // A single power stays a number in the file, for files from before ranges were
+                // supported.
                 Ok(if power.contains("..") {
                     quoted(&power)
                 } else {
@@ -237,7 +238,7 @@ impl Key {
         }
     }
 
-    /// The value in a file, as a person would type it.
+    /// Converts a value of a file into what a user would type.
     pub(super) fn read(&self, value: &DeValue<'_>) -> Result<String, String> {
         let text = match (self.kind, value) {
             (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
@@ -285,7 +286,7 @@ impl Key {
     }
 }
 
-/// Checks a value as the option of drawing and engraving of this name.
+/// Checks a value with the parser of the drawing option of this name.
 fn check(option: &str, text: &str) -> Result<(), String> {
     let value = SetupOptions::option(option).map(|row| row.value_of(text));
     let fields = [(option.to_owned(), value.unwrap_or_default())];
@@ -293,7 +294,7 @@ fn check(option: &str, text: &str) -> Result<(), String> {
     read.map(|_| ()).map_err(|error| error.message.into())
 }
 
-/// The texts of a list as a person types it.
+/// Splits a list as typed by the user.
 pub(crate) fn list(text: &str) -> impl Iterator<Item = &str> {
     text.split(',')
         .map(str::trim)

@@ -1,5 +1,8 @@
-//! The file of settings. What a flag says goes before it, and what a variable of the environment says; what it does not
-//! say has a default.
+//! The user's settings file, as `magician config` shows and edits it.
+//!
+//! Flags override environment variables, which override the file; what none of them sets has a
+//! default. Edits keep the rest of the file as it is, and an edit that would make the file invalid
+//! is refused before it is written.
 
 pub(crate) mod arms;
 mod keys;
@@ -19,17 +22,17 @@ use crate::diagnostics::{self, Severity};
 use crate::failure::Failure;
 pub(crate) use keys::{KEYS, Key, list};
 
-/// The settings of a file; one that is not there says nothing.
+/// Settings of a file. A missing file counts as empty.
 #[derive(Debug, Default)]
 pub(crate) struct Config {
     file: SettingsFile,
-    /// What it says, as a person would type it.
+    /// Values of the file in the notation that users type.
     values: Vec<(&'static str, String)>,
-    /// What it says of single arms.
+    /// Arms that the file describes.
     arms: Vec<KnownArm>,
 }
 
-/// Where a value comes from.
+/// Origin of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Source {
@@ -39,7 +42,7 @@ pub(crate) enum Source {
 }
 
 impl Config {
-    /// Reads the file of this user.
+    /// Reads the settings file of this user.
     pub(crate) fn load() -> Result<Self, Failure> {
         let file = SettingsFile::load().map_err(|error| Failure::invalid(error.to_string()))?;
         Self::of(file)
@@ -53,19 +56,19 @@ impl Config {
         Ok(Self { file, values, arms })
     }
 
-    /// Where the file is or would be.
+    /// Path of the file, also if it does not exist yet; `None` if there is no home directory.
     pub(crate) fn path(&self) -> Option<&Path> {
         self.file.path()
     }
 
-    /// What the file says of this.
+    /// Returns the file's value of a setting, or `None` if it is not set.
     pub(crate) fn says(&self, name: &str) -> Option<&str> {
         let mut values = self.values.iter();
         let (_, value) = values.find(|(known, _)| *known == name)?;
         Some(value)
     }
 
-    /// What the environment says of this, else the file.
+    /// Returns the value from the environment, else from the file.
     pub(crate) fn value(&self, key: &Key) -> Option<(String, Source)> {
         let variable = key.variable.and_then(|name| std::env::var(name).ok());
         let variable = variable.filter(|value| !value.is_empty());
@@ -78,24 +81,24 @@ impl Config {
             .or_else(file)
     }
 
-    /// Whether a laser may be mounted on the arm at this port: `[arms.NAME] laser = false` says that there is none.
+    /// False if `[arms.NAME] laser = false` is set for the arm at this port; true if unknown.
     pub(crate) fn laser_is_mounted(&self, port: Option<&str>) -> bool {
         let port = port.and_then(|port| port.parse::<Target>().ok());
         let known = port.and_then(|port| self.arm_at(&port));
         known.is_none_or(|arm| arm.laser)
     }
 
-    /// What the file says of the arm at this port.
+    /// Returns the settings of the arm at this port.
     pub(crate) fn arm_at(&self, port: &Target) -> Option<&KnownArm> {
         magician::arms::at(&self.arms, port)
     }
 
-    /// Every arm that the file knows.
+    /// Returns all arms that the file describes.
     pub(crate) fn arms(&self) -> &[KnownArm] {
         &self.arms
     }
 
-    /// What the file says of an arm, as it is written there.
+    /// Returns the value of an arm's setting as the file writes it, without quotes.
     pub(crate) fn says_of_arm(&self, name: &str) -> Option<&str> {
         let value = self.file.written(name)?;
         let bare = value
@@ -104,13 +107,13 @@ impl Config {
         Some(bare.unwrap_or(value))
     }
 
-    /// Says this of an arm from now on, or nothing any more: `value` is how TOML writes it.
+    /// Sets or, with `None`, removes a setting of an arm. `value` is in TOML.
     pub(crate) fn set_of_arm(&mut self, name: &str, value: Option<&str>) -> Result<(), Failure> {
         let edited = match value {
             Some(value) => self.file.with(name, value),
             None => self.file.without(name),
         };
-        // What would be wrong with it is the better story than that it cannot be changed.
+        // An invalid value is reported before a file that cannot be edited: its message says more.
         if let Some(edited) = &edited {
             Self::of(edited.clone())?;
         }
@@ -118,28 +121,28 @@ impl Config {
         self.change(edited, |config| config.says_of_arm(name).is_some() == said)
     }
 
-    /// A number that the file says. The check has let nothing else through.
+    /// Returns a number of the file. Loading has checked its syntax.
     pub(crate) fn number(&self, name: &str) -> Option<f64> {
         self.says(name)?.parse().ok()
     }
 
-    /// The plane of the work surface that the file says.
+    /// Returns the plane of the work surface from the file.
     pub(crate) fn surface(&self) -> Result<Option<Surface>, Failure> {
         surface_of(&self.file).map_err(|error| Failure::invalid(error.to_string()))
     }
 
-    /// Texts that the file says.
+    /// Returns a list of texts from the file; empty if it is not set.
     pub(crate) fn list(&self, name: &str) -> Vec<String> {
         let said = self.says(name).unwrap_or_default();
         list(said).map(str::to_owned).collect()
     }
 
-    /// A power that the file says.
+    /// Returns a laser power from the file.
     pub(crate) fn power(&self, name: &str) -> Option<Power> {
         self.says(name)?.parse().ok()
     }
 
-    /// A table that another verb has written, as a value of its own.
+    /// Deserializes a table that another verb has written.
     pub(crate) fn table<T: serde::de::DeserializeOwned>(
         &self,
         name: &str,
@@ -150,21 +153,21 @@ impl Config {
         })
     }
 
-    /// Says this from now on: `value` is how TOML writes it.
+    /// Sets a setting. `value` is in TOML.
     pub(crate) fn set(&mut self, name: &str, value: &str) -> Result<(), Failure> {
         self.change(self.file.with(name, value), |config| {
             config.says(name).is_some()
         })
     }
 
-    /// Says this from now on, as a table under a header of its own.
+    /// Sets a setting to a table under its own header.
     pub(crate) fn set_table(&mut self, name: &str, value: &impl Serialize) -> Result<(), Failure> {
         self.change(self.file.with_table(name, value), |config| {
             config.says(name).is_some()
         })
     }
 
-    /// Says nothing of this any more; whether it did.
+    /// Removes a setting. Returns true if it was set.
     pub(crate) fn unset(&mut self, name: &str) -> Result<bool, Failure> {
         if self.says(name).is_none() {
             return Ok(false);
@@ -175,7 +178,7 @@ impl Config {
         Ok(true)
     }
 
-    /// Writes what an edit has come to, if it is what was wanted.
+    /// Writes the edited file if it is valid and `is_right` confirms the edit.
     fn change(
         &mut self,
         edited: Option<SettingsFile>,
@@ -197,10 +200,10 @@ impl Config {
     }
 }
 
-/// The values of a text.
+/// Values of a file and its arms.
 type Values = (Vec<(&'static str, String)>, Vec<KnownArm>);
 
-/// The values of a text, or where it is wrong.
+/// Parses and checks a file, or returns where it is wrong.
 fn check(text: &str) -> Result<Values, Diagnostic> {
     let lines = Lines::new(text);
     let file = DeTable::parse(text).map_err(|error| {
@@ -249,12 +252,12 @@ fn entry(
     Ok((key.name, text))
 }
 
-/// What is before the dot.
+/// Returns the part of a name before its dot.
 fn section(name: &str) -> Option<&str> {
     name.split_once('.').map(|(section, _)| section)
 }
 
-/// What may have been meant.
+/// Returns a hint for an unknown name: the most similar setting.
 pub(crate) fn near(name: &str) -> String {
     let distance = |key: &&Key| strsim::damerau_levenshtein(key.name, name);
     let nearest = KEYS.iter().min_by_key(distance);

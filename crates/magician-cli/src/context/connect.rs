@@ -1,4 +1,9 @@
-//! The connection to the arm that is meant, and how it is to behave.
+//! Opens the connection to the arm that the options, the environment or the settings name.
+//!
+//! The arm is reached over a port, in this process (`sim`) or through a station. A connection lasts
+//! as long as the context: a shell's lines share it, until a line names another arm or needs a
+//! connection that survives a broken line. At a station the connection carries a lease, which work
+//! that moves the arm takes first.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,45 +25,45 @@ use crate::paint::tell;
 use crate::progress::attended;
 use crate::serving::grow;
 
-/// How a verb treats the virtual arm in this process.
+/// Treatment of a virtual arm in this process by a verb.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sim {
-    /// Speed of its clock where the port does not say.
+    /// Speed of its clock if the port does not name one.
     pub(crate) speed: SimSpeed,
     pub(crate) taken: Taken,
 }
 
-/// When the virtual arm in this process is taken without a port that names it.
+/// Condition under which a virtual arm in this process is used without being named by the port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Taken {
-    /// Never: it has to be asked for.
+    /// Never: `sim` must be named.
     IfAsked,
-    /// Where no arm is found.
+    /// If no arm is found.
     IfAlone,
-    /// Always.
+    /// Always, unless a port is given.
     Unasked,
 }
 
-/// An open connection, and what it was opened for.
+/// Open connection and what is known of it.
 pub(super) struct Connected {
     pub(super) arm: Arm,
-    /// The `--station` or `--port`.
+    /// Value of `--station` or `--port` it was opened for.
     place: Option<String>,
-    /// Its line's end, where that is a station's.
+    /// Task that ends when the station's line has been closed; `None` without a station.
     ends: Option<JoinHandle<()>>,
-    /// Why that one broke, once it has.
+    /// Reason why the station's line broke, once it has.
     line: LineEnd,
-    /// The lease of that line.
+    /// Lease of the station's line; `None` without a station.
     lease: Option<LineLease>,
-    /// Whether it waits for a line that breaks.
+    /// True if the driver reconnects when the line breaks.
     reconnects: bool,
-    /// What was set going over it that it cannot know of.
+    /// Motion or laser that this program started but the driver cannot track.
     pub(super) under_way: UnderWay,
 }
 
 impl Connected {
-    /// Takes the lease at a station, which the work needs: a refusal leaves nothing behind. The lease
-    /// of a program that is gone is waited for.
+    /// Takes the arm's lease at the station, which work needs before it begins: a refusal changes
+    /// nothing on the arm. Waits for the lease of a program that is gone to expire.
     pub(super) async fn take_lease(&self, json: bool) -> Result<(), Failure> {
         let Some(lease) = &self.lease else {
             return Ok(());
@@ -79,7 +84,7 @@ impl Connected {
         Ok(())
     }
 
-    /// What a failure is about, where the line broke because the station refused something.
+    /// Replaces a port failure by the station's refusal if that is why the line broke.
     pub(super) fn meant(&self, failure: Failure) -> Failure {
         match self.line.why() {
             Some(error @ ClientError::Refused { .. }) if failure.kind == PORT => error.into(),
@@ -93,35 +98,38 @@ impl Connected {
         self.under_way.needs_stop() || moves
     }
 
-    /// True if the end of its station has something to stop: what was begun over this connection.
-    /// Others may be ending their own runs on the arm.
+    /// True if the end of the station has something to stop: work begun over this connection. Other
+    /// clients may be ending their own runs on the arm.
     pub(super) fn needs_end(&self) -> bool {
         let moves = self.arm.moving() || !self.arm.motors().running().is_empty();
         self.under_way.laser == Some(Burns::WhileConnected) || moves
     }
 
-    /// Ends it, and waits until a station has heard of it.
+    /// Closes the connection, and waits until the station has seen that.
     pub(super) async fn close(self) {
         self.arm.close().await;
         if let Some(ends) = self.ends {
+            // A station that does not close the line in time does not block the caller.
             let _ = timeout(FAREWELL, ends).await;
         }
     }
 }
 
-/// Time for the station to end a lease whose holder is gone, beyond that holder's own.
+/// Time for the station to end an expired lease and grant it, beyond the time that the lease has
+/// left. A choice.
 const LEASE_MARGIN: Duration = Duration::from_secs(1);
 
 const PORT: Kind = Kind::Driver(magician::ErrorKind::Port);
 
-/// A virtual arm of a verb's own making.
+/// Virtual arm that a verb has set up for its own connection.
 pub(super) struct Stage {
     arm: VirtualArm,
-    /// Whether time is the arm's: it passes as fast as there is nothing to do, and nothing runs dry for want of it.
+    /// True if process time is virtual while the verb works: waits take no wall time, so that
+    /// nothing runs dry because the host is slow.
     in_arm_time: bool,
 }
 
-/// While it lasts, time passes as fast as there is nothing left to do.
+/// Guard that pauses tokio's clock: it advances to the next timer as soon as there is no work left.
 pub(super) struct ArmTime;
 
 impl ArmTime {
@@ -138,45 +146,48 @@ impl Drop for ArmTime {
 }
 
 impl Context {
-    /// Puts up a virtual arm that is to be connected to where the arm is one in this process.
+    /// Uses this virtual arm for connections of this verb to `sim`.
     pub(crate) fn put_up(&mut self, arm: VirtualArm) {
         let in_arm_time = false;
         self.stage = Some(Stage { arm, in_arm_time });
     }
 
-    /// As [`put_up`](Self::put_up), an arm at its own speed, whose time is everybody's while the verb works with it: what it
-    /// does takes as long by its clock as on a real one, and next to nothing by ours.
+    /// Like [`put_up`](Self::put_up), but lets all timers of this process follow virtual time while
+    /// the verb works. Motions take as long by the arm's clock as on a real arm, and almost no wall
+    /// time.
     pub(crate) fn put_up_in_arm_time(&mut self, arm: VirtualArm) {
         let in_arm_time = true;
         self.stage = Some(Stage { arm, in_arm_time });
     }
 
-    /// Begins the time of the arm that was put up, if that is everybody's. Must be called within a runtime.
+    /// Pauses tokio's clock if the verb's virtual arm asks for that. Must be called within a
+    /// runtime.
     pub(super) fn arm_time(&self) -> Option<ArmTime> {
         let stage = self.stage.as_ref().filter(|stage| stage.in_arm_time);
         stage.map(|_| ArmTime::begin())
     }
 
-    /// Whether a connection is open already: a shell's.
+    /// True if a connection is open already, as between lines of a shell.
     pub(crate) fn is_connected(&self) -> bool {
         self.connected.is_some()
     }
 
-    /// The arm that this is connected to, if it is the one that is meant now.
+    /// Returns the arm of the open connection, if the options still name it.
     pub(crate) fn connected(&self) -> Option<&Arm> {
         let open = self.connected.as_ref();
         let open = open.filter(|open| open.place.as_deref() == self.global.place());
         open.map(|open| &open.arm)
     }
 
-    /// The arm that is meant now, connected to if need be, for work under these rules. `sim` is what stands in for a port that is `sim`
-    /// without a speed, or none.
+    /// Returns the arm that the options name, connecting if necessary, for work under these rules.
+    /// `sim` is how the verb treats a virtual arm; `None` if it has no special rule.
     pub(super) async fn connect(
         &mut self,
         sim: Option<Sim>,
         rules: &Rules,
     ) -> Result<Arm, Failure> {
-        // What a look opened waits for no line, and a job that burns must.
+        // A connection opened for a look does not reconnect, but a job that burns needs
+        // reconnection to switch the laser off.
         let fits = |open: &Connected| {
             open.place.as_deref() == self.global.place() && (open.reconnects || !rules.reconnects)
         };
@@ -239,8 +250,9 @@ impl Context {
         })
     }
 
-    /// As [`open`](Self::open), through a station.
+    /// Opens the arm like [`open`](Self::open), through a station.
     async fn open_at_station(&mut self, url: &str) -> Result<Connected, Failure> {
+        // These options act on the line and on a virtual arm, which belong to the station.
         let unusual = [
             ("--trace", self.global.trace.is_some()),
             ("--faults", self.global.faults.is_some()),
@@ -271,7 +283,8 @@ impl Context {
         let (line, ends) = StationLine::open(&client, address.arm.as_deref(), self.global.yes);
         let (end, lease) = (line.end(), line.lease());
         let mut options = Options::default();
-        // The station waits for the arm, and so do we.
+        // The station itself waits for the arm's answer, so the default timeout could end before
+        // the station's. 5 s is a choice.
         options.timeout = self.global.timeout.unwrap_or(Duration::from_secs(5));
         options.laser_pins = self.laser_pins()?;
         options.homings = Some(homings);
@@ -284,25 +297,26 @@ impl Context {
             ends: Some(ends),
             line: end,
             lease: Some(lease),
+            // The station reconnects a broken line to the arm itself.
             reconnects: true,
             under_way: UnderWay::default(),
         })
     }
 
-    /// Ends the connection; the arm stops what was set going over it.
+    /// Closes the connection; motions that it started are stopped.
     pub(super) async fn disconnect(&mut self) {
         if let Some(connected) = self.connected.take() {
             connected.close().await;
         }
     }
 
-    /// How a connection is to behave.
+    /// Returns the connection options that flags and settings ask for.
     pub(crate) fn options(&mut self) -> Result<Options, Failure> {
         self.settle()?;
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
         options.window = self.global.window.map_or(options.window, usize::from);
-        // Between two lines of a shell a cable may come back.
+        // In a shell a cable may be unplugged and plugged in again between two lines.
         options.reconnect = self.in_shell;
         options.laser_pins = self.laser_pins()?;
         options.homings = magician_job::homings();
@@ -311,7 +325,7 @@ impl Context {
         Ok(options)
     }
 
-    /// What is put between a bare line and its port.
+    /// Returns the options of a bare line: faults and trace.
     pub(crate) fn line_options(&mut self) -> Result<LineOptions, Failure> {
         let mut options = LineOptions::default();
         options.faults = self.global.faults.unwrap_or_default();
@@ -319,7 +333,7 @@ impl Context {
         Ok(options)
     }
 
-    /// The trace that is asked for. All lines of this program go into the same one.
+    /// Returns the trace that was asked for. All lines of this program share one file.
     fn tracer(&mut self) -> Result<Option<Tracer>, Failure> {
         let Some(path) = &self.global.trace else {
             return Ok(None);
@@ -327,7 +341,7 @@ impl Context {
         if let Some((_, tracer)) = self.trace.as_ref().filter(|(known, _)| known == path) {
             return Ok(tracer.clone().ok());
         }
-        // A full disk costs the trace, not what is traced.
+        // A trace that cannot be written (a full disk) does not stop the work that is traced.
         let tracer = Tracer::new(grow(path)?).map_err(|error| {
             tracing::warn!(%error, "the trace cannot be written and stops here");
             error.to_string()
@@ -336,7 +350,7 @@ impl Context {
         Ok(tracer.ok())
     }
 
-    /// Ends the trace; why it is not whole, if it is not.
+    /// Ends the trace. Returns why it is incomplete, or `None` if it is complete.
     pub(super) fn untraced(&self) -> Option<String> {
         let failed = self.trace.as_ref().map(|(_, trace)| trace);
         match failed? {
@@ -348,13 +362,13 @@ impl Context {
         }
     }
 
-    /// Where the arm is, if anything says so.
+    /// Returns the port, if a flag, the environment or the settings name one.
     pub(crate) fn port(&mut self) -> Result<Option<String>, Failure> {
         self.settle()?;
         Ok(self.global.port.clone())
     }
 
-    /// Where the arm is.
+    /// Returns the target to connect to, searching for an arm if no port is given.
     pub(crate) fn target(&mut self, sim: Option<Sim>) -> Result<Target, Failure> {
         self.settle()?;
         if self.global.station.is_some() {
@@ -380,7 +394,7 @@ impl Context {
     }
 }
 
-/// The trace file under way, or why there is none, and where it is.
+/// Path of the trace, with its tracer or the reason for its absence.
 pub(super) type Trace = (PathBuf, Result<Tracer, String>);
 
 impl From<ClientError> for Failure {

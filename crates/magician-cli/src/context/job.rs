@@ -1,4 +1,4 @@
-//! Running a job on the arm: the job hears signals itself and ends by itself.
+//! Runs a job on the arm. The job itself receives the signals and ends its motion in its own way.
 
 use magician::Arm;
 
@@ -8,13 +8,13 @@ use crate::failure::Failure;
 use crate::interrupt::Signals;
 use crate::output::Output;
 
-/// How a job ended that has not come to its good end.
+/// End of a job before its completion.
 pub(crate) enum Ended {
     Failed(Failure),
-    /// A signal, a key or a line of the user's has stopped it.
+    /// The job was stopped by a signal, a key or a typed line.
     Interrupted {
         failure: Failure,
-        /// Whether the arm is known to stand.
+        /// True if the arm is known to stand still.
         stands: bool,
     },
 }
@@ -26,14 +26,15 @@ impl<T: Into<Failure>> From<T> for Ended {
 }
 
 impl Context {
-    /// The arm that is meant, with its lease at a station.
+    /// Connects and takes the lease if the arm is at a station.
     async fn connect_leased(&mut self, rules: &Rules) -> Result<Arm, Failure> {
         let arm = self.connect(None, rules).await?;
         self.take_lease().await?;
         Ok(arm)
     }
 
-    /// Works with the arm on something that moves it, hears signals itself, and settles itself what others have left.
+    /// Runs work that moves the arm, receives signals itself, and restores settings that ended
+    /// programs have left changed itself.
     pub(crate) fn job<T>(
         &mut self,
         policy: JobPolicy,
@@ -58,7 +59,7 @@ impl Context {
                 }
             };
             let ended = work(&arm, &mut self.out, &mut signals).await;
-            // The connection is the context's: a clone would keep it.
+            // The context owns the connection; a clone left alive would keep it open.
             drop(arm);
             self.terminated |= signals.terminates();
             match ended {

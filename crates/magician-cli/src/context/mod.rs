@@ -1,4 +1,5 @@
-//! What a verb works with: the global options, the output, and the arm once it is asked for, under a policy.
+//! Surroundings of a verb: the global options, the output, and the arm, which a verb gets only
+//! under a policy.
 
 mod connect;
 mod job;
@@ -27,41 +28,42 @@ pub(crate) use job::Ended;
 pub(crate) use policy::{Burns, JobPolicy, StopPolicy, ToldPolicy};
 pub(crate) use stop::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place, stop};
 
-/// What only the command line as a whole knows, for the verbs that show it or follow lines of it.
+/// Access to the whole command line, for verbs that show it or run lines of it.
 #[derive(Clone, Copy)]
 pub(crate) struct CommandLine {
-    /// All verbs and options.
+    /// Returns all verbs and options.
     pub(crate) description: fn() -> clap::Command,
-    /// Does a line of a shell that was given these options.
+    /// Runs one line of a shell that was started with these options.
     pub(crate) follow: fn(&[OsString], &Global, &mut Context) -> Result<(), Failure>,
 }
 
-/// The surroundings of a verb. One lasts for a whole shell.
+/// Surroundings of a verb. A shell has one for all of its lines.
 pub(crate) struct Context {
     pub(crate) global: Global,
     pub(crate) out: Output,
     pub(crate) command_line: CommandLine,
     runtime: Option<Rc<Runtime>>,
     connected: Option<Connected>,
-    /// The file of settings, once it has been read.
+    /// Settings file, once it has been read.
     config: Option<Rc<Config>>,
     trace: Option<Trace>,
-    /// A virtual arm of the verb's own making, to be connected to where the arm is a virtual one in this process.
+    /// Virtual arm that the verb has set up, used if the target is `sim`.
     stage: Option<Stage>,
-    /// Settings that the verb under way owes the arm.
+    /// Settings that the running verb changed and must restore on the arm.
     pub(crate) saved: SavedSettings,
-    /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
+    /// True in a shell: Ctrl-C then stops the arm and keeps the connection.
     in_shell: bool,
-    /// Whether the laser may burn during the verb under way: a person said so.
+    /// True if the user has allowed the laser for the running verb.
     laser_allowed: bool,
-    /// Whether the system wants this program to end, more lines or not.
+    /// True once SIGTERM or SIGHUP came: a shell then ends too.
     terminated: bool,
 }
 
-/// How long a stop may take before this program ends without knowing.
+/// Longest wait for the arm to confirm a stop before the program ends without knowing. A choice:
+/// long for a line that answers, short for a user who waits.
 pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
 
-/// How long connections that were dropped get for their last words.
+/// Longest wait for dropped connections to send their last frames (stop, laser off). A choice.
 pub(crate) const FAREWELL: Duration = Duration::from_millis(600);
 
 impl Context {
@@ -82,38 +84,38 @@ impl Context {
         }
     }
 
-    /// A command line begins that was given these options.
+    /// Begins a command line with these options.
     pub(crate) fn begins(&mut self, global: Global) {
         self.global = global;
         self.laser_allowed = self.global.yes;
     }
 
-    /// From here on more lines follow.
+    /// Enters shell mode: more lines follow.
     pub(crate) fn enter_shell(&mut self) {
         self.in_shell = true;
     }
 
-    /// Whether more lines follow.
+    /// True in a shell.
     pub(crate) fn in_shell(&self) -> bool {
         self.in_shell
     }
 
-    /// Whether the system wants this program to end, more lines or not.
+    /// True once the system has asked this program to end.
     pub(crate) fn is_terminated(&self) -> bool {
         self.terminated
     }
 
-    /// Whether the laser may burn during this verb.
+    /// True if the laser may burn during this verb.
     pub(crate) fn laser_is_allowed(&self) -> bool {
         self.laser_allowed
     }
 
-    /// Lets it burn.
+    /// Allows the laser for this verb.
     pub(crate) fn allow_laser(&mut self) {
         self.laser_allowed = true;
     }
 
-    /// Shows an object as JSON with `--json`, otherwise as the lines that `text` writes.
+    /// Prints a value as JSON with `--json`, otherwise the lines that `text` writes.
     pub(crate) fn show<T: serde::Serialize>(
         &mut self,
         value: &T,
@@ -126,17 +128,17 @@ impl Context {
         }
     }
 
-    /// Tells a note, before the result that it is about.
+    /// Prints a note. Notes come before the result they are about.
     pub(crate) fn note(&mut self, note: &Diagnostic) {
         self.out.note(note, self.global.json);
     }
 
-    /// Shows help that clap has styled.
+    /// Prints help that clap has styled.
     pub(crate) fn show_styled(&mut self, help: &StyledStr) -> Result<(), Failure> {
         self.show(&Text::from(help), |out| out.styled(help))
     }
 
-    /// The runtime that everything with a line to an arm runs on: one thread.
+    /// Returns the runtime for all connections: one thread.
     fn runtime(&mut self) -> Result<Rc<Runtime>, Failure> {
         if let Some(runtime) = &self.runtime {
             return Ok(runtime.clone());
@@ -150,7 +152,7 @@ impl Context {
         Ok(self.runtime.insert(runtime).clone())
     }
 
-    /// The file of settings. It is read when something first depends on it.
+    /// Returns the settings file, which is read at the first call.
     pub(crate) fn config(&mut self) -> Result<Rc<Config>, Failure> {
         if self.config.is_none() {
             self.config = Some(Rc::new(Config::load()?));
@@ -158,7 +160,7 @@ impl Context {
         Ok(self.config.clone().unwrap_or_default())
     }
 
-    /// Lets the settings of the file say what neither a flag nor the environment has said.
+    /// Fills in from the settings file the options that neither a flag nor the environment has set.
     fn settle(&mut self) -> Result<(), Failure> {
         let config = self.config()?;
         let global = &mut self.global;
@@ -170,11 +172,12 @@ impl Context {
     }
 }
 
-/// Checks that there are descriptors for an event loop and its signals, which end the program otherwise.
+/// Checks that enough file descriptors are left for an event loop and its signals. Without them
+/// tokio would end the program later, in the middle of the work.
 #[cfg(unix)]
 fn check_descriptors() -> std::io::Result<()> {
     use std::os::unix::net::UnixStream;
-    // As many as tokio opens until its signals are heard, closed again at once.
+    // tokio opens this number before its signals work. They are closed again at once.
     let pairs: Result<Vec<_>, _> = (0..3).map(|_| UnixStream::pair()).collect();
     pairs.map(drop)
 }

@@ -1,19 +1,22 @@
-//! What an interruption, an error and the good end of a verb do to the arm. A verb gets an arm only by choosing one of these.
+//! Policies: the effect of a signal, an error and a successful end of a verb on the arm. A verb
+//! gets an arm only by choosing one.
 //!
-//! What holds for all of them:
+//! Common to all policies:
 //!
-//! * **Ctrl-C, SIGTERM, SIGHUP**: the work is dropped. If the arm moves because of this connection ([`Arm::moving`]), a motor runs
-//!   because of it, or because of what is noted in [`UnderWay`], it is stopped: motion, queue, laser, motors; changed settings are
-//!   restored, and the program waits until the arm stands. A second stop ([`StopRule`]) moves nothing more; settings are restored
-//!   all the same. A shell keeps its connection and goes on, but for SIGTERM and SIGHUP.
-//! * **An error**: changed settings are restored. When the connection ends (a shell's ends with the shell) it stops what it has set going
-//!   and switches the laser off.
-//! * **The good end**: what was set going goes on. A laser that this connection lit is switched off once nothing of it moves. A
-//!   motor that runs on is named, with what stops it.
-//! * A jog never goes on: `set`, `enqueue` and a shell refuse one that nothing holds.
+//! * **Ctrl-C, SIGTERM, SIGHUP**: the work is dropped. If this connection moves the arm
+//!   ([`Arm::moving`]) or runs a motor, or if [`UnderWay`] notes something, the arm is stopped:
+//!   motion, queue, laser, motors. Changed settings are restored, and the program waits until the
+//!   arm stands. A second stop ([`StopRule`]) moves nothing more, but settings are still restored.
+//!   A shell keeps its connection and continues, except after SIGTERM and SIGHUP.
+//! * **An error**: changed settings are restored. When the connection ends (a shell's ends with the
+//!   shell) the driver stops what it started and switches the laser off.
+//! * **Success**: motions that were started continue. A laser that this connection lit is switched
+//!   off once none of its motions is left. A motor that keeps running is named, with the command
+//!   that stops it.
+//! * A jog never continues: `set`, `enqueue` and a shell refuse a jog that nothing holds.
 //!
-//! The policies say what differs. `policy/tests.rs` lists every verb with its own, and fails for one that
-//! is not in the list.
+//! Each policy says what differs. `policy/tests.rs` lists the policies of every verb and fails for
+//! an unlisted verb.
 //!
 //! [`Arm::moving`]: magician::Arm::moving
 //! [`StopRule`]: magician_job::StopRule
@@ -21,89 +24,96 @@
 use super::Context;
 use crate::saved::Access;
 
-/// For [`Context::arm`](super::Context::arm): a signal drops the work.
+/// Policy for [`Context::arm`](super::Context::arm), where a signal drops the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StopPolicy {
-    /// Reads, and changes nothing: `pose`, `get`, `queue status`, what a job looks at before it runs.
+    /// Reads and changes nothing: `pose`, `get`, `queue status`, the look of a job before it runs.
     Look,
-    /// As [`Look`](Self::Look), for as long as a person looks: a line that breaks is waited for. `watch`.
+    /// Like [`Look`](Self::Look), but for a long time, so the driver reconnects a broken line.
+    /// `watch`.
     Watch,
-    /// Orders what is done once it is answered, or what the connection counts itself until it is done: `set`, `suction`,
-    /// `enqueue`.
+    /// Sends commands that are done once they are answered, or whose motion the driver tracks:
+    /// `set`, `suction`, `enqueue`.
     Order,
-    /// Starts a motion that goes on after the verb and that the connection cannot track: a queue that other programs have
-    /// filled, a move without a wait. A signal to a later line of the same shell stops it. `queue start`, `move
-    /// --no-wait`.
+    /// Starts a motion that outlasts the verb and that the driver cannot track: a queue that other
+    /// programs filled, or a move without a wait. A signal during a later line of the same shell
+    /// stops it. `queue start`, `move --no-wait`.
     HandOver,
-    /// Moves, and waits until the arm stands. A signal stops it from the beginning, also where the move is only planned yet.
-    /// `move`, `home`, `demo`.
+    /// Moves, and waits until the arm stands. A signal stops the arm from the beginning, even while
+    /// the move is only planned. `move`, `home`, `demo`.
     Move,
-    /// As [`Move`](Self::Move), by a person at keys: a line that breaks is waited for. `jog`, `teach`, `calibrate`.
+    /// Like [`Move`](Self::Move), but controlled by keys; the driver reconnects a broken line.
+    /// `jog`, `teach`, `calibrate`.
     Pad,
-    /// Lights the laser for longer than the verb. A signal puts it out. `laser on` in a shell, `set` and `io` where they burn.
+    /// Lights the laser for longer than the verb. A signal switches it off. `laser on` in a shell;
+    /// `set` and `io` where they may burn.
     Light(Burns),
-    /// Puts the laser out, before anything else is done: `laser off`.
+    /// Switches the laser off, before anything else is done: `laser off`.
     Darken,
-    /// Stops the arm, before anything else is done: nothing is left that a signal could stop. `stop`.
+    /// Stops the arm, before anything else is done, so that a signal has nothing left to stop:
+    /// `stop`.
     Stop,
-    /// Lets the command under way finish and holds the rest, before anything else is done: `stop --gentle`.
+    /// Lets the current command finish and holds the rest, before anything else is done: `stop
+    /// --gentle`.
     Hold,
 }
 
-/// How long a laser burns that was lit for longer than the verb.
+/// End of a burn that outlasts its verb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Burns {
-    /// To the end of the connection, which is a shell's. A signal to a later line puts it out.
+    /// Until the connection, a shell's, ends. A signal during a later line switches it off.
     WhileConnected,
-    /// For good: a person asked for that, or only the verb has a connection that could end. Only an error or `laser off`
-    /// puts it out.
+    /// Beyond the end of the program, because the user asked for that or no shell keeps the
+    /// connection. Only an error or `laser off` switches it off.
     ForGood,
 }
 
-/// For [`Context::until_told`](super::Context::until_told): a signal is the proper end of the work, which is told and comes to it.
+/// Policy for [`Context::until_told`](super::Context::until_told), where a signal is the regular
+/// end of the work: the work is notified and completes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ToldPolicy {
-    /// Reads until then: `record`.
+    /// Records until then: `record`.
     Record,
-    /// Has the laser burn until then. A line that breaks is waited for, to put it out. `laser on`.
+    /// Keeps the laser burning until then. The driver reconnects a broken line, to switch it off.
+    /// `laser on`.
     Burn,
 }
 
-/// For [`Context::job`](super::Context::job): the job hears the signals, stops by itself (pen up, place kept) and says whether the arm
-/// stands.
+/// Policy for [`Context::job`](super::Context::job): the job receives the signals, stops by itself
+/// (pen up, place kept) and reports whether the arm stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum JobPolicy {
-    /// Burns nothing.
+    /// The job cannot burn.
     Dark,
-    /// A line that breaks is waited for, to put the laser out.
+    /// The job may burn: the driver reconnects a broken line, to switch the laser off.
     Burning,
 }
 
-/// What a policy comes to.
+/// Effects of a policy, as flags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rules {
-    /// Whether the arm counts as moving from the beginning, whatever the connection knows.
+    /// True if the arm counts as moving from the beginning, whatever the driver knows.
     moves: bool,
-    /// Whether the laser counts as lit from the beginning.
+    /// True if the laser counts as lit from the beginning.
     lights: bool,
-    /// Whether a line that breaks is waited for.
+    /// True if the driver reconnects a broken line.
     pub(super) reconnects: bool,
-    /// What the good end leaves.
+    /// State that a successful end leaves.
     pub(super) end: End,
 }
 
-/// What the good end of the work leaves of what was set going.
+/// State that a successful end of the work leaves of what it started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
-    /// All of it.
+    /// Everything continues.
     AsBegun,
     /// The arm stands.
     Stands,
-    /// The laser is out.
+    /// The laser is off.
     Dark,
-    /// The laser burns, also after the connection.
+    /// The laser burns on, also after the connection.
     Burns,
-    /// The arm stands and the laser is out.
+    /// The arm stands and the laser is off.
     Stopped,
 }
 
@@ -126,12 +136,13 @@ const LIGHTS: Rules = Rules {
 };
 
 impl StopPolicy {
-    /// That of a verb which only then changes something.
+    /// Returns `Order` if the verb changes something, otherwise `Look`.
     pub(crate) const fn order_if(changes: bool) -> Self {
         if changes { Self::Order } else { Self::Look }
     }
 
-    /// That of a verb which lights the laser by a command of its own: to the end of a shell, else for good.
+    /// Returns the policy of a verb that lights the laser directly: until the end of a shell,
+    /// otherwise for good.
     pub(crate) fn lights(context: &Context) -> Self {
         Self::Light(if context.in_shell() {
             Burns::WhileConnected
@@ -154,7 +165,7 @@ impl StopPolicy {
         }
     }
 
-    /// What comes of the settings that ended programs have left changed.
+    /// Returns what the verb does about settings that ended programs have left changed.
     pub(super) const fn access(self) -> Access {
         match self {
             Self::Look | Self::Watch => Access::Reads,
@@ -195,12 +206,12 @@ impl Rules {
     }
 }
 
-/// What was set going over a connection that the connection cannot know of: what earlier programs queued, a laser, a move that is
-/// only planned yet.
+/// Motion and laser that this program started but the driver cannot track: motions queued by other
+/// programs, a laser lit for longer than a verb, a move that is only planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct UnderWay {
     motion: bool,
-    /// How long the laser burns that was lit for longer than a verb.
+    /// End of the burn of a laser that outlasts its verb; `None` if no such laser is lit.
     pub(super) laser: Option<Burns>,
 }
 
@@ -212,7 +223,7 @@ impl UnderWay {
         }
     }
 
-    /// The work has come to its good end.
+    /// Notes that the work has succeeded.
     pub(super) fn ends(&mut self, end: End) {
         match end {
             End::AsBegun => {}
@@ -223,7 +234,7 @@ impl UnderWay {
         }
     }
 
-    /// Whether a signal stops the arm, whatever the connection knows.
+    /// True if a signal must stop the arm, whatever the driver knows.
     pub(super) fn needs_stop(self) -> bool {
         self.motion || self.laser == Some(Burns::WhileConnected)
     }

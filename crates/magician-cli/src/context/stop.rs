@@ -1,4 +1,4 @@
-//! Stopping the arm, and what is said of it.
+//! Stops the arm and words the result.
 
 use magician::commands::Pose;
 use magician::{Arm, ErrorKind};
@@ -8,13 +8,13 @@ use super::{FAREWELL, STAND_BY};
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
 
-/// Cause of an end that a person asked for.
+/// Cause of an end that the user asked for.
 pub(crate) const INTERRUPTED: &str = "interrupted";
 /// Cause of an end because the station is about to end.
 pub(crate) const STATION_ENDED: &str = "the station ended";
 
-/// Kind of the failure that ends work which was stopped. A person's own signal is an interruption,
-/// also while work comes to its end because its station does (`line_ends`).
+/// Returns the kind of failure of stopped work. The user's own signal counts as an interruption,
+/// even if it comes while the work is ending because its station does (`line_ends`).
 pub(crate) const fn kind_of_stop(line_ends: bool, by_person: bool) -> Kind {
     if line_ends && !by_person {
         Kind::Driver(ErrorKind::Port)
@@ -23,7 +23,8 @@ pub(crate) const fn kind_of_stop(line_ends: bool, by_person: bool) -> Kind {
     }
 }
 
-/// Stops the arm, gives its settings back, and tells where it stands, after the words for the cause.
+/// Stops the arm, restores its settings, and returns a sentence with `cause` and where the arm
+/// stands.
 pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings, cause: &str) -> Result<String, String> {
     let told = |failure: Failure| not_confirmed(cause, &failure.message);
     let slow = |_| not_confirmed(cause, "it took too long");
@@ -34,18 +35,19 @@ pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings, cause: &str) -> Resul
     Ok(format!("{cause}: {}; queue empty", place(&pose)))
 }
 
-/// Stops what a first stop has begun to do: nothing more is moved. Settings are restored, which moves nothing. Ends soon,
-/// whatever the arm does.
+/// Handles the second stop: sends a stop again and restores settings, neither of which moves the
+/// arm. Bounded in time, whatever the arm does.
 pub(super) async fn stop_again(arm: &Arm, saved: &SavedSettings) -> Result<String, String> {
     let unknown = "interrupted twice: the arm may still be moving";
     let stood = timeout(FAREWELL, stand(arm)).await;
     let pose = stood.ok().and_then(Result::ok).ok_or(unknown)?;
-    // What an arm does not take in time is left to the next command.
+    // A restore that fails or takes too long is left to the next command, which finds it in the
+    // saved settings.
     let _ = timeout(FAREWELL, saved.restore(arm)).await;
     Ok(format!("interrupted twice: {}; queue empty", place(&pose)))
 }
 
-/// Stops the arm; where it stands then.
+/// Stops the arm and returns the pose at which it stands.
 async fn stand(arm: &Arm) -> Result<Pose, Failure> {
     arm.stop().await?;
     Ok(arm.get::<Pose>().await?)

@@ -1,4 +1,9 @@
-//! Working with the arm under a policy, and what a signal does meanwhile.
+//! Runs a verb's work on the arm under a policy, and handles signals meanwhile.
+//!
+//! The work is a future that races a signal. When the signal wins, the work is dropped and the arm
+//! is stopped if the policy or the driver says that something moves. When a station announces its
+//! end the same happens, as a port failure. Afterwards the connection is kept in a shell and closed
+//! otherwise; `policy` has the rules.
 
 use std::future::Future;
 use std::pin::{Pin, pin};
@@ -18,7 +23,7 @@ use crate::progress::attended;
 use crate::saved::{Access, SavedSettings, Settled};
 
 impl Context {
-    /// Works with the arm, connecting first if need be.
+    /// Runs work with the arm, connecting first if necessary.
     pub(crate) fn arm<T>(
         &mut self,
         policy: StopPolicy,
@@ -27,7 +32,7 @@ impl Context {
         self.work(None, policy.rules(), policy.access(), work)
     }
 
-    /// As [`arm`](Self::arm), with what stands in for a port that is `sim` without a speed, or none.
+    /// Runs work like [`arm`](Self::arm), with a rule for a virtual arm in this process.
     pub(crate) fn arm_or<T>(
         &mut self,
         sim: Sim,
@@ -37,7 +42,8 @@ impl Context {
         self.work(Some(sim), policy.rules(), policy.access(), work)
     }
 
-    /// Works with the arm until a signal comes, also the wish of the system to end: `work` is told, and comes to its end.
+    /// Runs work that lasts until a signal or the system's request to end: `work` is notified
+    /// through its future and completes regularly.
     pub(crate) fn until_told<T>(
         &mut self,
         sim: Sim,
@@ -66,7 +72,8 @@ impl Context {
         Ok(done)
     }
 
-    /// Does what opens its lines itself. A signal drops it, and what it has open stops what it set going.
+    /// Runs work that opens its lines itself. A signal drops it, and its connections stop what they
+    /// started.
     pub(crate) fn attending<T>(
         &mut self,
         work: impl AsyncFnOnce(&mut Output) -> Result<T, Failure>,
@@ -77,13 +84,15 @@ impl Context {
                 outcome = work(out) => return outcome,
                 _ = signals.next() => {}
             }
+            // Dropping the work has closed its connections. Their tasks send the last frames
+            // meanwhile.
             tokio::time::sleep(FAREWELL).await;
             Err(Failure::interrupted())
         })
     }
 
-    /// Does what has no arm of this context and attends to signals itself: what serves others, what steps a clock of its own, what
-    /// looks at a file.
+    /// Runs work that does not use the context's arm and handles signals itself: servers, verbs
+    /// that step a clock of their own, viewers of files.
     pub(crate) fn alone<T>(
         &mut self,
         work: impl AsyncFnOnce(&mut Output, &mut Signals) -> Result<T, Failure>,
@@ -97,7 +106,7 @@ impl Context {
         })
     }
 
-    /// A signal while nothing is done: what was set going before is stopped.
+    /// Handles a signal between two lines of a shell: stops what earlier lines started.
     pub(crate) fn interrupt(&mut self, signal: Signal) -> Result<Failure, Failure> {
         let runtime = self.runtime()?;
         runtime.block_on(async {
@@ -106,14 +115,15 @@ impl Context {
         })
     }
 
-    /// Gives up the line to the arm, for a verb that opens it in its own way.
+    /// Closes the connection, for a verb that opens the line in its own way.
     pub(crate) fn let_go(&mut self) -> Result<(), Failure> {
         let runtime = self.runtime()?;
         runtime.block_on(self.disconnect());
         Ok(())
     }
 
-    /// Ends the connection, if there is one: what was set going over it goes on if all ended well, and is stopped if not.
+    /// Closes the connection, if there is one. Motions continue if `outcome` is a success and are
+    /// stopped otherwise.
     pub(crate) fn leave(&mut self, outcome: Result<(), Failure>) -> Result<(), Failure> {
         self.disconnect_after(outcome.is_ok());
         let untraced = self.untraced();
@@ -138,7 +148,8 @@ impl Context {
                 Some(Burns::WhileConnected) => Some(arm.laser().switch_off().await),
                 None => Some(arm.laser().switch_off_after().await),
             };
-            // What is not answered is said once more at the end of a connection that is not let go of.
+            // If switching off was not answered the connection is not detached, so that its end
+            // sends it once more.
             if let Some(Ok(())) = dark {
                 arm.detach();
             }
@@ -155,7 +166,7 @@ impl Context {
         }
     }
 
-    /// The work has come to its good end.
+    /// Notes that the work has succeeded.
     pub(super) fn ends(&mut self, end: End) {
         if let Some(connected) = &mut self.connected {
             connected.under_way.ends(end);
@@ -188,6 +199,7 @@ impl Context {
                     } else {
                         work(arm, &mut self.out).await
                     }?;
+                    // Before the work the arm's queue was busy; now it may be empty.
                     if let Settled::Later(_) = settled {
                         let settled = SavedSettings::settle(arm, Access::Sets).await;
                         self.out.settled(&settled, self.global.json);
@@ -195,6 +207,7 @@ impl Context {
                     Ok(done)
                 };
                 tokio::select! {
+                    // Work that completes together with the notice counts as done.
                     biased;
                     done = work => done.map(Some),
                     () = ends.given() => Ok(None),
@@ -216,7 +229,7 @@ impl Context {
         })
     }
 
-    /// After a failure settings are restored. A signal bounds that and does not end it.
+    /// Restores settings after a failure. A signal limits the time for that but does not cancel it.
     async fn make_good(&mut self, failure: Failure, signals: &mut Signals) -> Failure {
         let Some(connected) = &self.connected else {
             return failure;
@@ -234,7 +247,7 @@ impl Context {
         Failure::interrupted()
     }
 
-    /// Stops what was set going, and waits until the arm stands. A second stop moves nothing more.
+    /// Stops what was started, and waits until the arm stands. A second stop moves nothing more.
     pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_stop);
@@ -242,7 +255,7 @@ impl Context {
         Failure::new(Kind::Interrupted, message)
     }
 
-    /// As [`halt`](Self::halt), because the station of the arm is about to end.
+    /// Stops the arm like [`halt`](Self::halt), because the arm's station is about to end.
     async fn halt_for_station(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();
@@ -250,8 +263,8 @@ impl Context {
         Failure::new(kind_of_stop(true, again), message)
     }
 
-    /// Stops the arm if it needs that, and ends the connection; what is said of it, after the words for the cause, and whether a
-    /// signal came meanwhile.
+    /// Stops the arm if `needs_stop`, and ends the connection. Returns the sentence about it, which
+    /// begins with `cause`, and true if a signal came meanwhile.
     async fn halted(
         &mut self,
         needs_stop: bool,
@@ -265,6 +278,7 @@ impl Context {
                 let ended = attended(self.global.json, "stopping", stop(arm, &self.saved, cause));
                 let ended = tokio::select! {
                     biased;
+                    // A signal takes precedence over a stop that is confirmed at the same time.
                     _ = signals.next() => None,
                     ended = ended => Some(ended),
                 };
@@ -285,10 +299,11 @@ impl Context {
         (outcome.unwrap_or_else(|message| message), again)
     }
 
-    /// What becomes of the connection after an interrupt.
+    /// Decides about the connection after an interruption.
     pub(super) async fn interrupted(&mut self, stands: bool) {
         if !stands {
-            // Dropped, the connection says once more what it can and waits for nothing.
+            // Dropping the connection sends its last frames without waiting for answers, since the
+            // arm may not answer.
             self.connected = None;
         } else if !self.in_shell {
             self.disconnect().await;
@@ -296,7 +311,7 @@ impl Context {
     }
 }
 
-/// Says which motors run on after this program, and what stops them.
+/// Prints which motors keep running after this program, and what stops them.
 fn note_running_motors(arm: &Arm, at_station: bool) {
     for motor in arm.motors().running() {
         let output = u8::from(motor) + 1;

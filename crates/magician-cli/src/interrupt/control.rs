@@ -1,25 +1,30 @@
-//! Job control: the wish of a terminal, a shell or the system to suspend this program (Ctrl-Z, SIGTSTP), and its going on
-//! (SIGCONT).
+//! Job control: requests to suspend this program (Ctrl-Z, SIGTSTP) and its continuation (SIGCONT).
+//!
+//! A program that is suspended in the middle of a motion leaves the arm without its host, so a verb
+//! with a running job catches the request, brings the arm to rest and then suspends itself. While
+//! no such verb listens, the system's default applies.
 
 use std::io;
 
-/// What job control wants.
+/// Event of job control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Control {
-    /// This program is to be suspended, when it is ready for that.
+    /// This program shall suspend itself once it is ready.
     Suspend,
-    /// It runs, or is to run again.
+    /// This program continues or shall continue.
     Continue,
 }
 
-/// While it lasts, a wish to suspend this program is heard and not followed. Before and afterwards the system follows it.
+/// Listener for job control. While it exists, a request to suspend is reported and not obeyed;
+/// otherwise the system obeys it.
 pub(crate) struct JobControl {
     #[cfg(unix)]
     heard: Option<unix::Heard>,
 }
 
 impl JobControl {
-    /// Begins to hear; must be called within a runtime. A program whose parent had it ignore the wish goes on ignoring it.
+    /// Begins to listen; must be called within a runtime. If the parent process set SIGTSTP to be
+    /// ignored, it stays ignored.
     pub(crate) fn listen() -> io::Result<Self> {
         #[cfg(unix)]
         {
@@ -30,7 +35,7 @@ impl JobControl {
         Ok(Self {})
     }
 
-    /// Waits for the next wish; for ever where there is no job control.
+    /// Waits for the next event. Never completes where there is no job control.
     pub(crate) async fn next(&mut self) -> Control {
         #[cfg(unix)]
         if let Some(heard) = &mut self.heard {
@@ -39,7 +44,7 @@ impl JobControl {
         std::future::pending().await
     }
 
-    /// What has come already, if anything: the going on where both have.
+    /// Returns an event that has already come, if any; the continuation if both have.
     pub(crate) fn take(&mut self) -> Option<Control> {
         #[cfg(unix)]
         return self.heard.as_mut()?.take();
@@ -47,7 +52,7 @@ impl JobControl {
         None
     }
 
-    /// Stops this program, until it is continued: [`next`](Self::next) tells that.
+    /// Suspends this process until it is continued, which [`next`](Self::next) then reports.
     pub(crate) fn stop_process() {
         #[cfg(unix)]
         unix::stop_process();
@@ -71,13 +76,14 @@ mod unix {
     use super::Control;
     use crate::interrupt::unix::is_ignored;
 
-    /// The current listeners.
+    /// Number of current listeners.
     static LISTENERS: AtomicUsize = AtomicUsize::new(0);
-    /// Whether the system's default is followed, because there is no listener. None where the signal was ignored from the
-    /// start.
+    /// True while there is no listener, so that the system's default applies. `None` inside if the
+    /// signal was ignored from the start.
     static FOLLOWED: OnceLock<Option<Arc<AtomicBool>>> = OnceLock::new();
 
-    /// What follows the wish while there is no listener: a handler that was set once stays for good.
+    /// Returns the flag of the default handler, installed at the first call: a handler stays for
+    /// the life of the process.
     fn followed() -> Option<&'static AtomicBool> {
         let followed = FOLLOWED.get_or_init(|| {
             if is_ignored(SIGTSTP) {
@@ -104,7 +110,8 @@ mod unix {
             let suspend = Wake::of(SIGTSTP)?;
             LISTENERS.fetch_add(1, Ordering::SeqCst);
             followed.store(false, Ordering::SeqCst);
-            // A wish that came in between has been followed by the system, and this program has been continued since.
+            // The system has already obeyed a request from before the listener, and this program
+            // has been continued since.
             if goes_on.take() {
                 suspend.take();
             }
@@ -113,7 +120,8 @@ mod unix {
 
         pub(super) async fn next(&mut self) -> Control {
             tokio::select! {
-                // If both have come their order is unknown: a program that runs on can be suspended again.
+                // If both have come their order is unknown. Reporting the suspension first leaves
+                // the program running, and a running program can be suspended again.
                 biased;
                 () = self.suspend.next() => Control::Suspend,
                 () = self.goes_on.next() => Control::Continue,
@@ -137,7 +145,7 @@ mod unix {
         }
     }
 
-    /// A signal that is waited for. A signal from before the wait began is not heard.
+    /// A signal to wait for. Signals from before its creation do not count.
     struct Wake {
         pipe: UnixStream,
         id: SigId,
@@ -154,7 +162,7 @@ mod unix {
             Ok(Self { pipe, id })
         }
 
-        /// Waits for it. Several that came meanwhile are one.
+        /// Waits for the signal. Several that came meanwhile count as one.
         async fn next(&mut self) {
             loop {
                 if self.pipe.readable().await.is_err() {
@@ -178,7 +186,7 @@ mod unix {
     }
 
     pub(super) fn stop_process() {
-        // A process that cannot be stopped runs on, and still waits to be continued.
+        // A failure leaves the process running: it then only waits for SIGCONT.
         let _ = kill_process(getpid(), Signal::STOP);
     }
 }

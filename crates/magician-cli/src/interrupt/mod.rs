@@ -1,4 +1,4 @@
-//! Ctrl-C, the system's request to end or to suspend, and a closed terminal, as something to wait for.
+//! Ctrl-C, the system's requests to end or to suspend, and a closed terminal, as events to await.
 //!
 //! [`StopRule`] decides which of them count: every verb hears at most a first stop and a second one.
 
@@ -19,15 +19,15 @@ use unix as system;
 #[cfg(windows)]
 use windows as system;
 
-/// Makes a write beyond the limit for the size of files an error of that write, not the end of the process.
-/// For the command alone: in a library the signals are the host program's.
+/// Makes a write beyond the file size limit (`ulimit -f`) fail instead of ending the process. Only
+/// for the command: in a library the signals belong to the host program.
 pub(crate) fn survive_file_limit() -> io::Result<()> {
     #[cfg(unix)]
     system::survive_file_limit()?;
     Ok(())
 }
 
-/// The signals, caught from the moment of [`listen`](Self::listen).
+/// Signals, caught from [`listen`](Self::listen) on.
 pub(crate) struct Signals {
     caught: system::Signals,
     rule: StopRule,
@@ -36,7 +36,7 @@ pub(crate) struct Signals {
 }
 
 impl Signals {
-    /// Begins to catch them. Must be called within a runtime.
+    /// Begins to catch signals. Must be called within a runtime.
     pub(crate) fn listen() -> io::Result<Self> {
         Ok(Self {
             caught: system::Signals::listen()?,
@@ -46,15 +46,15 @@ impl Signals {
         })
     }
 
-    /// Begins to catch them after a signal that was the first stop.
+    /// Begins to catch signals after `first`, which counts as the first stop.
     pub(crate) fn listen_after(first: Signal) -> io::Result<Self> {
         let mut signals = Self::listen()?;
         signals.hears(first);
         Ok(signals)
     }
 
-    /// Waits for the next stop: the first call for the first one, the second call for a second stop, which
-    /// moves nothing more. Signals that are neither are heard and change nothing.
+    /// Waits for the next stop: the first call for the first stop, the second call for a second
+    /// stop, which moves nothing more. Other signals have no effect.
     pub(crate) async fn next(&mut self) -> Signal {
         self.next_order().await.0
     }
@@ -70,12 +70,13 @@ impl Signals {
         }
     }
 
-    /// Order that follows from a signal that comes now, or from a key that stands for one.
+    /// Returns the order that follows from a signal now, or from a key that stands for one; `None`
+    /// if the rule ignores it.
     pub(crate) fn hears(&mut self, signal: Signal) -> Option<StopOrder> {
         self.rule.hears(signal, self.begun.elapsed())
     }
 
-    /// True if one of the signals asks this program to end, more lines or not.
+    /// True if one of the signals asks the program to end, even a shell.
     pub(crate) fn terminates(&self) -> bool {
         self.terminates
     }

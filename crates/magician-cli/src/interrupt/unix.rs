@@ -1,3 +1,5 @@
+//! Signals on Unix: SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGXCPU as tokio streams.
+
 use std::fs;
 use std::future::pending;
 use std::io::{self, IsTerminal};
@@ -9,25 +11,28 @@ use tokio::signal::unix::{self, SignalKind, signal};
 
 use super::Signal;
 
-/// The number of SIGHUP.
+/// Number of SIGHUP.
 const HANGUP: i32 = 1;
 
-/// Whether SIGHUP was ignored when this program began; once it is caught the system does not tell any more.
+/// True if SIGHUP was ignored when this program began. Read once: after we catch it, the system no
+/// longer reports that.
 static IGNORED: OnceLock<bool> = OnceLock::new();
 
-/// Makes a write beyond the limit for the size of files (`ulimit -f`) fail as on a full disk. The signal
-/// that comes with it would otherwise kill the process with the arm under way.
+/// Makes a write beyond the file size limit (`ulimit -f`) fail as on a full disk. SIGXFSZ would
+/// otherwise kill the process while the arm moves.
 pub(super) fn survive_file_limit() -> io::Result<()> {
-    // Any handler will do: then the write fails. A child process gets none.
+    // Any handler makes the write fail instead. Handlers are not inherited, so a child process is
+    // not affected.
     let noticed = Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(SIGXFSZ, noticed).map(drop)
 }
 
-/// What Linux says of it: `nohup` starts a program so.
+/// True if SIGHUP is ignored, as in a program started by `nohup`.
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status");
     let told = status.ok().and_then(|status| ignores(&status, HANGUP));
-    // Where the system does not say, a process without a terminal on any of the three was started to outlive it.
+    // Without `/proc`: a process without a terminal on any of its three streams was started to
+    // outlive it.
     let terminals = [
         io::stdin().is_terminal(),
         io::stdout().is_terminal(),
@@ -36,14 +41,14 @@ fn hangup_is_ignored() -> bool {
     told.unwrap_or(!terminals.contains(&true))
 }
 
-/// Whether this program was told by its parent to ignore a signal; an unknown one counts as not ignored.
+/// True if the parent process set this signal to be ignored; false if unknown.
 pub(super) fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status");
     let told = status.ok().and_then(|status| ignores(&status, signal));
     told.unwrap_or(false)
 }
 
-/// Whether a signal is in the mask of those that are ignored.
+/// True if the signal is in the mask of ignored signals; `None` if the text has no such mask.
 fn ignores(status: &str, signal: i32) -> Option<bool> {
     let mask = status
         .lines()
@@ -52,18 +57,19 @@ fn ignores(status: &str, signal: i32) -> Option<bool> {
     Some(mask >> (signal - 1) & 1 == 1)
 }
 
-/// The signals, caught from the moment of [`listen`](Self::listen).
+/// Signals, caught from [`listen`](Self::listen) on.
 pub(super) struct Signals {
     interrupt: unix::Signal,
     terminate: unix::Signal,
-    /// Ctrl-\, and the limit of processor time (`ulimit -t`): both would end the program with the arm under way.
+    /// Ctrl-\ and the limit of processor time (`ulimit -t`): by default both would end the program
+    /// while the arm moves.
     quit: [unix::Signal; 2],
-    /// Not in a program that is to outlive its terminal: `nohup` has it ignored.
+    /// `None` in a program that shall outlive its terminal, as under `nohup`.
     hangup: Option<unix::Signal>,
 }
 
 impl Signals {
-    /// Begins to catch them. Must be called within a runtime.
+    /// Begins to catch signals. Must be called within a runtime.
     pub(super) fn listen() -> io::Result<Self> {
         let ignored = *IGNORED.get_or_init(hangup_is_ignored);
         let hangup = (!ignored).then(|| signal(SignalKind::hangup()));
@@ -78,7 +84,7 @@ impl Signals {
         })
     }
 
-    /// Waits for the next.
+    /// Waits for the next signal.
     pub(super) async fn next(&mut self) -> Signal {
         let hung_up = async {
             match &mut self.hangup {

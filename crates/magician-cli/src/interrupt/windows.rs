@@ -1,3 +1,5 @@
+//! Signals on Windows: the console's control events as tokio streams.
+
 use std::io;
 
 use tokio::signal::windows::{CtrlBreak, CtrlC, CtrlClose, CtrlShutdown};
@@ -5,18 +7,18 @@ use tokio::signal::windows::{ctrl_break, ctrl_c, ctrl_close, ctrl_shutdown};
 
 use super::Signal;
 
-/// The console's events, caught from the moment of [`listen`](Self::listen).
+/// Console events, caught from [`listen`](Self::listen) on.
 pub(super) struct Signals {
     interrupt: CtrlC,
-    /// What one program can send another; it cannot send Ctrl-C.
+    /// Ctrl-Break: the only event that one program can send to another.
     brake: CtrlBreak,
-    /// The window is closed. Windows gives a program 5 s then.
+    /// Window closed. Windows ends the process about 5 s later.
     close: CtrlClose,
     shutdown: CtrlShutdown,
 }
 
 impl Signals {
-    /// Begins to catch them. Must be called within a runtime.
+    /// Begins to catch events. Must be called within a runtime.
     pub(super) fn listen() -> io::Result<Self> {
         Ok(Self {
             interrupt: ctrl_c()?,
@@ -26,7 +28,7 @@ impl Signals {
         })
     }
 
-    /// Waits for the next.
+    /// Waits for the next event.
     pub(super) async fn next(&mut self) -> Signal {
         tokio::select! {
             _ = self.interrupt.recv() => Signal::Interrupt,

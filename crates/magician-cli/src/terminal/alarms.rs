@@ -1,4 +1,4 @@
-//! Alarms in words.
+//! Alarms as text for terminal programs.
 
 use magician::{Alarm, AlarmSet};
 use ratatui::style::Style;
@@ -6,8 +6,8 @@ use ratatui::text::{Line, Span};
 
 use super::{Theme, wrapped};
 
-/// Alarms on lines of so many columns, at most so many: with their causes if all of that finds room, else what to do about
-/// them; where not even that does, how many more there are.
+/// Formats alarms in lines of `width` columns, at most `room` lines: with causes if everything
+/// fits, otherwise with remedies only. What does not fit even then is counted in the last line.
 pub(crate) fn alarm_lines(
     alarms: &AlarmSet,
     width: u16,
@@ -31,7 +31,7 @@ pub(crate) fn alarm_lines(
     let mut lines: Vec<Line<'static>> = Vec::new();
     for (nth, alarm) in all.into_iter().enumerate() {
         let last = nth + 1 == count;
-        // One line says how many are left out.
+        // One line is kept free for the count of alarms left out.
         let fits = lines.len() + alarm.len() + usize::from(!last) <= room;
         if !fits && nth > 0 {
             lines.push(Line::styled(
@@ -45,13 +45,13 @@ pub(crate) fn alarm_lines(
     lines
 }
 
-/// An alarm's code, and how it is named.
+/// Code and name of an alarm.
 struct Name {
     code: u8,
     text: String,
 }
 
-/// What there is to say of an alarm, after its name.
+/// Returns an alarm's name and description.
 fn alarm(code: u8, causes: bool) -> (Name, Vec<String>) {
     let (text, texts) = match Alarm::with_code(code) {
         None => (format!("{code:#04x}"), vec![String::new()]),

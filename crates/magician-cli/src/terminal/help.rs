@@ -1,4 +1,4 @@
-//! The list of all keys, over what is shown.
+//! List of all keys, shown over the picture.
 
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -8,20 +8,21 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph};
 
 use super::{Theme, wrapped};
 
-/// Columns of the list before what a key does.
+/// Width of the column with the keys.
 const HANGING: usize = 13;
-/// The list is at least so wide where there is room.
+/// Smallest width of the list where the screen has room.
 const LEAST: usize = 68;
 
-/// The list of keys while it is shown: a page of it, where the screen has not room for all.
+/// List of keys while it is shown, one page at a time if the screen is too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Help {
-    /// Pages from the first, either way round: how many there are depends on the screen.
+    /// Page relative to the first; may be negative, since the number of pages depends on the screen
+    /// and is applied as a modulus.
     page: isize,
 }
 
 impl Help {
-    /// The list after a key; none if the key closes it.
+    /// Returns the list after a key, or `None` if the key closes it.
     pub(crate) fn after(self, code: KeyCode) -> Option<Self> {
         let by = match code {
             KeyCode::Down | KeyCode::Right | KeyCode::PageDown => 1,
@@ -32,7 +33,7 @@ impl Help {
         Some(Self { page })
     }
 
-    /// Draws it over the middle of an area.
+    /// Draws the list over the middle of an area.
     pub(crate) fn draw(
         self,
         frame: &mut Frame<'_>,
@@ -75,7 +76,7 @@ impl Help {
     }
 }
 
-/// The lines of each page; what a key does is not torn apart.
+/// Splits the list into pages. A description is never split between two pages.
 fn pages(
     keys: &[(&str, &str)],
     room: usize,
@@ -95,7 +96,7 @@ fn pages(
     pages
 }
 
-/// What a key does, on as many lines as that takes.
+/// Returns a key and its description, wrapped.
 fn described(key: &str, what: &str, room: usize, theme: Theme) -> Vec<Line<'static>> {
     let lines = wrapped(what, room).into_iter().enumerate();
     let line = |(nth, text)| {

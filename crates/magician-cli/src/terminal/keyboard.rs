@@ -1,4 +1,4 @@
-//! Waiting for keys, on a terminal that may go away.
+//! Keyboard input from a terminal that may disappear.
 
 use std::fs::File;
 use std::io::{self, IsTerminal};
@@ -6,25 +6,25 @@ use std::time::Duration;
 
 use ratatui::crossterm::event::{self, Event};
 
-/// Where keys come from: stdin if it is a terminal, else the terminal that controls this program.
+/// Source of keys: stdin if it is a terminal, otherwise the controlling terminal.
 pub(crate) struct Keyboard {
     #[cfg_attr(not(unix), expect(dead_code, reason = "there is no other"))]
     other: Option<File>,
 }
 
-/// What came of waiting.
+/// Result of a wait.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Waited {
-    /// Something on the keyboard, or to do with the terminal.
+    /// An event of the keyboard or the terminal.
     Came(Event),
-    /// Nothing, for as long as was waited.
+    /// Timeout.
     Nothing,
     /// The terminal is gone.
     Gone,
 }
 
 impl Keyboard {
-    /// The keyboard; an error if there is none.
+    /// Finds the keyboard. Fails if there is no terminal.
     pub(crate) fn find() -> io::Result<Self> {
         let other = if io::stdin().is_terminal() || cfg!(not(unix)) {
             None
@@ -34,10 +34,10 @@ impl Keyboard {
         Ok(Self { other })
     }
 
-    /// Waits for an event, so long at most.
+    /// Waits for an event, at most `patience`.
     pub(crate) fn wait(&self, patience: Duration) -> io::Result<Waited> {
-        // The library may have read more events than it has given; but asked about a terminal that is gone, it would look
-        // for its next byte for ever.
+        // crossterm may have buffered events, so it is polled before the line. But if the terminal
+        // is gone its poll would loop for ever waiting for a byte, so that is checked first.
         if self.line(Duration::ZERO)? == TerminalInput::Gone {
             return Ok(Waited::Gone);
         }
@@ -54,7 +54,7 @@ impl Keyboard {
         }
     }
 
-    /// What there is on the line, now or within some time.
+    /// Returns the state of the line, waiting at most `patience`.
     #[cfg(unix)]
     fn line(&self, patience: Duration) -> io::Result<TerminalInput> {
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -67,7 +67,7 @@ impl Keyboard {
         let patience = Timespec::try_from(patience).map_err(io::Error::other)?;
         match poll(&mut lines, Some(&patience)) {
             Ok(0) => return Ok(TerminalInput::Silent),
-            // A signal, such as the one for another size.
+            // Interrupted by a signal, such as SIGWINCH. The caller polls again.
             Err(Errno::INTR) => return Ok(TerminalInput::Silent),
             told => told?,
         };
@@ -88,13 +88,13 @@ impl Keyboard {
     }
 }
 
-/// What a line tells.
+/// State of the terminal's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(unix), expect(dead_code, reason = "nothing tells there"))]
 enum TerminalInput {
     Ready,
     Silent,
     Gone,
-    /// This system does not tell it of this line.
+    /// Unknown: this system does not report it.
     Untold,
 }

@@ -1,8 +1,8 @@
-//! What all programs share that take a whole terminal: the screen and its giving back, keys, colours, and the parts that
-//! their pictures are made of.
+//! Parts of full-screen terminal programs: taking and restoring the screen, keys, colours, and
+//! widgets.
 //!
-//! They draw on stderr, so that stdout stays what it is elsewhere: for results. A picture has a thread of its own
-//! ([`Shown`]), so that neither a slow terminal nor a key keeps the line to the arm waiting.
+//! They draw on stderr, so that stdout stays free for results. The picture has its own thread
+//! ([`Shown`]), so that neither a slow terminal nor a key delays the connection to the arm.
 
 mod alarms;
 mod help;
@@ -28,5 +28,6 @@ pub(crate) use shown::{Shown, Suspends, hung_up};
 pub(crate) use stage::{Stage, Told};
 pub(crate) use theme::Theme;
 
-/// No two frames are nearer than this.
+/// Shortest time between two frames. A choice: 20 frames a second look smooth, and more would load
+/// a terminal over SSH.
 pub(crate) const FRAME: Duration = Duration::from_millis(50);

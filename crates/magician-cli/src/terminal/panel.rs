@@ -1,4 +1,4 @@
-//! Frames, rows of keys, and small signs.
+//! Widgets: panels, lines of keys, wrapped text and symbols.
 
 use magician_motion::TopView;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, BorderType};
 
 use super::Theme;
 
-/// A frame with a name.
+/// Returns a frame with a title.
 pub(crate) fn panel(title: impl Into<String>, theme: Theme) -> Block<'static> {
     let title = Span::styled(format!(" {} ", title.into()), theme.title());
     Block::bordered()
@@ -17,7 +17,8 @@ pub(crate) fn panel(title: impl Into<String>, theme: Theme) -> Block<'static> {
         .title(title)
 }
 
-/// What keys do, on one line so wide. The last one always has its place: it tells of all the others.
+/// Returns a line of key hints that fits this width. The last hint always stays: it is the key for
+/// the full list.
 pub(crate) fn fitted(keys: &[(&str, &str)], width: u16, theme: Theme) -> Line<'static> {
     let mut shown = keys.to_vec();
     let mut line = hints(&shown, theme);
@@ -28,7 +29,7 @@ pub(crate) fn fitted(keys: &[(&str, &str)], width: u16, theme: Theme) -> Line<'s
     line
 }
 
-/// Words in lines that are no wider than this; a longer word goes on in the next line.
+/// Wraps text to this width; a longer word is split.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let wide = |text: &str| Span::raw(text).width();
     let mut lines = vec![String::new()];
@@ -51,8 +52,8 @@ pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// Entries of a log, given newest first, as they fit into so many columns and rows: the newest stand last, and the older ones
-/// are left out, or cut.
+/// Formats the end of a log for this many columns and rows. Entries come newest first and are shown
+/// newest last; older ones are dropped or cut.
 pub(crate) fn log_lines<'a>(
     newest_first: impl Iterator<Item = (String, &'a str)>,
     width: u16,
@@ -88,7 +89,7 @@ pub(crate) fn log_lines<'a>(
     entries.into_iter().rev().flatten().collect()
 }
 
-/// What keys do.
+/// Formats all key hints in one line.
 fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
     let mut line = Line::default();
     for (key, what) in keys {
@@ -98,7 +99,7 @@ fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
     line
 }
 
-/// A message at the foot, on as many lines as it takes, up to three.
+/// Formats a message for the foot of the screen, in at most three lines.
 pub(crate) fn said(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
     const MOST: usize = 3;
     let room = usize::from(width).saturating_sub(1).max(1);
@@ -108,7 +109,7 @@ pub(crate) fn said(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
         .collect()
 }
 
-/// Header, middle, and so many lines of foot.
+/// Splits an area into header, middle, and a foot of as many lines as given.
 pub(crate) fn thirds(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
     let foot = u16::try_from(foot.len()).unwrap_or(1);
     Layout::vertical([
@@ -119,7 +120,7 @@ pub(crate) fn thirds(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
     .areas(area)
 }
 
-/// Where a direction x, y of the ground leads on the screen.
+/// Returns the arrow for a ground direction x, y as the view shows it.
 pub(crate) fn arrow(view: TopView, way: [f64; 2]) -> char {
     match view.project(way) {
         [_, up] if up > 0.5 => '↑',
@@ -129,12 +130,12 @@ pub(crate) fn arrow(view: TopView, way: [f64; 2]) -> char {
     }
 }
 
-/// A small sign for on and off.
+/// Returns a symbol for on and off.
 pub(crate) fn lamp(on: bool) -> &'static str {
     if on { "●" } else { "○" }
 }
 
-/// A length or an angle with one place, without a point where nothing follows it.
+/// Formats a length or an angle with one decimal, without a trailing `.0`.
 pub(crate) fn mm(value: f64) -> String {
     let text = format!("{value:.1}");
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
@@ -173,7 +174,7 @@ mod tests {
     fn words_go_on_in_the_next_line() {
         assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
         assert_eq!(wrapped("unbreakable", 4), ["unbr", "eaka", "ble"]);
-        // Wide signs take two columns.
+        // CJK characters are two columns wide.
         assert_eq!(wrapped("名前 名前", 6), ["名前", "名前"]);
         assert_eq!(wrapped("", 6), [""]);
         assert_eq!(wrapped("a", 0), ["a"]);

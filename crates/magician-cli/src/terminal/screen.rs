@@ -1,4 +1,4 @@
-//! The terminal of stderr while a picture has it, and giving it back.
+//! Takes the terminal of stderr for a picture, and restores it however the program ends.
 
 use std::io::{self, IsTerminal, Write};
 use std::panic;
@@ -22,44 +22,46 @@ use ratatui::{Terminal, TerminalOptions, Viewport};
 use super::Keyboard;
 use crate::failure::Failure;
 
-/// Whether the terminal is ours: there is one, and a panic anywhere has to give it back.
+/// True while the terminal is taken. Global, since a panic on any thread must restore it.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Whether more than presses of keys was asked for, which has to be given back as well.
+/// True while the terminal reports more than key presses, which must be undone as well.
 static LISTENS: AtomicBool = AtomicBool::new(false);
 
-/// What others wanted to write on stderr meanwhile.
+/// Output of others to stderr while the picture is shown.
 static LOG: Mutex<Vec<u8>> = Mutex::new(Vec::new());
-/// As much of it is kept.
+/// Largest part of it that is kept, bytes.
 const LOG_KEPT: usize = 1 << 16;
 
-/// What a terminal that does not tell its size is taken for.
+/// Size assumed for a terminal that does not report one, in columns and rows.
 const USUAL_SIZE: (u16, u16) = (80, 24);
 
-/// What is to be heard of the keyboard.
+/// Kinds of terminal events to receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Listen {
-    /// Presses.
+    /// Key presses.
     Presses,
-    /// Also releases, where the terminal tells them, whether the window has the focus, and what is pasted, which then is no
-    /// row of keys.
+    /// Also key releases where the terminal reports them, changes of the window's focus, and pasted
+    /// text, which then does not arrive as keys.
     Everything,
 }
 
-/// What is asked of a terminal that is to tell of releases: keys of letters are among them only if all keys come as sequences,
-/// and the signs that Shift makes only if both come. Terminals that do not know it ignore it, and tell no release.
+/// Flags of the kitty keyboard protocol for key releases. Letters report releases only if all keys
+/// are sent as escape sequences, and characters typed with Shift only if alternate keys are
+/// reported too. Terminals without the protocol ignore the request and report no releases.
 const RELEASES: KeyboardEnhancementFlags = KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
     .union(KeyboardEnhancementFlags::REPORT_EVENT_TYPES)
     .union(KeyboardEnhancementFlags::REPORT_ALTERNATE_KEYS)
     .union(KeyboardEnhancementFlags::REPORT_ALL_KEYS_AS_ESCAPE_CODES);
 
-/// The screen, taken until it is dropped.
+/// Screen, taken until it is dropped.
 pub(crate) struct Screen {
     pub(crate) terminal: Terminal<CrosstermBackend<Frames>>,
     area: Rect,
 }
 
-/// Whether there is a terminal for the picture of `what` and one for the keys; `without` says what to do if not.
+/// Fails unless there is a terminal for the picture of `what` and one for the keys; `without` is
+/// the hint then.
 pub(crate) fn check(what: &str, without: &str) -> Result<(), Failure> {
     if !io::stderr().is_terminal() {
         let message = format!("{what} draws on stderr, which is not a terminal");
@@ -81,25 +83,27 @@ pub(crate) fn check(what: &str, without: &str) -> Result<(), Failure> {
 
 impl Screen {
     pub(crate) fn take(listen: Listen) -> io::Result<Self> {
+        // Before raw mode, so that no panic can leave the terminal in it.
         give_back_in_a_panic();
         enable_raw_mode()?;
         TAKEN.store(true, Ordering::SeqCst);
         let area = size();
         let terminal = blank(area).inspect_err(|_| restore())?;
-        // From here on dropping it gives the terminal back.
+        // From here on dropping `screen` restores the terminal.
         let mut screen = Self { terminal, area };
         execute!(io::stderr(), EnterAlternateScreen)?;
         screen.clear()?;
         if listen == Listen::Everything {
             LISTENS.store(true, Ordering::SeqCst);
-            // Consoles of Windows tell all this unasked, and cannot be asked.
+            // Windows consoles report all of this without a request and reject one, so errors are
+            // ignored.
             let _ = execute!(io::stderr(), EnableFocusChange, EnableBracketedPaste);
             let _ = execute!(io::stderr(), PushKeyboardEnhancementFlags(RELEASES));
         }
         Ok(screen)
     }
 
-    /// Follows the terminal's size; whether it has changed.
+    /// Adapts to the terminal's size. Returns true if it changed.
     pub(crate) fn follow_size(&mut self) -> io::Result<bool> {
         let area = size();
         let changed = area != self.area;
@@ -110,15 +114,15 @@ impl Screen {
         Ok(changed)
     }
 
-    /// Takes everything off the screen, whatever wrote it.
+    /// Clears the screen, whatever has been written to it.
     pub(crate) fn clear(&mut self) -> io::Result<()> {
         self.terminal = blank(self.area)?;
         execute!(io::stderr(), Clear(ClearType::All), Hide)
     }
 }
 
-/// A terminal on which nothing has been drawn. The library's own ways to clear and resize one ask for the cursor's place,
-/// on stdout, which has one line to say and no more.
+/// Creates an empty terminal. The library's own clear and resize query the cursor's position over
+/// stdout, which must carry nothing but results.
 fn blank(area: Rect) -> io::Result<Terminal<CrosstermBackend<Frames>>> {
     let viewport = Viewport::Fixed(area);
     let backend = CrosstermBackend::new(Frames::default());
@@ -137,7 +141,7 @@ fn size() -> Rect {
     Rect::new(0, 0, width, height)
 }
 
-/// Gives the terminal back as it was, if it is taken. A terminal that is gone cannot be helped.
+/// Restores the terminal if it is taken. Errors are ignored: the terminal may be gone.
 pub(crate) fn restore() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
@@ -148,18 +152,19 @@ pub(crate) fn restore() {
         }
         let _ =
             queue!(stderr, ResetColor, LeaveAlternateScreen, Show).and_then(|()| stderr.flush());
+        // Lines that were logged beside the picture appear after it.
         let _ = stderr.write_all(&std::mem::take(&mut *log()));
     }
 }
 
-/// The same where the terminal may not take what is written: its mode only.
+/// Restores only the terminal's mode, for a terminal that may not accept output any more.
 pub(crate) fn give_back_mode() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
     }
 }
 
-/// What a panic has to say belongs on the screen as it was.
+/// Installs a panic hook that restores the terminal before the message is printed.
 fn give_back_in_a_panic() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -171,7 +176,7 @@ fn give_back_in_a_panic() {
     });
 }
 
-/// Collects a frame and writes it at once; not at all when the terminal has been given back.
+/// Collects a frame and writes it in one piece, or drops it if the terminal has been restored.
 #[derive(Default)]
 pub(crate) struct Frames {
     bytes: Vec<u8>,
@@ -194,14 +199,14 @@ impl Write for Frames {
     }
 }
 
-/// What others wanted to write on stderr since the last look, line by line; nothing of it is written later.
+/// Returns and removes what others wrote to stderr since the last call, by lines.
 pub(crate) fn take_log() -> Vec<String> {
     let bytes = std::mem::take(&mut *log());
     let text = String::from_utf8_lossy(&bytes);
     text.lines().map(plain).collect()
 }
 
-/// A line without its colours.
+/// Removes colour sequences from a line.
 fn plain(line: &str) -> String {
     let mut pieces = line.split("\x1b[");
     let mut text = pieces.next().unwrap_or_default().to_owned();
@@ -215,14 +220,16 @@ fn log() -> MutexGuard<'static, Vec<u8>> {
     LOG.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Where a log goes that would go to stderr: while a picture is there, to the picture's log, or else to stderr afterwards.
+/// Log writer for use beside a picture: collects lines for the picture's log, and writes to stderr
+/// otherwise.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogWriter;
 
 impl Write for LogWriter {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if !TAKEN.load(Ordering::SeqCst) {
-            // The log panics over what cannot be written, and a terminal that was closed takes nothing.
+            // Errors are hidden: the log library panics on them, and a closed terminal accepts
+            // nothing.
             let _ = io::stderr().write_all(bytes);
             return Ok(bytes.len());
         }

@@ -1,4 +1,4 @@
-//! What a terminal program knows of the arm that it shows, and how that looks.
+//! State of the arm that terminal programs show, and its widgets.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -12,19 +12,19 @@ use ratatui::widgets::Paragraph;
 
 use super::Theme;
 
-/// Lines of the log that are kept.
+/// Largest number of log lines kept.
 const LOG: usize = 200;
 
-/// An arm as it was seen.
+/// Observed arm with a log.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
-    /// Which arm, where.
+    /// Name and place of the arm.
     pub(crate) title: String,
-    /// What its readings come to.
+    /// State derived from its readings.
     pub(crate) arm: ObservedState,
-    /// Commands that the queue holds.
+    /// Capacity of the command queue.
     pub(crate) places: u32,
-    /// What happened, with the seconds since the beginning, the latest last.
+    /// Log: seconds since the beginning and text, newest last.
     pub(crate) log: VecDeque<(f64, String)>,
     begun: Instant,
 }
@@ -40,7 +40,7 @@ impl Seen {
         }
     }
 
-    /// For so many readings a second.
+    /// Sets the number of readings a second.
     pub(crate) fn reading(mut self, rate: f64) -> Self {
         self.arm = self.arm.reading(rate);
         self
@@ -55,7 +55,7 @@ impl Seen {
         self.log.push_back((at, text.into()));
     }
 
-    /// Which arm, and at the right how the line to it is.
+    /// Formats the header: the arm, and at the right the state of its connection.
     pub(crate) fn header(&self, program: &str, width: u16, theme: Theme) -> Paragraph<'static> {
         let link = match self.arm.status.as_ref().map(|status| &status.link) {
             None => " waiting for the arm ".to_owned(),
@@ -73,7 +73,8 @@ impl Seen {
         Paragraph::new(format!("{text:<room$}{link}")).style(theme.bar())
     }
 
-    /// The joints with bars against their limits, and the coupling of J2 and J3; as many columns wide.
+    /// Formats the joints as bars within their limits, and the coupling of J2 and J3, in this many
+    /// columns.
     pub(crate) fn joint_lines(&self, width: u16, theme: Theme) -> Vec<Line<'static>> {
         let Some(status) = &self.arm.status else {
             return Vec::new();
@@ -91,21 +92,21 @@ impl Seen {
         rows.into_iter().map(row).collect()
     }
 
-    /// The latest lines of the log, the newest last; long ones go on in the next line.
+    /// Formats the end of the log, newest last, wrapped.
     pub(crate) fn log_lines(&self, width: u16, room: u16, theme: Theme) -> Vec<Line<'static>> {
         let log = self.log.iter().rev();
         let log = log.map(|(at, text)| (format!("{at:>8.1}  "), text.as_str()));
         super::log_lines(log, width, room, theme)
     }
 
-    /// The alarms that stand, in words.
+    /// Formats the active alarms.
     pub(crate) fn alarm_lines(&self, width: u16, room: u16, theme: Theme) -> Vec<Line<'static>> {
         let alarms = self.arm.status.as_ref().map(|status| status.alarms);
         super::alarm_lines(&alarms.unwrap_or_default(), width, room, theme)
     }
 }
 
-/// A joint: name, angle, and where that is between its limits.
+/// Formats a joint: name, angle, and a bar for its place between the limits.
 fn bar(name: &str, value: f64, range: Range, width: u16, theme: Theme) -> Line<'static> {
     let style = match theme.near(value, range) {
         within if within == Style::new() => theme.good(),
@@ -130,7 +131,8 @@ fn bar(name: &str, value: f64, range: Range, width: u16, theme: Theme) -> Line<'
     ])
 }
 
-/// Values as a row of bars, the latest at the right; as high as the highest that is shown, at least `least`.
+/// Formats values as a row of bars, newest at the right. The scale ends at the largest value shown,
+/// or at `least` if that is larger.
 pub(crate) fn sparkline(values: &[f64], width: usize, least: f64, style: Style) -> Span<'static> {
     const SIGNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let shown = &values[values.len().saturating_sub(width)..];

@@ -1,4 +1,4 @@
-//! The thread that has the terminal.
+//! Thread that owns the terminal, and the signals that concern it.
 
 use std::future::pending;
 use std::io;
@@ -13,19 +13,20 @@ use super::screen;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl};
 
-/// How long a terminal has to take the last frame before it is left as it is.
+/// Longest wait for the terminal to accept the last frame. A choice: a stalled terminal (Ctrl-S, a
+/// dead SSH session) must not keep the program from ending.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A picture while it is shown. Dropping this ends it, too, and says nothing.
+/// Picture on its own thread. Dropping it ends the picture without reporting errors.
 pub(crate) struct Shown {
     thread: Option<JoinHandle<io::Result<()>>>,
     stop: Arc<AtomicBool>,
-    /// Closed when the thread is done.
+    /// Disconnected when the thread ends, also by a panic.
     alive: mpsc::Receiver<()>,
 }
 
 impl Shown {
-    /// Shows it on a thread, until `work` is done; it looks at the flag now and then, and ends when that is set.
+    /// Starts `work` on a thread. It must check the flag regularly and return once it is set.
     pub(crate) fn begin(
         work: impl FnOnce(&AtomicBool) -> io::Result<()> + Send + 'static,
     ) -> io::Result<Self> {
@@ -33,7 +34,7 @@ impl Shown {
         let (holds, alive) = mpsc::channel();
         let told = Arc::clone(&stop);
         let work = move || {
-            // Dropped when this is done, also by a panic.
+            // Dropped when `work` returns or panics, which wakes the receiver.
             let _alive: mpsc::Sender<()> = holds;
             work(&told)
         };
@@ -45,7 +46,7 @@ impl Shown {
         })
     }
 
-    /// Ends the picture and gives the terminal back.
+    /// Ends the picture and restores the terminal.
     pub(crate) fn finish(mut self) -> Result<(), Failure> {
         match self.end() {
             None | Some(Ok(Ok(()))) => Ok(()),
@@ -61,7 +62,8 @@ impl Shown {
         let thread = self.thread.take()?;
         self.stop.store(true, Ordering::Relaxed);
         if self.alive.recv_timeout(PATIENCE) == Err(mpsc::RecvTimeoutError::Timeout) {
-            // The terminal takes nothing more: what would be written to it now would wait too.
+            // A terminal that accepts no output would block escape sequences too, so only its mode
+            // is restored.
             screen::give_back_mode();
             return None;
         }
@@ -75,23 +77,23 @@ impl Drop for Shown {
     }
 }
 
-/// The wish of a shell or the system to suspend this program, which is heard and not followed: the shell would take the terminal's
-/// mode, and an arm that was jogging would jog on without end.
+/// Requests to suspend this program, caught and not obeyed: a stopped process could not end a jog,
+/// and the shell would change the terminal's mode.
 pub(crate) struct Suspends(JobControl);
 
 impl Suspends {
-    /// Begins to hear it; must be called within a runtime.
+    /// Begins to listen; must be called within a runtime.
     pub(crate) fn listen() -> io::Result<Self> {
         JobControl::listen().map(Self)
     }
 
-    /// Waits for the next one.
+    /// Waits for the next request.
     pub(crate) async fn next(&mut self) {
         while self.0.next().await != Control::Suspend {}
     }
 }
 
-/// Waits until the terminal that controls this program is gone.
+/// Waits until the controlling terminal is gone.
 pub(crate) async fn hung_up() {
     #[cfg(unix)]
     {

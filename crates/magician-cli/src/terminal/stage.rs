@@ -1,7 +1,8 @@
-//! A picture for a program that works with the arm: frames go to it, keys come from it.
+//! Picture and keys of a program that controls the arm: frames go in, events come out.
 //!
-//! The work with the arm and the terminal are on two threads. Beats tell the one that the other is well: a dead man's control
-//! must not be kept up by a keyboard that cannot be read.
+//! The work with the arm and the terminal run on two threads. The terminal's thread sends a beat in
+//! every frame: a held key must not keep an arm jogging if the keyboard can no longer be read (a
+//! dead man's switch).
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,18 +17,18 @@ use super::screen::Listen;
 use super::{FRAME, Keyboard, Screen, Shown, Suspends, Theme, Waited};
 use crate::failure::Failure;
 
-/// What the terminal has to tell.
+/// Message from the terminal's thread.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Told {
-    /// Something on the keyboard, or to do with the window.
+    /// An event of the keyboard or the window.
     Event(Event),
-    /// Nothing but that it is well; twenty times a second.
+    /// Sign of life, sent with every frame, 20 times a second.
     Beat,
     /// The terminal is gone.
     Gone,
 }
 
-/// The terminal while a program has it.
+/// Terminal while a program has it.
 pub(crate) struct Stage<M> {
     shown: Shown,
     next: Arc<Mutex<Option<M>>>,
@@ -36,7 +37,7 @@ pub(crate) struct Stage<M> {
 }
 
 impl<M: Send + 'static> Stage<M> {
-    /// Takes the terminal. `draw` makes a frame of what [`show`](Self::show) hands over.
+    /// Takes the terminal. `draw` draws each model passed to [`show`](Self::show).
     pub(crate) fn open(draw: fn(&mut Frame<'_>, &M, Theme)) -> io::Result<Self> {
         let next = Arc::new(Mutex::new(None));
         let (tell, told) = unbounded_channel();
@@ -58,14 +59,14 @@ impl<M: Send + 'static> Stage<M> {
         })
     }
 
-    /// What is to be seen from the next frame on.
+    /// Shows this model from the next frame on.
     pub(crate) fn show(&self, model: M) {
         *self.next.lock().unwrap_or_else(PoisonError::into_inner) = Some(model);
     }
 
-    /// The next thing that the terminal tells. A suspension counts as losing the focus: a stopped process cannot stop an
-    /// arm.
-    /// After it is gone, or cannot be drawn on, it is gone again and again.
+    /// Waits for the next message. A request to suspend the program counts as losing the focus,
+    /// since a stopped process cannot stop the arm. After the terminal is gone, or if it cannot be
+    /// drawn on, every call returns `Gone`.
     pub(crate) async fn next(&mut self) -> Told {
         tokio::select! {
             biased;
@@ -74,13 +75,13 @@ impl<M: Send + 'static> Stage<M> {
         }
     }
 
-    /// Gives the terminal back.
+    /// Restores the terminal.
     pub(crate) fn close(self) -> Result<(), Failure> {
         self.shown.finish()
     }
 }
 
-/// The terminal's thread.
+/// State of the terminal's thread.
 struct Work<M> {
     next: Arc<Mutex<Option<M>>>,
     tell: UnboundedSender<Told>,
@@ -95,12 +96,14 @@ impl<M> Work<M> {
         let mut stale = false;
         while !stop.load(Ordering::Relaxed) {
             let begun = Instant::now();
+            // `|` instead of `||`, since both calls have effects.
             stale |= screen.follow_size()? | self.take();
             if let Some(model) = self.shown.as_ref().filter(|_| stale) {
                 screen.terminal.draw(|frame| draw(frame, model, theme))?;
                 stale = false;
             }
             self.tell(Told::Beat);
+            // Keys are read for the rest of the frame's time.
             while let Some(left) = FRAME.checked_sub(begun.elapsed()) {
                 match keyboard.wait(left)? {
                     Waited::Nothing => continue,
@@ -128,12 +131,12 @@ impl<M> Work<M> {
     }
 
     fn tell(&self, told: Told) {
-        // The receiver is gone when the program is about to stop this.
+        // The receiver is dropped just before this thread is asked to stop.
         let _ = self.tell.send(told);
     }
 }
 
-/// Ctrl-L, at every terminal program's.
+/// True for Ctrl-L, which redraws the screen in all terminal programs.
 fn redraws(event: &Event) -> bool {
     matches!(
         event,

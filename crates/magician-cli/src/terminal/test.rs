@@ -7,7 +7,7 @@ use ratatui::{Frame, Terminal};
 
 use super::{Help, Theme};
 
-/// A terminal of that size with one frame on it.
+/// Draws one frame on a terminal of this size.
 pub(crate) fn terminal(
     width: u16,
     height: u16,
@@ -18,7 +18,7 @@ pub(crate) fn terminal(
     terminal
 }
 
-/// A frame as lines of text.
+/// Draws one frame and returns its lines of text.
 pub(crate) fn screen(width: u16, height: u16, draw: impl FnOnce(&mut Frame<'_>)) -> Vec<String> {
     let terminal = terminal(width, height, draw);
     let cells = terminal.backend().buffer().content();
@@ -26,7 +26,7 @@ pub(crate) fn screen(width: u16, height: u16, draw: impl FnOnce(&mut Frame<'_>))
     cells.chunks(usize::from(width)).map(line).collect()
 }
 
-/// Makes sure that each of these texts is in a line.
+/// Asserts that each of these texts occurs in a line.
 #[track_caller]
 pub(crate) fn shows(screen: &[String], wanted: &[&str]) {
     for text in wanted {
@@ -35,7 +35,7 @@ pub(crate) fn shows(screen: &[String], wanted: &[&str]) {
     }
 }
 
-/// Whether a sentence can be read, on one line or on several below each other.
+/// True if a sentence can be read, in one line or continued in the lines below.
 pub(crate) fn reads(screen: &[String], sentence: &str) -> bool {
     let lines: Vec<Vec<char>> = screen.iter().map(|line| line.chars().collect()).collect();
     let words: Vec<&str> = sentence.split_whitespace().collect();
@@ -49,7 +49,8 @@ pub(crate) fn reads(screen: &[String], sentence: &str) -> bool {
     (0..lines.len()).any(|row| (0..lines[row].len()).any(|column| begins(row, column)))
 }
 
-/// Whether these words stand from a column on, and go on in the lines below: in the same column, or where the panel begins.
+/// True if these words begin at a column and continue in the lines below, in the same column or at
+/// the edge of the panel.
 fn read_from(lines: &[Vec<char>], column: usize, words: &[&str]) -> bool {
     let Some(line) = lines.first() else {
         return false;
@@ -74,7 +75,7 @@ fn read_from(lines: &[Vec<char>], column: usize, words: &[&str]) -> bool {
     left.is_empty() || (left.len() < words.len() && goes_on())
 }
 
-/// Makes sure that no panel is cut or covered by another.
+/// Asserts that no panel is cut or covered by another.
 #[track_caller]
 pub(crate) fn whole_panels(screen: &[String]) {
     let cells: Vec<Vec<char>> = screen.iter().map(|line| line.chars().collect()).collect();
@@ -109,21 +110,21 @@ pub(crate) fn whole_panels(screen: &[String]) {
     assert!(ends.iter().all(|count| *count == ends[0]), "{ends:?}");
 }
 
-/// Draws a state, with a page of the list of keys or without it.
+/// Draws a state, with or without a page of the list of keys.
 type Draw = dyn Fn(&mut Frame<'_>, Option<Help>);
 
-/// A program that takes the whole terminal, in one of its states.
+/// State of a full-screen program, for tests that run over all states.
 pub(crate) struct Example {
     pub(crate) name: &'static str,
-    /// Sentences that a person has to be able to read, however small the terminal is.
+    /// Sentences that must be readable on any size of terminal.
     pub(crate) needs: Vec<String>,
-    /// All its keys and what they do.
+    /// All its keys with their descriptions.
     pub(crate) keys: &'static [(&'static str, &'static str)],
     draw: Box<Draw>,
 }
 
 impl Example {
-    /// `model` makes what is shown, with a page of the list of keys or without it.
+    /// `model` creates the model, with or without a page of the list of keys.
     pub(crate) fn new<M: 'static>(
         name: &'static str,
         needs: &[&str],
@@ -144,7 +145,7 @@ impl Example {
     }
 }
 
-/// What a virtual arm tells after it was switched on.
+/// Returns the status of a virtual arm after it is switched on.
 pub(crate) fn status() -> magician::Status {
     static STATUS: LazyLock<magician::Status> = LazyLock::new(|| {
         let runtime = tokio::runtime::Builder::new_current_thread();

@@ -1,4 +1,4 @@
-//! Colours, or their lack.
+//! Styles of terminal pictures, with and without colours.
 
 use magician::Alarm;
 use magician_motion::Range;
@@ -6,10 +6,10 @@ use ratatui::style::{Color, Modifier, Style};
 
 use crate::paint::Paint;
 
-/// So near to a limit a joint deserves a look, deg.
+/// Distance to a joint limit below which the angle is highlighted, deg.
 const NEAR: f64 = 5.0;
 
-/// How a picture is painted.
+/// Set of styles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Theme {
     colored: bool,
@@ -26,7 +26,7 @@ impl Theme {
     #[cfg(test)]
     pub(crate) const COLORED: Self = Self { colored: true };
 
-    /// A colour on the canvas.
+    /// Returns a colour for drawing on a canvas.
     pub(crate) fn ink(self, color: Color) -> Color {
         if self.colored { color } else { Color::Reset }
     }
@@ -39,22 +39,22 @@ impl Theme {
         }
     }
 
-    /// What is as it should be, and lamps that are lit.
+    /// Style of entries in order and of lit indicators.
     pub(crate) fn good(self) -> Style {
         self.style(Color::Green, Modifier::BOLD)
     }
 
-    /// What deserves a look.
+    /// Style of entries that need attention.
     pub(crate) fn note(self) -> Style {
         self.style(Color::Yellow, Modifier::BOLD)
     }
 
-    /// What is wrong.
+    /// Style of errors.
     pub(crate) fn bad(self) -> Style {
         self.style(Color::Red, Modifier::REVERSED)
     }
 
-    /// An alarm: whether it holds the queue.
+    /// Style of an alarm, by whether it blocks the queue.
     pub(crate) fn alarm(self, code: u8) -> Style {
         if Alarm::blocks(code) {
             self.bad()
@@ -63,7 +63,7 @@ impl Theme {
         }
     }
 
-    /// A joint in its range: well within, near an end, or beyond it.
+    /// Style of a joint angle: inside its range, near an end, or outside.
     pub(crate) fn near(self, value: f64, range: Range) -> Style {
         match (range.max - value).min(value - range.min) {
             room if room < 0.0 => self.bad(),
@@ -72,23 +72,23 @@ impl Theme {
         }
     }
 
-    /// What only accompanies.
+    /// Style of secondary text.
     pub(crate) fn dim(self) -> Style {
         self.style(Color::DarkGray, Modifier::DIM)
     }
 
-    /// Keys to press, and what is chosen.
+    /// Style of keys and of the selection.
     pub(crate) fn key(self) -> Style {
         self.style(Color::Cyan, Modifier::BOLD)
             .add_modifier(Modifier::BOLD)
     }
 
-    /// The name of a panel.
+    /// Style of a panel's title.
     pub(crate) fn title(self) -> Style {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    /// The lines at top and bottom.
+    /// Style of the lines at top and bottom.
     pub(crate) fn bar(self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }

@@ -1,3 +1,5 @@
+//! `alarms`: shows, explains and clears the alarms of the arm.
+
 use clap::Args;
 use magician::report::AlarmReport;
 use magician_protocol::Alarm;
@@ -23,7 +25,8 @@ impl Alarms {
         let (list, homed) = context.arm(StopPolicy::order_if(self.clear), async |arm, _| {
             let mut homed = true;
             if self.clear {
-                // Alarm 0x00 tells that it is not homed, and is gone then.
+                // Alarm 0x00 is the only sign of an unhomed arm. Clearing removes it, so the state
+                // is read before.
                 homed = arm.is_virtual() || arm.homing().is_homed().await? != Some(false);
                 arm.clear_alarms().await?;
             }

@@ -1,6 +1,8 @@
-//! `class` and `results` of `station` and of `fleet`: what a teacher does for all pupils of a station, or of a site.
+//! `class` and `results`, below `station` and `fleet`: commands of a teacher for all pupils of a
+//! station or a site.
 //!
-//! Each command asks one thing, by the `call` that it is given.
+//! Each command makes one request through the `call` that it is given: to one station, or through a
+//! hub to all stations of a site.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -109,7 +111,7 @@ fn write(file: &Path, text: &str) -> Result<(), Failure> {
     magician_job::files::replace_private(file, text).map_err(wrong)
 }
 
-/// The pupils and their codes, a line each; as a page where one is wanted.
+/// Lists pupils and their codes, one per line, and writes a printable page to `html`.
 fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(), Failure> {
     if let Some(file) = html {
         write(file, &codes_page(class))?;
@@ -145,7 +147,8 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
     })
 }
 
-/// Fails where the stations of a site have not all answered the same; one station alone always has.
+/// Fails if the stations of a site did not all apply the request alike. The answer of a single
+/// station always passes.
 fn alike(shown: &Value) -> Result<(), Failure> {
     let names = |arms: &Value| {
         let arms = arms.as_array().into_iter().flatten();
@@ -256,7 +259,7 @@ impl AtStation {
 }
 
 impl Anywhere {
-    /// Does it as the command `noun class` ..
+    /// Runs the command `noun class ..`.
     fn run(
         self,
         context: &mut Context,
@@ -316,7 +319,7 @@ impl Anywhere {
     }
 }
 
-/// Says what the arms are that an answer names, or that there is `none`.
+/// Prints the arms that an answer names, or the text `none` for an empty list.
 fn say(out: &mut Output, done: &Value, state: &str, none: &str) -> Result<(), Failure> {
     let arms = done["arms"].as_array().into_iter().flatten();
     let names: Vec<_> = arms.filter_map(Value::as_str).collect();

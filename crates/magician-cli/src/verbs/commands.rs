@@ -1,3 +1,5 @@
+//! `commands`: lists the commands of the protocol, or explains one.
+
 use clap::Args;
 use magician_protocol::{Row, TABLE};
 use serde::Serialize;
@@ -87,7 +89,7 @@ fn list(rows: &[&'static Row], out: &mut Output) -> Result<(), Failure> {
     note(&summary, out)
 }
 
-/// The forms of a command in four letters.
+/// Returns the forms of a command as four characters, such as `gsq!`; `-` stands for an absent one.
 fn forms(row: &Row) -> String {
     let letter = |there, letter| if there { letter } else { '-' };
     String::from_iter([

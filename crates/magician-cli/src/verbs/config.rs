@@ -1,4 +1,4 @@
-//! `config`: the settings that hold without a flag.
+//! `config`: shows and changes the settings that apply if no flag overrides them.
 
 use clap::{Args, Subcommand};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use crate::config::{Config, KEYS, Key, Source, arms, near};
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Columns of a terminal on which the meanings have room, too.
+/// Terminal width from which the list shows the meanings too, in columns.
 const ROOMY: usize = 120;
 
 /// Show or change settings: defaults of options, named arms
@@ -52,7 +52,7 @@ enum Deed {
     Path,
 }
 
-/// A setting as JSON has it.
+/// Setting as JSON.
 #[derive(Serialize)]
 struct Setting {
     key: String,
@@ -155,7 +155,7 @@ fn one_of_arm(name: &str, context: &mut Context) -> Result<(), Failure> {
     })
 }
 
-/// What the file says of its arms.
+/// Returns the settings of all arms in the file.
 fn of_arms(config: &Config) -> Vec<Setting> {
     let names = config
         .arms()

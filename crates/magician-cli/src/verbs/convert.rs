@@ -1,4 +1,4 @@
-//! `convert`: from one kind of file to another.
+//! `convert`: converts a file of one format into another.
 
 use std::path::{Path, PathBuf};
 
@@ -53,7 +53,7 @@ impl Convert {
     }
 }
 
-/// Writes what a job would do as another file, and tells it.
+/// Writes what a job would do as another format, and reports it.
 pub(super) fn converted(job: &mut Job, to: &Path, context: &mut Context) -> Result<(), Failure> {
     let answer = written(job, to, context)?;
     context.show(&answer, |out| {
@@ -62,7 +62,7 @@ pub(super) fn converted(job: &mut Job, to: &Path, context: &mut Context) -> Resu
     })
 }
 
-/// Writes what a job would do as another file.
+/// Writes what a job would do as another format.
 pub(super) fn written(
     job: &mut Job,
     to: &Path,
@@ -84,7 +84,7 @@ pub(super) fn written(
     ))
 }
 
-/// By the end of a name.
+/// Returns the output format for the extension of a path.
 fn conversion(path: &Path) -> Result<Conversion, Failure> {
     let end = path.extension().and_then(|end| end.to_str());
     let known = end.and_then(|end| Conversion::of(&format!("file.{end}")));
@@ -94,7 +94,7 @@ fn conversion(path: &Path) -> Result<Conversion, Failure> {
     })
 }
 
-/// Why it does not become such a file.
+/// Converts the reason why a job has no such format into a failure.
 fn refused(error: ConversionError, source: &Source) -> Failure {
     let empty = |what: &str| Failure::invalid(format!("{}: {what}", source.name));
     match error {

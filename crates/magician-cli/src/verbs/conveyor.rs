@@ -1,4 +1,4 @@
-//! `conveyor`: the belt that one of the arm's motor outputs drives.
+//! `conveyor`: drives a belt on one of the arm's motor outputs.
 
 use clap::{Args, Subcommand};
 use magician::build::{CONVEYOR_FARTHEST, conveyor_speed};
@@ -102,7 +102,7 @@ impl Conveyor {
     }
 }
 
-/// A distance that a belt can be told.
+/// Returns the distance if a belt command can express it.
 fn within(distance: f32) -> Result<f32, Failure> {
     if f64::from(distance).abs() <= CONVEYOR_FARTHEST {
         Ok(distance)

@@ -1,4 +1,4 @@
-//! `draw`: a drawing with the pen.
+//! `draw`: draws a file with the pen.
 
 use clap::Args;
 use magician_program::WorkOption;
@@ -36,7 +36,7 @@ impl Draw {
         self.job()?.run(context)
     }
 
-    /// What its flags say.
+    /// Creates the job from the flags.
     pub(super) fn job(self) -> Result<Job, Failure> {
         Job::new(
             WorkOption::Draw,

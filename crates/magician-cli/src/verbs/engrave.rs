@@ -1,4 +1,4 @@
-//! `engrave`: an image or a drawing with the laser.
+//! `engrave`: burns an image or a drawing with the laser.
 
 use clap::Args;
 use magician_program::WorkOption;
@@ -40,7 +40,7 @@ impl Verb {
         self.job()?.run(context)
     }
 
-    /// What its flags say.
+    /// Creates the job from the flags.
     pub(super) fn job(self) -> Result<Job, Failure> {
         let engrave = WorkOption::Engrave;
         let mut job = Job::new(engrave, self.file, self.look, &self.options, self.way)?;

@@ -1,3 +1,5 @@
+//! `enqueue`: sends one queued command of the protocol.
+
 use clap::Args;
 use magician::gate::refuse_unheld;
 use serde::Serialize;

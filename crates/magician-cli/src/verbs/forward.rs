@@ -1,3 +1,5 @@
+//! `forward`: computes the pose for joint angles.
+
 use clap::Args;
 use magician_motion::{ArmModel, Geometry, JointAngles};
 use serde::Serialize;

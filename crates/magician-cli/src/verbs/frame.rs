@@ -1,4 +1,4 @@
-//! `frame`: round what would be drawn or burnt, without a mark.
+//! `frame`: traces the outline of a job without leaving a mark.
 
 use clap::Args;
 use magician_program::FrameShape;
@@ -47,7 +47,7 @@ impl Frame {
         self.job()?.run(context)
     }
 
-    /// What its flags say.
+    /// Creates the job from the flags.
     pub(super) fn job(mut self) -> Result<Job, Failure> {
         self.options.give("frame", self.shape.name());
         let mut job = Job::new(None, self.file, self.look, &self.options, self.way)?;

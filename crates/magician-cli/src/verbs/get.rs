@@ -1,3 +1,5 @@
+//! `get`: reads a value by a command of the protocol.
+
 use clap::Args;
 use magician_protocol::{Ctrl, Direction, Row, describe};
 

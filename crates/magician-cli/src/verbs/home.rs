@@ -1,3 +1,5 @@
+//! `home`: homes the arm.
+
 use clap::Args;
 use magician::report::PoseReport;
 use magician::{RunOptions, commands};

@@ -1,3 +1,5 @@
+//! `info`: shows the arm's identity, firmware, tool and state.
+
 use clap::Args;
 use magician::report::ArmInfo;
 
@@ -58,7 +60,7 @@ fn switched(on: Option<bool>) -> &'static str {
     }
 }
 
-/// Whether the laser is on, in words.
+/// Returns the word for the laser's state; upper case if it is on.
 fn laser(on: Option<bool>) -> &'static str {
     match on {
         Some(true) => "ON",

@@ -1,3 +1,5 @@
+//! `inverse`: computes the joint angles for a pose.
+
 use clap::Args;
 use magician_motion::{ArmModel, Geometry, Pose};
 use serde::Serialize;

@@ -1,3 +1,5 @@
+//! `io`: reads and drives the pins of the arm's connectors.
+
 use clap::{Args, Subcommand};
 use magician::commands::{
     GetIoAdc, GetIoDi, GetIoDo, GetIoMultiplexing, GetIoPwm, IoAdc, IoDi, IoDo, IoMultiplexing,
@@ -110,7 +112,7 @@ fn function(text: &str) -> Result<IoFunction, String> {
     })
 }
 
-/// What is known of a pin.
+/// State of a pin. Only the fields that belong to its function are set.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Pin {
     pub(super) address: u8,
@@ -132,7 +134,7 @@ struct List {
 }
 
 impl Pin {
-    /// Function, in words.
+    /// Returns the name of the pin's function; `None` if unknown.
     pub(super) fn function(&self) -> Option<String> {
         let value = self.multiplex?;
         Some(match IoFunction::INFO.name_of(value) {
@@ -141,7 +143,8 @@ impl Pin {
         })
     }
 
-    /// Function, as a letter: output, pulse width, input, analog.
+    /// Returns a letter for the pin's function: output, pulse width, input, analog; a space for
+    /// none.
     pub(super) fn letter(&self) -> char {
         match self.multiplex.map(IoFunction::from) {
             None | Some(IoFunction::None) => ' ',
@@ -157,12 +160,12 @@ impl Pin {
         }
     }
 
-    /// Whether it does anything at all.
+    /// True if the pin has a function.
     pub(super) fn has_function(&self) -> bool {
         self.letter() != ' '
     }
 
-    /// Whether it is high, some of the time at least.
+    /// True if the pin is high, at least part of the time.
     pub(super) fn is_on(&self) -> bool {
         let pulses = self.duty_cycle.is_some_and(|percent| percent > 0.0);
         pulses || self.level.or(Some(0)) != Some(0) || self.value.is_some_and(|value| value > 0)
@@ -198,6 +201,7 @@ impl Io {
                 context.show(&list, |out| overview(&list.pins, all, out))
             }
             ([pin], _) => context.show(pin, |out| write([pin], out)),
+            // Every action on a pin returns exactly one pin, so no other case occurs.
             _ => Ok(()),
         }
     }
@@ -211,7 +215,7 @@ impl Action {
         }
     }
 
-    /// What it tells an output, if it does.
+    /// Returns the command for an output; `None` if the action only reads.
     fn command(self) -> Option<Set> {
         match self {
             Self::Set { pin, level } => Some(build::output(pin, level)),
@@ -265,7 +269,7 @@ async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
     Ok(vec![read(arm, pin).await?])
 }
 
-/// Reads a pin as what it is.
+/// Reads a pin according to its function.
 pub(super) async fn read(arm: &Arm, address: u8) -> Result<Pin, Failure> {
     let query = Some(address);
     let function = arm
@@ -301,7 +305,7 @@ pub(super) async fn read(arm: &Arm, address: u8) -> Result<Pin, Failure> {
     Ok(pin)
 }
 
-/// The pins that have a function, and how many have none.
+/// Lists the pins that have a function, and counts the others.
 fn overview(pins: &[Pin], all: bool, out: &mut Output) -> Result<(), Failure> {
     let none = Some(u8::from(IoFunction::None));
     write(pins.iter().filter(|pin| all || pin.multiplex != none), out)?;
@@ -329,7 +333,7 @@ fn write<'a>(pins: impl IntoIterator<Item = &'a Pin>, out: &mut Output) -> Resul
     columns.write(out)
 }
 
-/// Function at, in words.
+/// Describes the state of a pin.
 pub(super) fn state(pin: &Pin) -> String {
     match (pin.level, pin.frequency, pin.duty_cycle, pin.value) {
         (Some(level), ..) => if level == 0 { "low" } else { "high" }.to_owned(),

@@ -19,9 +19,9 @@ use crate::output::Output;
 use crate::permission::Asks;
 use crate::progress::attended;
 
-/// How long a line that broke is waited for, to put the laser out.
+/// Longest wait for a broken line to return, so that the laser can be switched off. A choice.
 const BACK: Duration = Duration::from_secs(10);
-/// How often the line is looked at.
+/// Interval of checking the line.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Switch the laser on until Ctrl-C, or off
@@ -81,13 +81,14 @@ impl Laser {
         show(context, "laser", Switch::Off)
     }
 
-    /// Until the person, the clock or the system ends it.
+    /// Burns until the user, the time limit or the system ends it.
     fn burn(self, context: &mut Context) -> Result<(), Failure> {
         let quiet = context.global.json;
         context.until_told(AT_SIGHT, ToldPolicy::Burn, async |arm, out, told| {
             arm.set_any(&build::laser(true)).await?;
             said(quiet, out, "on")?;
             let end = self.end(arm, quiet, told).await;
+            // Whatever ended the wait, the laser is switched off before the result is reported.
             let dark = arm.laser().switch_off().await;
             end?;
             dark?;
@@ -110,6 +111,7 @@ impl Laser {
         };
         tokio::select! {
             biased;
+            // A requested end takes precedence over a line that breaks at the same time.
             () = told => Ok(()),
             () = over => Ok(()),
             failure = lost(arm, quiet) => Err(failure),
@@ -126,12 +128,13 @@ fn said(json: bool, out: &mut Output, state: &str) -> Result<(), Failure> {
     out.flush()
 }
 
-/// Ends with what is typed; how, is said on stderr.
+/// Waits for the end of standard input. Never completes if that cannot be read.
 async fn end_of_input(quiet: bool) {
     if !quiet {
         let _ = writeln!(io::stderr(), "Ctrl-C switches it off");
     }
     let (tell, told) = oneshot::channel();
+    // A read from stdin cannot be cancelled, so it has its own thread, which ends with the process.
     std::thread::spawn(move || {
         let mut bytes = [0; 256];
         let mut stdin = io::stdin().lock();
@@ -143,7 +146,8 @@ async fn end_of_input(quiet: bool) {
     }
 }
 
-/// The line has broken: what is said first when it is back puts the laser out.
+/// Waits until the line breaks, and then until it is back: the driver's first frames then switch
+/// the laser off.
 async fn lost(arm: &Arm, quiet: bool) -> Failure {
     while arm.link() == Link::Up {
         sleep(LOOK).await;

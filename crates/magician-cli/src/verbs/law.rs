@@ -1,11 +1,11 @@
-//! The residue of a log against the law of motion, for people.
+//! Residue of a log against the law of motion, as text.
 
 use magician_record::law::{Basis, LawReport, ProfileResidue, Speeds};
 
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// Shows a residue in lines.
+/// Prints a residue.
 pub(super) fn show(report: &LawReport, out: &mut Output) -> Result<(), Failure> {
     for line in lines(report) {
         out.line(line)?;
@@ -47,7 +47,7 @@ fn lines(report: &LawReport) -> Vec<String> {
     lines
 }
 
-/// `jog in space: 60 mm/s2 to 30 mm/s, ratio 50 %`.
+/// Formats as `jog in space: 60 mm/s2 to 30 mm/s, ratio 50 %`.
 fn told(speeds: &Speeds) -> String {
     let (name, unit) = (speeds.kind.name(), speeds.kind.unit());
     let mut line = format!("  {name}: acceleration {} {unit}/s2", speeds.acceleration);

@@ -1,3 +1,5 @@
+//! `man`: writes manual pages.
+
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -39,7 +41,7 @@ impl Man {
     }
 }
 
-/// Writes a page for a command and each below it.
+/// Writes the page of a command and of each of its subcommands.
 fn write_pages(command: Command, dir: &Path) -> io::Result<()> {
     let mut command = command.disable_help_subcommand(true);
     command.build();

@@ -1,4 +1,4 @@
-//! The verbs, a file each.
+//! Verbs, one file or directory each.
 
 pub(crate) mod alarms;
 pub(crate) mod bench;

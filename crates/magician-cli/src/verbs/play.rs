@@ -1,4 +1,4 @@
-//! `play`: a taught program, as often as wanted.
+//! `play`: runs a taught program, once or repeatedly.
 
 use std::time::Duration;
 

@@ -1,3 +1,5 @@
+//! `ports`: lists serial ports, stations and arms on Wi-Fi.
+
 use std::time::Duration;
 
 use clap::Args;
@@ -10,7 +12,7 @@ use crate::failure::Failure;
 use crate::mdns::{self, FoundStation};
 use magician::stations::stations;
 
-/// How long arms on Wi-Fi, and stations, have to answer, unless `--timeout` says otherwise.
+/// Default time for arms on Wi-Fi and stations to answer. A choice.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// List serial ports, stations, and arms on Wi-Fi
@@ -37,7 +39,7 @@ struct List {
 
 #[derive(Serialize)]
 struct OnWifi {
-    /// What `--port` takes.
+    /// Value for `--port`.
     port: String,
     address: String,
     mac: String,
@@ -97,7 +99,7 @@ impl Ports {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let ports: Vec<Entry> = magician::ports()?.into_iter().map(Entry::from).collect();
         let patience = context.global.timeout.unwrap_or(PATIENCE);
-        // Who asks for one host wants no others.
+        // A query of one host does not ask for others.
         let asks = !self.local && !matches!(self.wifi, Some(Some(_)));
         let elsewhere = asks.then(|| std::thread::spawn(move || mdns::find(patience)));
         let wifi = match &self.wifi {
@@ -105,7 +107,7 @@ impl Ports {
             Some(host) => Some(on_wifi(host.as_deref(), context)?),
         };
         let elsewhere = elsewhere.and_then(|search| search.join().ok());
-        // Without a network there is nobody on it.
+        // Without a network there are no stations on it.
         let elsewhere = elsewhere.and_then(Result::ok).unwrap_or_default();
         let stations = all_stations(elsewhere);
         let list = List {
@@ -139,7 +141,7 @@ impl Ports {
     }
 }
 
-/// The stations of this computer, and those that were found elsewhere, each once.
+/// Merges the stations of this computer with those found on the network.
 fn all_stations(elsewhere: Vec<FoundStation>) -> Vec<FoundStation> {
     let mut all: Vec<_> = stations()
         .into_iter()
@@ -157,7 +159,7 @@ fn all_stations(elsewhere: Vec<FoundStation>) -> Vec<FoundStation> {
     all
 }
 
-/// Asks for arms on Wi-Fi.
+/// Searches for arms on Wi-Fi.
 fn on_wifi(host: Option<&str>, context: &Context) -> Result<Vec<OnWifi>, Failure> {
     let search = host.map_or_else(Search::networks, Search::host);
     let patience = context.global.timeout.unwrap_or(PATIENCE);
@@ -169,7 +171,7 @@ const NOBODY_ON_WIFI: &str = "no arm answered on Wi-Fi; is its module plugged in
         green? Networks behind a router are not searched: `magician ports --wifi HOST` asks one \
     address there";
 
-/// What a person without an arm may do.
+/// Returns the advice for a user without an arm.
 fn nobody(no_ports: bool) -> String {
     let found = if no_ports {
         "no serial ports"
@@ -190,7 +192,7 @@ fn device(port: &Entry) -> String {
         return "not USB".to_owned();
     };
     let name = usb.name.as_deref().unwrap_or_default();
-    // On Windows the name tends to begin with the maker.
+    // On Windows the adapter's name usually begins with its manufacturer.
     let maker = usb.manufacturer.as_deref().unwrap_or_default();
     let maker = if name.starts_with(maker) { "" } else { maker };
     let serial = usb.serial.iter().map(|serial| format!(":{serial}"));

@@ -1,3 +1,5 @@
+//! `pose`: shows the pose of the arm, once or repeatedly.
+
 use std::io::Write;
 use std::time::Duration;
 
@@ -71,11 +73,11 @@ impl Pose {
     }
 }
 
-/// A pose for people.
+/// Formats of a pose for people.
 pub(crate) trait ShowPose {
-    /// Aligned lines.
+    /// Writes aligned lines.
     fn write(&self, out: &mut Output) -> Result<(), Failure>;
-    /// One line, short enough for 80 columns.
+    /// Returns one line of less than 80 columns.
     fn line(&self) -> String;
 }
 
@@ -108,7 +110,7 @@ impl ShowPose for PoseReport {
     }
 }
 
-/// A line that is written over and over, and ends when it goes.
+/// Line that is rewritten in place; dropping it ends the line.
 struct Live<'o>(&'o mut Output);
 
 impl Live<'_> {
@@ -120,7 +122,7 @@ impl Live<'_> {
 
 impl Drop for Live<'_> {
     fn drop(&mut self) {
-        // The reader has gone: this failure cannot be reported.
+        // The reader is gone, and `drop` cannot report it.
         let _ = self.0.line("").and_then(|()| self.0.flush());
     }
 }

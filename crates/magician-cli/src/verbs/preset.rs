@@ -1,4 +1,4 @@
-//! `preset`: flags under a name.
+//! `preset`: named sets of drawing options.
 
 use clap::{Args, Subcommand};
 use magician_job::presets::{Preset, PresetError, PresetList, PresetReport, Presets};
@@ -107,7 +107,7 @@ impl Verb {
     }
 }
 
-/// The preset of a name.
+/// Loads the preset of a name.
 pub(super) fn load(name: &str) -> Result<Preset, Failure> {
     Presets::of_user().load(name).map_err(failure)
 }

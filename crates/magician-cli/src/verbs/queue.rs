@@ -1,3 +1,5 @@
+//! `queue`: shows and controls the command queue of the arm.
+
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
@@ -69,7 +71,7 @@ impl Queue {
     }
 }
 
-/// How far the queue has come, in words.
+/// Describes the progress of the queue.
 pub(crate) fn finished(index: u64) -> String {
     match index {
         0 => "nothing yet".to_owned(),

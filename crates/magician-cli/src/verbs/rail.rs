@@ -1,4 +1,4 @@
-//! `rail`: the sliding rail under the arm.
+//! `rail`: moves the arm along its sliding rail.
 
 use clap::{Args, Subcommand};
 use magician::commands::{DeviceWithL, Pose, PoseL, PtpLParams};
@@ -110,7 +110,7 @@ async fn look(arm: &Arm) -> Result<RailReport, Failure> {
     Ok(RailReport { rail, l })
 }
 
-/// Refuses to move along a rail that the arm knows nothing of.
+/// Fails if the rail is not enabled on the arm: only the joints would move then.
 pub(super) async fn needs_rail(arm: &Arm) -> Result<(), Failure> {
     if look(arm).await?.rail {
         return Ok(());

@@ -1,4 +1,4 @@
-//! `record`: what an arm does while it is moved by hand or by another program.
+//! `record`: records the arm while it is moved by hand or by another program.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use crate::failure::Failure;
 use crate::options::{number, seconds};
 use crate::paint::{obeys, tell, width_of_stderr};
 
-/// Between two looks at how far it is.
+/// Interval of updates of the progress line.
 const FRAME: Duration = Duration::from_millis(100);
 
 /// Record the motion of the arm, as readings or as a program
@@ -61,7 +61,7 @@ pub(crate) struct Record {
     law: bool,
 }
 
-/// The summary in JSON.
+/// Summary as JSON.
 #[derive(Serialize)]
 struct Told<'a> {
     #[serde(flatten)]
@@ -128,7 +128,7 @@ impl Record {
     }
 }
 
-/// Checks before an arm is connected to that a file may be recorded.
+/// Fails before an arm is connected if the file cannot be recorded.
 pub(super) fn check(file: &Path, law: bool, context: &Context) -> Result<(), Failure> {
     let format = Format::of(file)?;
     if law && format.is_program() {
@@ -136,7 +136,8 @@ pub(super) fn check(file: &Path, law: bool, context: &Context) -> Result<(), Fai
             "--law needs readings: a .csv, .jsonl or .mcap file",
         ));
     }
-    // What hands did cannot be done again by a computer.
+    // A motion by hand cannot be repeated by a computer, so an existing file is never overwritten
+    // silently.
     if file.exists() && !context.global.yes {
         let message = format!("{} already exists", file.display());
         return Err(Failure::usage(message).hint("--yes replaces it"));
@@ -144,9 +145,9 @@ pub(super) fn check(file: &Path, law: bool, context: &Context) -> Result<(), Fai
     Ok(())
 }
 
-/// Shows what a recording came to, and the residue of its readings if that is asked for.
+/// Shows the summary of a recording, and the residue of its readings if `law` is set.
 pub(super) fn show(summary: &Summary, law: bool, context: &mut Context) -> Result<(), Failure> {
-    // Of the file, so that it is what the file tells later.
+    // Computed from the file, so that a later `replay` of it gives the same numbers.
     let law = if law {
         Some(replay::law_of_readings(&summary.file)?)
     } else {
@@ -184,7 +185,7 @@ fn in_words(summary: &Summary) -> String {
     )
 }
 
-/// How it goes, on a line of stderr that is written over and over.
+/// Progress on a line of stderr that is rewritten in place.
 struct Live {
     on: bool,
     width: usize,
@@ -221,7 +222,7 @@ impl Drop for Live {
     }
 }
 
-/// One line, short enough for 80 columns.
+/// Formats the progress in less than 80 columns.
 fn line(tally: &Tally) -> String {
     let [x, y, z, r] = tally.pose;
     let time = match tally.seconds {

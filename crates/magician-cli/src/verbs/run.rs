@@ -1,4 +1,4 @@
-//! `run`: a file of any kind, checked and done.
+//! `run`: checks and runs a file of any format.
 
 use clap::Args;
 use magician_program::WorkOption;
@@ -37,7 +37,7 @@ impl Run {
         let by_file = WorkOption::ByFile;
         let mut job = Job::new(by_file, self.file, self.look, &self.options, self.way)?;
         if job.options.frame.is_some() {
-            // What is framed is as the tool has it.
+            // An outline is traced with whatever tool is mounted.
             job.options.work = None;
         }
         job.run(context)

@@ -1,4 +1,4 @@
-//! `sensor`: the colour sensor and the infrared sensor at the arm's connectors.
+//! `sensor`: reads the colour sensor and the infrared sensor at the arm's connectors.
 
 use std::time::Duration;
 
@@ -74,7 +74,7 @@ impl From<Connector> for Port {
     }
 }
 
-/// What it sees.
+/// Reading of a sensor.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Seen {

@@ -1,3 +1,5 @@
+//! `set`: writes a value by a command of the protocol.
+
 use clap::Args;
 use magician::gate::refuse_unheld;
 use magician::{Ctrl, Set as Command, sets_in_motion};
@@ -51,12 +53,12 @@ impl Set {
             }
             Ok(arm.raw(row.id, Ctrl::SET, &params).await?)
         })?;
-        // The answer to a set carries nothing.
+        // The answer to a set has no fields.
         context.show(&json!({}), |_| Ok(()))
     }
 }
 
-/// The command of a name, if it can be set.
+/// Finds the command of a name that can be set.
 pub(crate) fn writable(name: &str) -> Result<(&'static Row, &'static LayoutInfo), Failure> {
     let row = match Row::find_writable(name) {
         Ok(row) => row,

@@ -1,4 +1,4 @@
-//! Every program that takes the whole terminal, on a small one, a usual one, and a large one.
+//! Tests of every full-screen program on small, usual and large terminals.
 
 use ratatui::crossterm::event::KeyCode;
 

@@ -1,4 +1,4 @@
-//! `station`: the tokens of this machine's stations, and the class of one.
+//! `station`: manages the tokens of this machine's stations, and the class of a station.
 
 use clap::{Args, Subcommand};
 use magician_station::Role;
@@ -59,7 +59,7 @@ fn role(text: &str) -> Result<Role, String> {
     Role::named(text).ok_or_else(|| "expected viewer, student or teacher".to_owned())
 }
 
-/// The tokens of this machine's stations.
+/// Opens the store of tokens for this machine's stations.
 pub(crate) fn tokens() -> Result<TokenStore, Failure> {
     let folder = folder().ok_or_else(|| {
         Failure::invalid("there is no place for tokens: neither XDG_STATE_HOME nor HOME is set")
@@ -97,7 +97,7 @@ impl Station {
     }
 }
 
-/// Calls a method of the station that is meant: that of --station, else the one of this machine.
+/// Calls a method of the station at `--station`, or of the only one on this machine.
 fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Failure> {
     let url = match &context.global.station {
         Some(url) => url.clone(),
@@ -148,7 +148,7 @@ fn list(store: &TokenStore, context: &mut Context) -> Result<(), Failure> {
     })
 }
 
-/// How long ago, in words.
+/// Describes the time since an instant, given in seconds since 1970.
 fn ago(unix: u64) -> String {
     let seconds = unix_time().as_secs().saturating_sub(unix);
     match seconds {

@@ -1,3 +1,5 @@
+//! `stop`: stops the arm, or holds its queue.
+
 use clap::Args;
 use magician::report::PoseReport;
 use magician::{Arm, commands};
@@ -35,7 +37,8 @@ impl Stop {
         } else {
             StopPolicy::Stop
         };
-        // A station answers once the arm stands, also where it gives no session or somebody moves the arm again.
+        // A station answers once the arm stands. It does so even if it gives no session, and if
+        // another client moves the arm again.
         let stopped = if self.gentle {
             None
         } else {
@@ -56,7 +59,7 @@ impl Stop {
                 Ok((PoseReport::from(pose), Some(arm.read_outputs().await?)))
             })?,
         };
-        // A command under way may switch them still.
+        // A gentle stop lets the current command finish, which may still switch outputs.
         if !self.gentle {
             match outputs {
                 Some(outputs) => left_on(&outputs).iter().for_each(|note| context.note(note)),
@@ -70,11 +73,11 @@ impl Stop {
     }
 }
 
-/// Stops the arm at a station by a request of its own, which needs no session; where it stands then. `None` if there is no
-/// station, or it did not confirm that the arm stands.
+/// Stops the arm at a station by a single request, which needs no session. Returns the pose at
+/// which it stands, or `None` without a station or without its confirmation.
 ///
 /// # Errors
-/// An interruption alone: of what else fails the session tells more.
+/// Only an interruption: other failures are reported better by the session that is tried next.
 fn stop_by_request(context: &mut Context) -> Result<Option<PoseReport>, Failure> {
     let Some(url) = context.global.station.clone() else {
         return Ok(None);
@@ -88,7 +91,7 @@ fn stop_by_request(context: &mut Context) -> Result<Option<PoseReport>, Failure>
     };
     let stop = async {
         let address: StationAddress = url.parse().map_err(ClientError::Address)?;
-        // A stop without a name is of all arms.
+        // Without a name the station stops all of its arms.
         let arm = match address.arm {
             Some(arm) => json!(arm),
             None => match call("arm.list", json!({})).await?["arms"]

@@ -1,4 +1,4 @@
-//! `testgrid`: squares of many powers and speeds, to find those for a material.
+//! `testgrid`: burns squares of many powers and speeds, to find settings for a material.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `suction`, `gripper`: the tools, at once.
+//! `suction`, `gripper`: switch the tools immediately.
 
 use clap::{Args, ValueEnum};
 use magician::{Set, build};
@@ -72,7 +72,7 @@ where
     show(context, name, state)
 }
 
-/// Tells what it is now.
+/// Reports the new state.
 pub(super) fn show<T>(context: &mut Context, name: &str, state: T) -> Result<(), Failure>
 where
     T: Copy + Serialize + ValueEnum,

@@ -1,4 +1,4 @@
-//! `move`: one motion, checked before a byte of it is sent.
+//! `move`: makes one motion, checked before anything is sent.
 
 use std::cell::Cell;
 
@@ -17,7 +17,7 @@ use crate::options::number;
 use crate::progress::attended;
 use crate::saved::SavedSettings;
 
-/// How far from its target an arm may stand that has reached it, mm and degrees.
+/// Largest deviation from the target of an arm that counts as there, mm and deg.
 const REACHED: f64 = 0.1;
 
 /// Move to a pose and wait until the arm is there
@@ -111,7 +111,7 @@ impl Move {
         })
     }
 
-    /// Moves, and makes sure that the arm is where it should be.
+    /// Moves, and verifies that the arm is at its target.
     async fn go(
         &self,
         arm: &Arm,
@@ -137,7 +137,7 @@ impl Move {
         }
     }
 
-    /// Starts the move and tells its index.
+    /// Starts the move and reports its queue index.
     async fn hand_over(&self, arm: &Arm, saved: &SavedSettings) -> Result<QueueIndex, Failure> {
         let program = self.plan(arm, saved).await?;
         let (taken, last) = (Notify::new(), Cell::new(QueueIndex(0)));
@@ -157,7 +157,7 @@ impl Move {
         Ok(last.get())
     }
 
-    /// The commands of the move, checked.
+    /// Returns the checked commands of the move.
     async fn plan(&self, arm: &Arm, saved: &SavedSettings) -> Result<CheckedProgram, Failure> {
         arm.laser().check_off().await?;
         let pose = arm.front_end().known_pose().await?;

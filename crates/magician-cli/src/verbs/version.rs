@@ -1,3 +1,5 @@
+//! `--version`: versions of the program, the protocol and the virtual arm's firmware.
+
 use magician_sim::Profile;
 use serde::Serialize;
 
@@ -15,7 +17,7 @@ struct Version {
     firmware_profile: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     commit: Option<&'static str>,
-    /// What is wrong with sites in this build.
+    /// Known flaw of sites in this build.
     #[serde(skip_serializing_if = "Option::is_none")]
     site_flaw: Option<&'static str>,
 }

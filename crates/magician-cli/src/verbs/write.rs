@@ -1,4 +1,4 @@
-//! `write`: text with the pen.
+//! `write`: writes text with the pen.
 
 use std::path::PathBuf;
 
@@ -40,12 +40,12 @@ pub(crate) struct Write {
     way: RunFlags,
 }
 
-/// A font in the list.
+/// Font in the list.
 #[derive(Serialize)]
 struct FontReport {
     name: &'static str,
     kind: &'static str,
-    /// Where it is; none for one that is built in.
+    /// Path of its file; `None` for a built-in font.
     file: Option<PathBuf>,
     licence: Option<&'static str>,
 }
@@ -63,7 +63,7 @@ impl Write {
         self.job()?.run(context)
     }
 
-    /// What its flags say.
+    /// Creates the job from the flags.
     pub(super) fn job(self) -> Result<Job, Failure> {
         let (file, text) = match self.text.as_slice() {
             [stdin] if stdin == "-" => (File::given("-", Format::Text), None),

@@ -1,17 +1,17 @@
-//! The verbs that need an arm, on the virtual one inside the process: its clock jumps, so nothing
-//! here takes time or depends on it.
+//! Verbs that need an arm, run on a virtual arm in the process. Its clock jumps, so nothing here
+//! takes time or depends on time.
 
 use crate::magician::{Run, command, run, run_with};
 use serde_json::{Value, json};
 
-/// Runs a verb on a fresh virtual arm.
+/// Runs a verb on a new virtual arm.
 fn on_sim(arguments: &[&str]) -> Run {
     let mut all = vec!["--port", "sim"];
     all.extend(arguments);
     run(&all)
 }
 
-/// Runs lines in a shell on one fresh virtual arm, with JSON.
+/// Runs lines in a shell on one new virtual arm, with JSON output.
 fn script(lines: &str) -> Run {
     run_with(&["--port", "sim", "--json", "shell"], lines.as_bytes())
 }
@@ -45,7 +45,7 @@ fn jog_that_nothing_holds_is_refused_with_the_verb_to_use() {
             assert!(refused.err.contains("nothing was sent"), "{refused:?}");
         }
     }
-    // The end of one is a stop.
+    // Ending a jog is a stop, which is always allowed.
     let stop = on_sim(&["set", "JOGCmd", "is_joint=0", "cmd=0"]);
     assert_eq!((stop.status, stop.err.as_str()), (0, ""));
 }
@@ -111,7 +111,7 @@ fn what_is_out_of_reach_is_refused_before_anything_is_sent() {
     assert_eq!(run.status, 3);
     let error = run.error();
     assert_eq!(error["kind"], "unreachable");
-    // The wrist would be there, a suction cup behind the target.
+    // With a suction cup the wrist is behind the target; this is the wrist's distance.
     let value = error["value"].as_f64().expect("a number");
     assert!((value - 340.3).abs() < 1e-3, "{error}");
     assert_eq!(error["limit"], 282.0);
@@ -176,7 +176,7 @@ fn mistakes_with_commands_are_usage_and_send_nothing() {
     ] {
         let mut all = vec!["--json"];
         all.extend(arguments);
-        // Without a port: a verb that went on would fail for want of an arm instead.
+        // No port is given: a verb that did not refuse would fail to find an arm instead.
         let run = run(&all);
         assert_eq!(
             (run.status, run.error()["kind"].as_str()),
@@ -321,7 +321,7 @@ fn tools_pins_alarms_and_the_queue() {
 
 #[test]
 fn an_alarm_is_told_with_cause_and_cure() {
-    // The raw verbs send what they are given: the arm itself refuses this one.
+    // The raw verbs send any values; the arm itself refuses this one.
     let run = script(
         "alarms --clear\n\
          enqueue PTPCmd ptp_mode=1 x=400 y=0 z=0 r=0 --start\n\
@@ -395,7 +395,7 @@ fn the_demonstration_places_six_cubes_and_draws_them() {
     let drawing = std::fs::read_to_string(&picture).expect("a picture");
     assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));
     assert!(drawing.contains("From the side"));
-    // Also at full speed the picture shows the way that the arm went, not chords between a few places on it.
+    // Even at full speed the picture shows the real path, not chords between few points.
     let seconds = summary["arm_seconds"].as_f64().expect("seconds");
     let poses = number("poses") as f64;
     assert!(seconds > 20.0 && poses > 20.0 * seconds, "{summary}");

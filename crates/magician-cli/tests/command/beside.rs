@@ -1,10 +1,10 @@
-//! What stands beside the arm: rail, belt and sensors, on the virtual arm in the process.
+//! Rail, belt and sensors beside the arm, on a virtual arm in the process.
 
 use crate::magician::served::Served;
 use crate::magician::{Run, run, run_with};
 use serde_json::json;
 
-/// Runs lines in a shell on one fresh virtual arm, with JSON.
+/// Runs lines in a shell on one new virtual arm, with JSON output.
 fn script(lines: &str) -> Run {
     run_with(&["--port", "sim", "--json", "shell"], lines.as_bytes())
 }
@@ -135,7 +135,7 @@ fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
     let motors: Vec<_> = sent.match_indices("request  SetEMotor\n").collect();
     assert!(own.is_sorted() && motors.len() == 2, "{sent}");
     assert!(motors.iter().all(|(at, _)| *at > own[2]), "{sent}");
-    // So does a plan that leaves one running.
+    // A plan that leaves a motor running is noted too.
     let plan = path("belt.plan.json");
     let step = r#"{"command":"EMotor","values":{"index":0,"is_enabled":1,"speed":1000}}"#;
     let text = format!(r#"{{"format":"magician-plan","version":1,"steps":[{step}]}}"#);
@@ -143,7 +143,7 @@ fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
     let ran = run(&["--port", &arm, "run", &plan]);
     let note = "note: motor 1 runs on; `magician conveyor stop` or `magician stop` stops it";
     assert!(ran.status == 0 && ran.err.contains(note), "{ran:?}");
-    // A program that ends with its motors off says nothing of them.
+    // A program that stops its motors prints no note.
     let both = run_with(
         &["--port", &arm, "shell"],
         b"conveyor run 50\nconveyor stop\n",

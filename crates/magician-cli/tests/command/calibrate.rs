@@ -1,4 +1,4 @@
-//! `magician calibrate`: what is found, where it is kept, and that drawings lie on it.
+//! `magician calibrate`: results, how they are saved, and that drawings use them.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -6,16 +6,16 @@ use std::process::Command;
 use crate::magician::command;
 use serde_json::Value;
 
-/// A page with one line along its left and its lower edge, from corner to corner.
+/// Page with one line along its left and lower edges, from corner to corner.
 const PAGE: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width="80mm" height="60mm" viewBox="0 0 80 60">
 <path d="M0 0 L0 60 L80 60" fill="none" stroke="black"/></svg>"#;
 
-/// Settings and files of one person.
+/// Settings and files of one user.
 struct Place {
     dir: tempfile::TempDir,
 }
 
-/// What a run left.
+/// Result of a run.
 #[derive(Debug)]
 struct Ran {
     status: i32,
@@ -90,7 +90,7 @@ fn a_page_is_drawn_on_the_sheet_that_was_touched() {
     let drawn = ["draw", "page.svg", "--port", "sim", "--no-order"];
     let ran = place.run(&[&drawn[..], &["--picture", "left.svg"]].concat());
     assert_eq!(ran.status, 0, "{}", ran.err);
-    // What the pen has left: y points down in a picture.
+    // Positions that the pen has drawn; y points down in a picture.
     let corners = [at(0.0, 60.0), at(0.0, 0.0), at(80.0, 0.0)];
     let wanted = corners.map(|[x, y, _]| [x, -y]);
     let left = ink(&place.text("left.svg"));
@@ -99,7 +99,7 @@ fn a_page_is_drawn_on_the_sheet_that_was_touched() {
         let off = (left[0] - wanted[0]).hypot(left[1] - wanted[1]);
         assert!(off < 0.05, "{left:?} {wanted:?}");
     }
-    // The picture has the sheet; the base is there on demand alone.
+    // The picture contains the sheet; the arm's base only with `--whole`.
     let ran = place.run(&[&drawn[..], &["--picture", "whole.svg", "--whole"]].concat());
     assert_eq!(ran.status, 0, "{}", ran.err);
     for (name, base) in [("left.svg", false), ("whole.svg", true)] {
@@ -110,7 +110,7 @@ fn a_page_is_drawn_on_the_sheet_that_was_touched() {
     let ran = place.run(&["draw", "page.svg", "--port", "sim", "--whole"]);
     assert_eq!(ran.status, 2, "{}", ran.err);
 
-    // The tip follows the surface.
+    // The tip follows the slope of the surface.
     let ran = place.run(&["convert", "page.svg", "page.plan.json", "--no-order"]);
     assert_eq!(ran.status, 0, "{}", ran.err);
     let plan: Value = serde_json::from_str(&place.text("page.plan.json")).expect("JSON");
@@ -124,14 +124,14 @@ fn a_page_is_drawn_on_the_sheet_that_was_touched() {
     }
     assert_eq!(count, 2);
 
-    // What is larger than the sheet does not go on it.
+    // A drawing larger than the sheet is refused.
     std::fs::write(place.file("wide.svg"), PAGE.replace("80mm", "99mm")).expect("written");
     let ran = place.run(&["draw", "wide.svg", "--port", "sim"]);
     assert_eq!(ran.status, 3);
     assert!(ran.err.contains("fits the sheet"), "{}", ran.err);
 }
 
-/// The corners of the one line in a picture.
+/// Returns the corners of the only line in a picture.
 fn ink(picture: &str) -> Vec<[f64; 2]> {
     let mut lines = picture.lines().filter(|line| line.contains("#1a1a1a"));
     let line = lines.next_back().expect("a line");
@@ -143,7 +143,7 @@ fn ink(picture: &str) -> Vec<[f64; 2]> {
             .collect();
         points.push([numbers[0], numbers[1]]);
     }
-    // A pen that comes down leaves a dot first.
+    // A pen that is lowered leaves a dot first.
     points.dedup();
     points
 }
@@ -161,14 +161,14 @@ fn settings_keep_the_rest_of_the_file_as_it_was() {
     ];
     let sheet = [&["calibrate", "sheet"][..], &points].concat();
 
-    // There is no terminal for questions, and nothing is kept.
+    // Without a terminal there is no question, and nothing is saved.
     let ran = place.run(&sheet);
     assert_eq!(ran.status, 0, "{}", ran.err);
     assert!(ran.out.contains("looks like A4, 0.5 mm off"), "{}", ran.out);
     assert!(ran.out.contains("not saved; --yes"), "{}", ran.out);
     assert_eq!(place.text("config.toml"), mine);
 
-    // Again and again it is one table, under a header of its own.
+    // Saving again replaces the table under its header.
     for _ in 0..2 {
         let ran = place.run(&[&sheet[..], &["--yes"]].concat());
         assert_eq!(ran.status, 0, "{}", ran.err);
@@ -212,7 +212,7 @@ fn a_tool_is_found_from_two_touches_and_told_to_the_arm() {
     let place = Place::new();
     let poses = ["--poses", "230,40,0", "236,40,180"];
     let tool = [&["--json", "calibrate", "tool"][..], &poses].concat();
-    // The bias in force is the arm's.
+    // The bias in force comes from the arm.
     let found = place
         .run(&[&tool[..], &["--port", "sim"]].concat())
         .object();
@@ -221,7 +221,7 @@ fn a_tool_is_found_from_two_touches_and_told_to_the_arm() {
         (&found["saved"], &found["told"]),
         (&Value::Bool(false), &Value::Bool(false))
     );
-    // Or the one that is named.
+    // Or from `--tool`.
     let more = ["--tool", "pen", "--tell", "--port", "sim", "--yes"];
     let found = place.run(&[&tool[..], &more].concat()).object();
     assert_eq!(found["tool"], "64,0,0");
@@ -232,7 +232,7 @@ fn a_tool_is_found_from_two_touches_and_told_to_the_arm() {
     );
     assert!(place.text("config.toml").contains("tool = \"64,0,0\""));
     assert_eq!(found["stale"], Value::Null);
-    // What was touched before was touched with the other bias.
+    // Earlier calibrations used the other bias.
     place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
     let found = place.run(&[&tool[..], &more].concat()).object();
     assert_eq!(found["stale"], serde_json::json!(["surface"]));
@@ -301,7 +301,7 @@ mod at_a_terminal {
     const LEFT: &str = "\x1b[D";
     const BACKSPACE: &str = "\x7f";
 
-    /// At an arm that was homed.
+    /// Runs the command at a homed arm.
     fn at(place: &Place, served: &Served, arguments: &[&str]) -> Terminal {
         as_if_homed(place.command(), &served.door("tcp"));
         let mut command = place.command();
@@ -318,7 +318,7 @@ mod at_a_terminal {
         served
     }
 
-    /// Types until something is seen, as what changes meanwhile is drawn in pieces.
+    /// Types keys until a text is drawn completely; changing parts are drawn piecemeal.
     fn types(terminal: &mut Terminal, keys: &str, text: &str) {
         terminal.types(keys);
         terminal.until_drawn(text);
@@ -328,7 +328,7 @@ mod at_a_terminal {
     fn corners_are_touched_with_the_keys_of_the_pad() {
         let (place, served) = (Place::new(), served());
         let mut terminal = at(&place, &served, &["calibrate", "sheet"]);
-        // Paper that the pen is to find is not touched with something else.
+        // Paper for the pen must not be touched with another tool.
         terminal.until("--tool pen sets it on the arm");
         assert_eq!(terminal.child.wait().expect("it ends").code(), Some(3));
 

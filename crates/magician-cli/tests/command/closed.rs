@@ -1,4 +1,5 @@
-//! Terminals that are closed under a drawing, and signals in quick succession: the pen goes up, settings are restored.
+//! Terminals that are closed during a drawing, and signals in quick succession: the pen is lifted
+//! and settings are restored.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
@@ -10,7 +11,7 @@ use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
 use crate::magician::{command, run};
 
-/// Commands that draw from this directory, under whatever shell.
+/// Returns the processes of commands that draw from this directory, started by any shell.
 fn drawings(dir: &Path) -> Vec<u32> {
     let processes = std::fs::read_dir("/proc").expect("processes").flatten();
     let ids = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
@@ -26,12 +27,12 @@ fn drawings(dir: &Path) -> Vec<u32> {
     .collect()
 }
 
-/// Waits until no command draws any more, and the arm is as a good end leaves it.
+/// Waits until no command draws any more, and checks the state of the arm at the end.
 fn ends_well(place: &Place, before: &[serde_json::Value], how: &str) {
     let deadline = Instant::now() + Duration::from_secs(60);
     while !drawings(place.dir.path()).is_empty() {
         assert!(Instant::now() < deadline, "{how}: it does not end");
-        // Gives the others the time that this would take.
+        // The request also takes the time that a sleep would.
         place.number("pose", "z");
     }
     let up = place.number("pose", "z") - PAPER;
@@ -46,14 +47,14 @@ fn ends_well(place: &Place, before: &[serde_json::Value], how: &str) {
     assert_eq!(place.journals(), 1, "{how}: it was not interrupted");
 }
 
-/// The line that draws, for a shell.
+/// Returns the drawing command as a line for a shell.
 fn line(draw: &Command) -> String {
     let words = std::iter::once(draw.get_program()).chain(draw.get_args());
     let words = words.map(|word| format!("'{}'", word.to_str().expect("UTF-8")));
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// A shell with the surroundings of this command.
+/// Creates a shell with the environment of this command.
 fn shell(draw: &Command, words: &[&str]) -> Command {
     let mut shell = Command::new(words[0]);
     shell.args(&words[1..]);
@@ -68,7 +69,7 @@ fn shell(draw: &Command, words: &[&str]) -> Command {
     shell
 }
 
-/// An interactive bash that has a terminal of its own and runs this.
+/// Starts an interactive bash on a separate terminal that runs this command.
 fn bash(draw: &Command) -> Terminal {
     let words = ["setsid", "--ctty", "bash", "--norc", "--noprofile", "-i"];
     let mut bash = Terminal::running(shell(draw, &words));
@@ -146,7 +147,7 @@ fn a_bash_whose_terminal_is_closed_lifts_the_pen() {
     }
 }
 
-/// The signal and the end of the input come in either order.
+/// The signal and the end of the input may come in either order.
 #[test]
 fn a_shell_whose_terminal_is_closed_switches_its_belt_off() {
     let place = Place::homed("5");
@@ -170,7 +171,8 @@ fn a_shell_whose_terminal_is_closed_switches_its_belt_off() {
     }
 }
 
-/// A script is no job of its shell: the terminal alone tells it.
+/// In a script the command is no job of an interactive shell, so only the terminal sends the
+/// signal.
 #[test]
 fn a_script_whose_terminal_is_closed_lifts_the_pen() {
     let place = Place::homed("5");
@@ -184,7 +186,7 @@ fn a_script_whose_terminal_is_closed_lifts_the_pen() {
     ends_well(&place, &before, "a script");
 }
 
-/// The kernel continues it because its terminal closes; the drawing does not go on.
+/// The kernel continues a stopped process when its terminal closes; the drawing must not resume.
 #[test]
 fn a_suspended_drawing_whose_terminal_is_closed_stays_up_and_restores_settings() {
     let place = Place::homed("5");
@@ -247,7 +249,7 @@ fn a_drawing_through_a_station_whose_terminal_is_closed_lifts_the_pen() {
     ends_well(&place, &before, "through a station");
 }
 
-/// A station at the arm of this place, and its address.
+/// Starts a station for the arm of this place.
 fn station(place: &Place) -> (Served, String) {
     let mut serve = command();
     serve.env("XDG_STATE_HOME", place.dir.path().join("state"));

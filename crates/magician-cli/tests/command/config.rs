@@ -1,4 +1,4 @@
-//! The file of settings: what goes before what, and what is wrong with one.
+//! Settings file: precedence, and errors in it.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::magician::command;
 use serde_json::{Value, json};
 
-/// A directory for a file of settings.
+/// Directory with a settings file.
 struct Place {
     dir: tempfile::TempDir,
 }
@@ -37,7 +37,7 @@ impl Place {
         command
     }
 
-    /// Runs it: its status, stdout and stderr.
+    /// Runs the command. Returns status, stdout and stderr.
     fn run(&self, arguments: &[&str]) -> (i32, String, String) {
         outcome(&mut self.command(arguments))
     }
@@ -103,7 +103,7 @@ fn a_flag_goes_before_the_environment_and_that_before_the_file() {
         shown,
         json!({"key": "port", "value": "sim", "source": "environment"})
     );
-    // An empty variable says nothing.
+    // An empty variable counts as not set.
     let mut empty = place.command(&["--json", "config", "get", "port"]);
     empty.env("MAGICIAN_PORT", "");
     assert!(outcome(&mut empty).1.contains("127.0.0.1:1"));
@@ -145,7 +145,7 @@ fn a_broken_file_is_told_with_its_place_by_whoever_depends_on_it() {
     assert!(message.contains("line 2, column 1"), "{message}");
     assert_eq!(place.run(&["config", "set", "tool", "pen"]).0, 3);
     assert_eq!(place.text(), "# mine\nprot = \"sim\"\n");
-    // What does not depend on it works.
+    // Verbs that do not use the settings still work.
     assert_eq!(place.run(&["forward", "0", "45", "45", "0"]).0, 0);
 }
 

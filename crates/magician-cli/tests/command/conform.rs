@@ -1,4 +1,5 @@
-//! `magician conform`: on the virtual arm inside the process, whose clock it steps, and on one at the end of a line.
+//! `magician conform` on the virtual arm in the process, whose clock it steps, and on an arm behind
+//! a line.
 
 use crate::magician::run;
 

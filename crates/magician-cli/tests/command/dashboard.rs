@@ -1,4 +1,4 @@
-//! `magician sim --tui` as a person at a terminal meets it.
+//! `magician sim --tui` at a terminal.
 #![cfg(target_os = "linux")]
 
 use std::io::Read;
@@ -8,7 +8,7 @@ use crate::magician::terminal::Terminal;
 use crate::magician::{command, run};
 use rustix::termios::{Termios, tcgetattr};
 
-/// What a terminal's mode is, as far as a program changes it.
+/// Returns the flags of the terminal's mode that programs change.
 fn mode(terminal: &Terminal) -> [u32; 4] {
     let Termios {
         input_modes,
@@ -25,9 +25,9 @@ fn mode(terminal: &Terminal) -> [u32; 4] {
     ]
 }
 
-/// The picture of an arm, and the mode that its terminal had.
+/// Starts the picture of an arm. Returns its terminal and the mode from before.
 fn picture(arguments: &[&str]) -> (Terminal, [u32; 4]) {
-    // A terminal is new in the same mode each time.
+    // A new terminal always has the same mode, so that of an idle one is used.
     let mut idle = command();
     idle.arg("--version");
     let before = mode(&Terminal::with_stdout(idle, Some(Stdio::null())));
@@ -42,14 +42,15 @@ fn picture(arguments: &[&str]) -> (Terminal, [u32; 4]) {
     (terminal, before)
 }
 
-/// Types keys and sees what they come to. Only what changes is drawn, unless all of it is asked for, with Ctrl-L.
+/// Types keys and waits for their effect. Ctrl-L makes the program redraw the whole screen instead
+/// of the difference.
 fn shows(terminal: &mut Terminal, keys: &str, text: &str) {
     terminal.types(keys);
     terminal.types("\x0c");
     terminal.until_seen(text);
 }
 
-/// Sees it end with this status, and the terminal left as it was found.
+/// Waits for the exit status, and checks that the terminal is restored.
 fn ends(mut terminal: Terminal, before: [u32; 4], status: i32) {
     terminal.until("\x1b[?1049l");
     terminal.until("\x1b[?25h");

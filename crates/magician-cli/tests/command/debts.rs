@@ -1,4 +1,4 @@
-//! What a verb that was killed owes the arm: settings of before, which the next one that moves or sets gives back.
+//! Settings that a killed verb left changed: the next verb that moves or sets restores them.
 #![cfg(unix)]
 
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ const BEFORE: &str = "restored now: PTPCommonParams";
 const OWED: &str = "the next command that moves or sets restores: PTPCommonParams";
 const LATER: &str = "the first command after the arm's queue is empty";
 
-/// Virtual arms in another process, and a directory for what outlives a command.
+/// Virtual arms in another process, and a directory for files that outlive a command.
 struct Place {
     dir: tempfile::TempDir,
     served: Served,
@@ -38,7 +38,7 @@ impl Place {
         self.dir.path().join(name)
     }
 
-    /// Moves and waits, slower than the arm is used to.
+    /// Returns a program with moves and waits that is slower than the arm's settings.
     fn program(&self) -> String {
         let steps: Vec<String> = (0..40)
             .map(|nth| format!("{{\"move\":[230,{nth},20,0],\"by\":\"line\"}},{{\"wait\":0.05}}"))
@@ -61,7 +61,7 @@ impl Place {
         command
     }
 
-    /// Runs it: stdout, stderr.
+    /// Runs the command. Returns stdout and stderr.
     fn run(&self, door: &str, arguments: &[&str]) -> (String, String) {
         let output: Output = self.command(door, arguments).output().expect("it runs");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -85,14 +85,14 @@ impl Place {
         command.spawn().expect("it starts")
     }
 
-    /// The arm at this door counts as homed.
+    /// Marks the arm at this port as homed.
     fn is_homed(&self, door: &str) {
         let mut command = command();
         command.env("XDG_STATE_HOME", self.path("state"));
         as_if_homed(command, door);
     }
 
-    /// The arm at its usual 77 percent, and a run at 21 that is killed under way.
+    /// Leaves the arm with a speed of 21 % instead of its usual 77 %, by killing a run.
     fn killed(&mut self, door: &str) {
         self.run(door, &["alarms", "--clear"]);
         self.is_homed(door);
@@ -108,7 +108,7 @@ impl Place {
         child.wait().expect("it ends");
     }
 
-    /// From now on the arm's queue is not empty until it is cleared.
+    /// Fills the arm's queue with a wait, so that it is not empty until it is cleared.
     fn waits(door: &str) {
         let arm = Arm::connect(door).expect("it answers");
         arm.enqueue(&WaitCmd { timeout: 3_600_000 })
@@ -130,7 +130,7 @@ fn a_killed_run_leaves_its_speeds_to_the_next_verb_that_moves_or_sets() {
     place.killed(&door);
     Place::waits(&door);
     assert_eq!(place.files(), 1);
-    // Verbs that only look change nothing and say it.
+    // Verbs that only read restore nothing and say so.
     for look in [&["info"][..], &["pose"], &["queue"], &["alarms"], &["io"]] {
         let (_, err) = place.run(&door, look);
         assert!(err.contains(OWED), "{look:?}: {err}");
@@ -140,11 +140,11 @@ fn a_killed_run_leaves_its_speeds_to_the_next_verb_that_moves_or_sets() {
     let answer: Value = serde_json::from_str(&out).expect("an object");
     assert_eq!(answer["notes"][0]["code"], "speed", "{answer}");
     assert_eq!(place.ratio(&door), 21.0);
-    // What waits in the queue may change them yet.
+    // Queued commands may still change settings, so restoring is postponed.
     let (_, err) = place.run(&door, &["suction", "off"]);
     assert!(err.contains(LATER), "{err}");
     assert_eq!((place.ratio(&door), place.files()), (21.0, 1));
-    // Nothing comes before a stop.
+    // A stop is never delayed.
     let (_, err) = place.run(&door, &["stop"]);
     assert!(!err.contains("note:"), "{err}");
     let (_, err) = place.run(&door, &["suction", "off"]);
@@ -195,7 +195,7 @@ fn each_arm_has_its_own_debts_and_a_living_process_keeps_its_own() {
     place.run(&one, &["stop"]);
     let (_, err) = place.run(&two, &["suction", "off"]);
     assert!(!err.contains("note:"), "another arm: {err}");
-    // The same arm at another port.
+    // Same arm at another port.
     place.run(&two, &["alarms", "--clear"]);
     place.is_homed(&two);
     let program = place.program();
@@ -235,7 +235,7 @@ fn virtual_arms_at_two_places_keep_their_own_settings_and_runs() {
     assert_eq!((place.ratio(&one), place.files()), (77.0, 0));
 }
 
-/// The serial number that an arm tells.
+/// Returns the serial number of an arm.
 fn serial(door: &str) -> String {
     let info = command().args(["--port", door, "info", "--json"]).output();
     let info: Value = serde_json::from_slice(&info.expect("it runs").stdout).expect("JSON");
@@ -260,7 +260,7 @@ fn virtual_arm_has_the_serial_number_of_its_place_at_each_start() {
     assert_eq!(told(&one, &["--profile", &profile]), "DT7");
     let flash = path("flash");
     assert_eq!(told(&one, &["--flash", &flash]), first);
-    // A title and a door each.
+    // Each arm prints a title and an endpoint.
     let several = Served::start(&["--arms", "3", "--tcp", "127.0.0.1:0"], 5);
     let doors = several.doors.iter();
     let doors: Vec<_> = doors
@@ -297,7 +297,7 @@ fn killed_run_that_is_begun_anew_names_the_way_to_go_on() {
         err.contains("--resume goes on where that one ended"),
         "{err}"
     );
-    // That one said itself how to go on.
+    // The interrupted run has printed how to resume.
     let (_, err) = place.run(&door, &["run", &program, "--from", "80"]);
     assert!(!err.contains(said), "{err}");
 }
@@ -307,7 +307,7 @@ fn a_run_is_done_also_where_nothing_can_be_kept() {
     let place = Place::new(&["--tcp", "127.0.0.1:0"], 1);
     let door = place.served.door("tcp");
     place.run(&door, &["alarms", "--clear"]);
-    // A file where the directory should be: it cannot be written by root either.
+    // A file in place of the directory; not even root can write there.
     std::fs::write(place.path("state"), "").expect("written");
     let (_, err) = place.run(&door, &["move", "220", "0", "40", "--speed-ratio", "90"]);
     assert!(err.contains("cannot be saved"), "{err}");

@@ -1,4 +1,4 @@
-//! `magician decode`: every golden vector and stream, and every way to hand them in.
+//! `magician decode` with all golden vectors and streams, by every kind of input.
 
 use std::fs;
 
@@ -35,7 +35,7 @@ fn bytes(hex: &str) -> Vec<u8> {
         .collect()
 }
 
-/// Whether a JSON value is what the vector says, floats to the digits that it prints.
+/// True if a JSON value equals the value of the vector; floats to the printed digits.
 fn same(found: &Value, wanted: &toml::Value) -> bool {
     match wanted {
         toml::Value::Array(items) => {

@@ -1,4 +1,5 @@
-//! `magician doctor` and `magician bench`: with an arm, and in every way without one that can be had here.
+//! `magician doctor` and `magician bench`, with a reachable arm and with every connection failure
+//! that can be produced here.
 #![cfg(unix)]
 
 use crate::magician;
@@ -8,7 +9,7 @@ use crate::magician::{Run, run};
 use rustix::fs::{FlockOperation, flock};
 use serde_json::{Value, json};
 
-/// Looks at a port with little patience.
+/// Checks a port with a short timeout.
 fn doctor(port: &str, more: &[&str]) -> Run {
     let arguments = [
         "--port",
@@ -23,7 +24,7 @@ fn doctor(port: &str, more: &[&str]) -> Run {
     run(&[&arguments[..], more].concat())
 }
 
-/// The finding of a name.
+/// Returns the finding of a check.
 fn finding<'a>(report: &'a Value, check: &str) -> &'a Value {
     let checks = report["checks"].as_array().expect("checks");
     let found = checks.iter().find(|finding| finding["check"] == check);
@@ -64,7 +65,7 @@ fn the_queue_is_tried_when_asked_and_left_empty() {
     assert_eq!(finding(&report, "queue")["value"], 0);
     let asked = doctor(path, &["--yes"]);
     let report = asked.object();
-    // How soon and how evenly it answers is this machine's affair.
+    // Turnaround and jitter depend on this machine, so they are not checked.
     let checks = report["checks"].as_array().expect("checks");
     let wrong = checks.iter().filter(|finding| finding["ok"] == false);
     let wrong: Vec<&Value> = wrong.map(|finding| &finding["check"]).collect();
@@ -77,7 +78,7 @@ fn the_queue_is_tried_when_asked_and_left_empty() {
     assert_eq!(finding(&report, "window")["value"], 8);
     let queue = run(&["--port", path, "--json", "queue", "status"]).object();
     assert_eq!(queue, json!({"current_index": 0, "left_space": 32}));
-    // What another program has queued is not dropped, and is told.
+    // Commands queued by another program are reported and not dropped.
     assert_eq!(
         run(&["--port", path, "enqueue", "WAITCmd", "timeout=9"]).status,
         0
@@ -122,7 +123,7 @@ fn a_port_that_is_held_or_not_there_is_told() {
     let run = doctor(&held.path, &[]);
     assert_eq!(run.status, 4, "{run:?}");
     assert!(says(finding(&run.object(), "line"), "in use by"));
-    // A file of our own: a shared one may be locked by another test.
+    // A separate file: a shared one may be locked by another test.
     let file = tempfile::NamedTempFile::new().expect("a file");
     let file = file.path().to_str().expect("UTF-8");
     for (port, text) in [
@@ -209,7 +210,7 @@ fn bench_measures_everything_on_a_virtual_arm() {
         "sim",
         "bench",
         "--json",
-        // Behind a full queue the arm takes a segment every 20 ms.
+        // With a full queue the arm takes a segment every 20 ms.
         "--seconds",
         "1.5",
         "--stops",
@@ -249,7 +250,7 @@ fn bench_lets_an_arm_draw_only_when_told() {
     assert!(figures["h3"].is_null() && figures["h4"].is_null() && figures["h7"].is_null());
     let index = run(&["--port", path, "--json", "queue", "status"]).object();
     assert_eq!(index["current_index"], 0);
-    // What another program has queued is not run for a measurement.
+    // Commands queued by another program are not run by a measurement.
     let port = ["--port", path];
     let waiting = run(&[&port[..], &["enqueue", "WAITCmd", "timeout=9"]].concat());
     assert_eq!(waiting.status, 0, "{waiting:?}");

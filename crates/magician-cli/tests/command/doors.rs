@@ -1,5 +1,6 @@
-//! One file and the same options are one program at every door: the command, a station, and a page's station, whose files another
-//! module prepares. Python's door is held against the command in `magician-py/tests/test_doors.py`.
+//! The same file with the same options gives the same program in every front end: command, station,
+//! and a page's station, whose files a second module prepares. `magician-py/tests/test_doors.py`
+//! compares Python with the command.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,13 +23,13 @@ use serde_json::{Value, json};
 
 use crate::magician::run;
 
-/// A verb with its flags, and the options that say the same.
+/// Verb with flags, and the equivalent options.
 type Options<'a> = (&'a [&'a str], Value);
 
-/// What a door makes of a file: the commands of its steps and its notes, or why it refuses it.
+/// Result of a front end: commands of the steps and notes, or the refusal.
 type Made = Result<(Vec<Value>, Vec<Value>), String>;
 
-/// A page's other module: requests and answers go as bytes.
+/// Second module of a page, to which requests and answers go as bytes.
 struct Worker;
 
 impl FilePreparer for Worker {
@@ -44,7 +45,7 @@ fn commands(program: &PreparedProgram) -> Vec<Value> {
     let commands = commands.map(|command| {
         let frame = FrameBuf::set(&command, Ctrl::QUEUED).expect("it fits");
         let meaning = describe(&frame.frame(), Direction::Request).expect("it is known");
-        // As text and back: a number is as long as the command writes it.
+        // Through text, so that numbers have the digits that the command prints.
         let params = serde_json::to_string(&meaning).expect("values");
         let params: Value = serde_json::from_str(&params).expect("JSON");
         json!({"command": meaning.name, "params": params})
@@ -56,7 +57,7 @@ fn note(code: &Value, text: &Value, line: &Value) -> Value {
     json!([code, text, line])
 }
 
-/// What the command makes of it. Notes of the check are left out: other doors add them when they check.
+/// Returns the command's result, without notes of the check, which other front ends add later.
 fn by_command(file: &str, options: &[&str]) -> Made {
     let (verb, flags) = options.split_first().expect("a verb");
     let ran = run(&[&[*verb, file, "--dry-run", "--json"], flags].concat());
@@ -105,7 +106,7 @@ fn by_station(format: Format, bytes: &[u8], setup: &Value, files: Arc<dyn FilePr
     }
 }
 
-/// Where the command's virtual arm stands before a file that is run as it is.
+/// Returns the state of the command's virtual arm before a file that runs as it is.
 fn staged(format: Format, bytes: &[u8]) -> Preflight {
     let mut request = PrepareRequest::new(format, bytes);
     request.defaults = request.defaults.on_virtual_arm();
@@ -119,7 +120,7 @@ fn staged(format: Format, bytes: &[u8]) -> Preflight {
     }
 }
 
-/// The same steps; notes that begin with the same words, at the same lines.
+/// Asserts equal steps, and notes at the same lines that begin with the same words.
 fn assert_same(case: &str, command: &Made, other: &Made) {
     match (command, other) {
         (Ok((steps, notes)), Ok((expected, told))) => {

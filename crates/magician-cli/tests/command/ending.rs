@@ -1,4 +1,4 @@
-//! How drawings end: the pen goes up, the tool is parked, and an arm that was not homed is not drawn with.
+//! Ends of drawings: the pen is lifted, the tool is parked. An unhomed arm does not draw.
 #![cfg(unix)]
 
 use std::process::{Child, Output, Stdio};
@@ -7,7 +7,7 @@ use crate::magician::drawing::{PAPER, Place, last};
 use crate::magician::{command, run, signal};
 use serde_json::{Value, json};
 
-/// A drawing whose pen is on the paper, and goes along it.
+/// Starts a drawing and waits until the pen moves on the paper.
 fn drawing(place: &Place, more: &[&str]) -> Child {
     let mut draw = place.draw(more);
     draw.arg("--json");
@@ -76,7 +76,8 @@ fn a_second_signal_moves_nothing_and_settings_are_restored() {
     let place = Place::homed("0.3");
     let before = place.settings();
     let mut child = drawing(&place, &["--lift", "60"]);
-    // The first one stops it, those of half a second after it change nothing, and the next one counts: the lift takes seconds.
+    // The first signal stops it, those within half a second are ignored, and the next one counts:
+    // the lift takes seconds.
     while child.try_wait().expect("a child").is_none() {
         signal("-INT", &child);
     }
@@ -85,7 +86,8 @@ fn a_second_signal_moves_nothing_and_settings_are_restored() {
     let (kind, message) = error(&output);
     assert_eq!(kind, "interrupted");
     assert!(message.starts_with("interrupted twice: "), "{message}");
-    // At 0.3 of its speed the arm has the same pose for 67 ms of the host's: what the verb took for rest may be that.
+    // At 0.3 of real speed the arm reports the same pose for 67 ms of wall time, which may look
+    // like rest.
     let mut stands = place.number("pose", "z");
     let mut equal = 0;
     while equal < 8 {
@@ -98,7 +100,7 @@ fn a_second_signal_moves_nothing_and_settings_are_restored() {
     assert_eq!(place.debts(), 0, "nothing is left to the next command");
     assert_eq!(place.number("pose", "z"), stands);
     assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
-    // It goes on from there all the same.
+    // The run can still be resumed.
     let again = drawing(&place, &["--lift", "60", "--resume"]);
     signal("-INT", &again);
     assert_eq!(
@@ -126,13 +128,13 @@ fn a_run_says_how_its_tool_stands() {
     assert_eq!((&usual["pen"], height(&usual)), (&json!("up"), -50.0));
     let stays = end(&["draw", &svg, "--stay"]);
     assert_eq!((&stays["pen"], height(&stays)), (&json!("down"), -60.0));
-    // What the file leaves down is lifted.
+    // A pen that the file leaves down is lifted.
     assert_eq!(height(&end(&["run", &down])), -30.0);
     assert_eq!(height(&end(&["run", &down, "--lift", "4"])), -36.0);
     assert_eq!(height(&end(&["run", &down, "--stay"])), -40.0);
     let parked = json!({"at": [210.0, 60.0, -20.0], "pen": "up", "parked": true});
     assert_eq!(end(&["run", &down, "--park", "210,60,-20"]), parked);
-    // A laser's job moves no further, unless it is parked.
+    // A laser job ends where it is unless it is parked.
     assert_eq!(end(&["engrave", &svg]), Value::Null);
     let parked = json!({"at": [210.0, 60.0, 0.0], "pen": null, "parked": true});
     assert_eq!(end(&["engrave", &svg, "--park", "210,60,0"]), parked);

@@ -1,5 +1,5 @@
-//! Files that people name, over all verbs that write: the old file is there or the new one is whole,
-//! whatever happens, and no file is written over another one of the same command.
+//! Output files of all verbs: either the old file remains or the new one is complete, and no file
+//! overwrites another one of the same command.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -14,22 +14,22 @@ use crate::magician::{command, run};
 
 /// Content of a file before it is replaced.
 const OLD: &str = "the old file";
-/// Room on a small disk: less than any output here.
+/// Capacity of a small disk, bytes: less than any output here.
 const ROOM: u32 = 512;
 
 /// Way in which a verb writes a file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// At once, when all is known.
+    /// In one piece at the end.
     Whole,
-    /// Bit by bit. What there is of it after an error is kept.
+    /// Continuously. The part written before an error is kept.
     Grows,
 }
 
 use Kind::{Grows, Whole};
 
-/// Each output of each verb that ends by itself: the words of the command line, in which IN, BURN,
-/// POINTS, SESSION and CLASS stand for its inputs and OUT for the file.
+/// Each output of each verb that ends by itself. In the command line IN, BURN, POINTS, SESSION and
+/// CLASS stand for input files and OUT for the output.
 const OUTPUTS: [(&str, &str, Kind); 27] = [
     ("convert IN OUT", "a.plan.json", Whole),
     ("convert POINTS OUT", "a.playback", Whole),
@@ -64,7 +64,7 @@ const OUTPUTS: [(&str, &str, Kind); 27] = [
     ("doctor --port sim --trace OUT", "a.pcapng", Grows),
 ];
 
-/// The inputs, and a folder for the output.
+/// Input files, and a folder for the output.
 struct Place {
     inputs: tempfile::TempDir,
     outputs: tempfile::TempDir,
@@ -74,7 +74,7 @@ impl Place {
     fn new() -> Self {
         let [inputs, outputs] = [(); 2].map(|()| tempfile::tempdir().expect("a directory"));
         let place = Self { inputs, outputs };
-        // A spiral, so that every output is larger than the disk.
+        // A spiral makes every output larger than the disk.
         let spiral: String = (0..120)
             .map(|nth| {
                 let (angle, radius) = (f64::from(nth) * 0.3, 5.0 + f64::from(nth) * 0.1);
@@ -98,7 +98,7 @@ impl Place {
             "move", "220", "0", "20", "--port", "sim", "--trace", session,
         ]);
         assert_eq!(traced.status, 0, "{traced:?}");
-        // Both are for others as well.
+        // Another user must be able to use both folders.
         for folder in [&place.inputs, &place.outputs] {
             let all = fs::Permissions::from_mode(0o777);
             fs::set_permissions(folder.path(), all).expect("set");
@@ -110,7 +110,7 @@ impl Place {
         fs::write(self.inputs.path().join(name), text).expect("written");
     }
 
-    /// The words of a command line.
+    /// Returns the words of a command line.
     fn words(&self, line: &str, name: &str) -> Vec<String> {
         let at = |folder: &tempfile::TempDir, name: &str| {
             let path = folder.path().join(name);
@@ -128,7 +128,7 @@ impl Place {
         words.collect()
     }
 
-    /// Names and contents of the folder for the output, sorted.
+    /// Returns names and contents of the output folder, sorted.
     fn files(&self) -> Vec<(String, Vec<u8>)> {
         let entries = fs::read_dir(self.outputs.path()).expect("read");
         let mut files: Vec<_> = entries
@@ -142,7 +142,7 @@ impl Place {
         files
     }
 
-    /// Empties the folder for the output and puts the old file there, if there is one.
+    /// Empties the output folder and writes the old file, if there is one.
     fn before(&self, name: &str, old: Option<&str>) {
         for (name, _) in self.files() {
             fs::remove_file(self.outputs.path().join(name)).expect("removed");
@@ -153,7 +153,7 @@ impl Place {
     }
 }
 
-/// The command behind a line of a shell.
+/// Returns the command behind a line of shell.
 pub(crate) fn behind(shell: &str, words: &[String]) -> Command {
     let command = command();
     let mut behind = Command::new("sh");
@@ -169,13 +169,14 @@ pub(crate) fn behind(shell: &str, words: &[String]) -> Command {
     behind
 }
 
-/// Runs where no file may have more than so many bytes, as on a disk with that much room.
+/// Runs a command with a limit on the size of files, like a disk with that capacity.
 fn on_small_disk(words: &[String], bytes: u32) -> Output {
     let limit = format!("ulimit -c 0; ulimit -f {}", bytes / 512);
     behind(&limit, words).output().expect("it runs")
 }
 
-/// Runs and is killed as soon as a file beside the named one is seen to have this length, if it does not end before.
+/// Runs a command and kills it once a file beside the named one has this length, unless it ends
+/// before.
 fn killed_behind(words: &[String], folder: &Path, name: &str, bytes: u64) -> ExitStatus {
     let mut command = command();
     command.args(words).stdin(Stdio::null());
@@ -231,7 +232,8 @@ fn full_disk_leaves_the_old_file_and_no_stump() {
                     assert!(err.contains(name), "{line} {name}: {err}");
                     assert_eq!(parts, 0, "{line} {name}: a stump is left");
                 }
-                // What was written before is kept, and named if the old file has the name.
+                // The part written before the error is kept, and reported if the old file keeps the
+                // name.
                 Grows => {
                     assert!(!done.status.success(), "{line} {name}: {err}");
                     assert!(
@@ -253,14 +255,14 @@ fn killed_while_it_writes_a_verb_leaves_the_old_file() {
     let place = Place::new();
     for (line, name, _) in OUTPUTS {
         let words = place.words(line, name);
-        // Three instants of the writing.
+        // Three instants during writing.
         for bytes in [0, 512, 1536] {
             place.before(name, Some(OLD));
             let status = killed_behind(&words, place.outputs.path(), name, bytes);
             let files = place.files();
             let there = files.iter().find(|(file, _)| file == name);
             let (_, there) = there.expect("one of them");
-            // It may have come to its end before: then the new one is whole.
+            // If it ended before the kill, the new file must be complete.
             if there != OLD.as_bytes() {
                 assert_eq!(files.len(), 1, "{line} {name} {bytes}: {status}");
                 let least = 2 * ROOM as usize;
@@ -302,7 +304,7 @@ fn stump_of_a_killed_process_is_removed_and_what_another_one_writes_is_not() {
     assert_eq!(names, ["a.svg", young, locked, other]);
 }
 
-/// Runs as a user for whom the permissions of files hold, unlike the superuser.
+/// Runs a command as a user without privileges, to whom file permissions apply.
 fn as_nobody(words: &[String], home: &Path) -> Output {
     let mut command = command();
     command.args(words).stdin(Stdio::null());

@@ -8,13 +8,13 @@ use std::process::{Command, Stdio};
 use crate::magician::run;
 use crate::magician::served::Served;
 
-/// Frames with a wrong checksum.
+/// Frame with a wrong checksum.
 const DAMAGED: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF7];
 const COUNT: usize = 20_000;
-/// Lines that so many may leave, however slow this computer is.
+/// Largest number of log lines that they may cause, on a slow computer too.
 const LINES: usize = 60;
 
-/// Sends damaged frames, and a good one to know that all have been heard.
+/// Sends damaged frames, then a valid one whose answer shows that all were read.
 fn floods(served: &Served) {
     let door = served.door("tcp");
     let address = door.strip_prefix("tcp:").expect("TCP");
@@ -93,7 +93,7 @@ fn a_virtual_arm_that_other_computers_reach_says_so() {
     );
 }
 
-/// A path for a pseudo-terminal.
+/// Returns a path for a pseudo-terminal.
 fn path(folder: &tempfile::TempDir) -> String {
     folder
         .path()
@@ -116,7 +116,7 @@ fn the_path_of_a_virtual_arm_that_lives_is_not_taken() {
         assert!(refused.err.contains(&process), "{refused:?}");
     }
     assert_eq!(run(&["--port", &path, "pose"]).status, 0);
-    // Killed, it leaves a link that leads nowhere.
+    // A killed server leaves a dangling link.
     first.child.kill().expect("killed");
     first.child.wait().expect("it ends");
     assert!(std::fs::symlink_metadata(&path).is_ok());

@@ -1,4 +1,4 @@
-//! Going round a file, and grids to be burnt, on a virtual arm in another process, which counts as a real one.
+//! Outlines and test grids on a virtual arm in another process, which counts as a real one.
 #![cfg(unix)]
 
 use std::process::{Output, Stdio};
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 const LASER: [&str; 5] = ["--tool", "laser", "--surface", "-50", "--json"];
 
-/// Runs it with a trace: how it ended, and the frames by which it wrote.
+/// Runs a command with a trace. Returns its result and the frames by which it wrote.
 fn traced(place: &Place, arguments: &[&str]) -> (Output, Vec<Value>) {
     let trace = place.dir.path().join("trace.pcapng");
     let trace = trace.to_str().expect("UTF-8");
@@ -23,7 +23,7 @@ fn traced(place: &Place, arguments: &[&str]) -> (Output, Vec<Value>) {
     (done.expect("it runs"), writes.collect())
 }
 
-/// Whether a frame may light the laser.
+/// True if a frame may light the laser.
 fn may_burn(frame: &Value) -> bool {
     let params = &frame["params"];
     match frame["command"].as_str().expect("a name") {
@@ -222,7 +222,7 @@ fn a_grid_is_written_as_a_plan_that_runs_alike() {
     }
 }
 
-/// Extent in x of what a check tells under this name.
+/// Returns the extent in x that a check reports under this name.
 fn extent(report: &Value, name: &str) -> [f64; 2] {
     [0, 1].map(|end| report[name]["x"][end].as_f64().expect("a number"))
 }

@@ -1,4 +1,4 @@
-//! A full disk costs the file, and never the work.
+//! A full disk costs the file and never stops the work.
 #![cfg(target_os = "linux")]
 
 use std::os::unix::fs::symlink;
@@ -9,7 +9,7 @@ use crate::magician::served::Served;
 use crate::magician::{Run, run};
 use serde_json::json;
 
-/// A drawing of some strokes.
+/// Drawing of some strokes.
 const DRAWING: &str =
     "G21 G90\nG0 X200 Y0 Z20\nG1 Z0 F3000\nG1 X230\nG1 Y30\nG1 X200\nG1 Y0\nG0 Z20\n";
 
@@ -27,7 +27,7 @@ impl Place {
         path.to_str().expect("UTF-8").to_owned()
     }
 
-    /// A file on a disk that is full.
+    /// Creates a path that is always full.
     fn full(&self, name: &str) -> String {
         symlink("/dev/full", self.at(name)).expect("a link");
         self.at(name)
@@ -88,7 +88,7 @@ fn a_trace_on_a_full_disk_leaves_the_drawing_whole() {
     assert_eq!(same, drawn);
 }
 
-/// A shell's limit for the size of files, which a trace soon comes to.
+/// Shell's file size limit, which a trace soon reaches.
 const LIMIT: &str = "ulimit -c 0; ulimit -f 4";
 
 #[test]
@@ -136,7 +136,7 @@ fn limit_for_the_size_of_files_leaves_an_arm_served() {
     }
 }
 
-/// A file in the place of the folder for journals, which a superuser cannot write either.
+/// A file takes the place of the journals' folder; not even root can write there.
 #[test]
 fn drawing_whose_progress_cannot_be_kept_warns_once_and_promises_no_resumption() {
     use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! An arm that is not known to be homed: what is refused on it at each door, and what ends that.
+//! Arm that is not known to be homed: what each front end refuses, and how that ends.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -43,7 +43,7 @@ const RUNS: [&[&str]; 13] = [
     &["run", "taught.playback"],
     &["play", "taught.playback"],
 ];
-/// Verbs at which a person shows the arm something.
+/// Verbs in which a user shows the arm positions.
 const PADS: [&[&str]; 4] = [
     &["teach", "new.playback"],
     &["calibrate", "surface", "--tool", "pen"],
@@ -51,7 +51,7 @@ const PADS: [&[&str]; 4] = [
     &["calibrate", "tool"],
 ];
 
-/// A virtual arm in another process, which counts as a real one.
+/// Virtual arm in another process, which counts as a real one.
 struct Place {
     dir: tempfile::TempDir,
     served: Served,
@@ -109,7 +109,7 @@ impl Place {
         Run::of(&mut self.command(arguments), b"")
     }
 
-    /// Runs a verb that is refused: nothing was written to the arm, and the way out is named.
+    /// Asserts that a verb is refused: nothing was written to the arm, and the remedy is named.
     fn refuses(&self, arguments: &[&str]) {
         let trace = ["--trace", "frames.pcapng", "--json"];
         let refused = self.run(&[&trace[..], arguments].concat());
@@ -140,7 +140,7 @@ impl Place {
         Terminal::running(self.command(arguments))
     }
 
-    /// The arm is switched off and on.
+    /// Switches the arm off and on.
     fn power_cycle(&mut self) {
         let _ = self.served.child.kill();
         let _ = self.served.child.wait();
@@ -164,7 +164,7 @@ fn serve(path: &std::path::Path) -> Served {
     Served::start(&["--pty", path, "--speed", "max"], 1)
 }
 
-/// Asks a station, and returns its answer.
+/// Calls a method of a station and returns its answer.
 fn rpc(url: &str, method: &str, params: &Value) -> Value {
     let address = url.trim_start_matches("http://");
     let body = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).to_string();
@@ -199,7 +199,7 @@ fn homing_is_told_before_an_unknown_surface() {
         );
     };
     surface(&["draw", "line.svg", "--unhomed"]);
-    // What is only looked at needs no homed arm.
+    // A preview needs no homed arm.
     surface(&["draw", "line.svg", "--check"]);
     place.does(&["home"]);
     surface(&["draw", "line.svg"]);
@@ -320,7 +320,7 @@ fn homing_that_was_broken_off_is_not_remembered() {
     let place = Place::new();
     place.does(&["home"]);
     place.does(&["run", "a.plan.json"]);
-    // It waits in the queue, and is dropped.
+    // The homing waits in the queue and is dropped by the stop.
     place.does(&["enqueue", "HOMECmd"]);
     place.does(&["stop"]);
     place.refuses(&["run", "a.plan.json"]);
@@ -329,7 +329,7 @@ fn homing_that_was_broken_off_is_not_remembered() {
 #[test]
 fn two_arms_of_one_serial_number_are_kept_apart() {
     let (one, mut two) = (Place::new(), Place::new());
-    // What both remember is in one place.
+    // Both use the same memory of homings.
     let state = one.path("state");
     one.does(&["home"]);
     let at = |place: &Place| {
@@ -370,7 +370,7 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
     let url = format!("http://{}", address.trim_matches('/'));
     let through = |arguments: &[&str]| {
         let mut command = place.command(arguments);
-        // Another computer's memory: the station knows.
+        // Memory of another computer: the station knows that the arm is homed.
         command.env("XDG_STATE_HOME", place.path("elsewhere"));
         command.args(["--station", &url]);
         Run::of(&mut command, b"")
@@ -391,7 +391,7 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
         let refused = start(&[]);
         assert_eq!(refused["error"]["data"]["code"], "not-homed", "{refused}");
         assert_eq!(through(&["run", "a.plan.json"]).status, 3);
-        // A surface is measured with an arm that is homed: that comes first at each door.
+        // A surface is measured with a homed arm, so every front end asks for homing first.
         let drawn = |options: &[(&str, Value)]| {
             let line = fs::read_to_string(place.path("line.svg")).expect("a drawing");
             let mut asked = json!({"text": line, "setup": {"work": "draw"}});
@@ -435,7 +435,7 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
     assert!(taken["result"]["step"].is_object(), "{taken}");
     let done = through(&["run", "a.plan.json"]);
     assert_eq!(done.status, 0, "{done:?}");
-    // What the station saw is remembered by its computer.
+    // The homing that the station saw is remembered on its computer.
     station.end("-TERM");
     place.does(&["run", "a.plan.json"]);
 }
@@ -453,7 +453,7 @@ fn height_that_a_page_takes_from_the_arm_is_that_of_every_door() {
         json!({"text": text, "setup": {"work": "draw"}, "preview": true})
     };
 
-    // What to do about an unknown height is data, as on the command line.
+    // The remedy for an unknown height is data, as on the command line.
     let unknown = call("job.check", drawing());
     let told = place
         .run(&["draw", "line.svg", "--check", "--json"])
@@ -465,7 +465,7 @@ fn height_that_a_page_takes_from_the_arm_is_that_of_every_door() {
     };
     assert!(acts("touch-off") && acts("calibrate-surface"), "{told}");
 
-    // An arm that does not know where it is measures nothing.
+    // Touching with an unhomed arm gives no measurement.
     let unhomed = call("surface.touch", json!({}));
     assert_eq!(
         unhomed["error"]["data"]["code"],

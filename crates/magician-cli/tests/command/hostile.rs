@@ -1,15 +1,15 @@
-//! Text from outside is shown, and no terminal obeys it.
+//! Text from outside is displayed and never obeyed by the terminal.
 
 use std::path::Path;
 
 use crate::magician::{Run, run, run_with};
 use magician_protocol::is_deceptive;
 
-/// Sets the window's title, clears the screen, hides what follows, turns the direction of writing.
+/// Sets the window's title, clears the screen, hides text, and reverses the writing direction.
 const NAME: &str = "a\x1b]0;mine\x07b\u{9b}2Jc\x1b[8m\u{202e}d";
 const VISIBLE: &str = r"a\u{1b}]0;mine\u{7}b\u{9b}2Jc\u{1b}[8m\u{202e}d";
 
-/// Nothing but lines of text came out.
+/// Asserts that the output consists only of lines of text.
 fn is_harmless(run: &Run) {
     for text in [&run.out, &run.err] {
         let harmful = text
@@ -107,7 +107,7 @@ fn no_file_writes_to_the_terminal() {
     );
 }
 
-/// A title in a picture says what it is as well.
+/// A title in a picture is displayed in the same way.
 fn preview(file: &Path, folder: &Path) {
     let (plan, svg) = (folder.join("drawn.plan.json"), folder.join("drawn.svg"));
     let (file, plan_path) = (file.to_str().unwrap(), plan.to_str().unwrap());

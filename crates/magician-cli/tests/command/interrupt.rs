@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM while the arm moves: the command ends when the arm stands.
+//! Ctrl-C and SIGTERM while the arm moves: the command ends once the arm stands.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader};
@@ -9,7 +9,8 @@ use crate::magician::served::Served;
 use crate::magician::{command, run};
 use serde_json::{Value, json};
 
-/// An arm at real speed behind a pseudo-terminal, its alarms cleared, and a second door to look in.
+/// Arm at real speed behind a pseudo-terminal, its alarms cleared, with a second endpoint for
+/// observation.
 struct Place {
     dir: tempfile::TempDir,
     served: Served,
@@ -20,7 +21,7 @@ impl Place {
         Self::answering_after("0")
     }
 
-    /// As new, with an arm that takes so many milliseconds for an answer.
+    /// Creates a place whose arm takes this many milliseconds for an answer.
     fn answering_after(turnaround: &str) -> Self {
         let dir = tempfile::tempdir().expect("directory");
         let path = dir.path().join("arm");
@@ -46,7 +47,7 @@ impl Place {
         run(&[&["--port", &door, "--json"], arguments].concat()).object()
     }
 
-    /// A command at the arm, seen to have changed what the second door shows of it.
+    /// Starts a command, and waits until the second endpoint shows its effect.
     fn busy(&self, arguments: &[&str], look: &[&str]) -> Child {
         let before = self.look(look);
         let child = command()
@@ -61,7 +62,7 @@ impl Place {
         child
     }
 
-    /// A move that takes minutes, under way: seen to have left the pose it began at.
+    /// Starts a move that takes minutes, and waits until the arm has left its pose.
     fn slow_move(&self) -> Child {
         self.busy(
             &["move", "220", "80", "50", "--speed-ratio", "1"],
@@ -78,7 +79,7 @@ fn signal(signal: &str, process: u32) -> bool {
     kill.status().is_ok_and(|status| status.success())
 }
 
-/// How a command ended, and the error it told.
+/// Returns the exit status of a command and its error.
 fn outcome(child: Child) -> (Option<i32>, Value) {
     let output = child.wait_with_output().expect("it ends");
     let error: Value = serde_json::from_slice(&output.stderr).expect("one object");

@@ -1,4 +1,5 @@
-//! The laser of a real arm, which is any arm but one in the command itself: who may light it, and how it goes out.
+//! Laser of a real arm, which is any arm outside of the command's process: permission, and
+//! switching off.
 #![cfg(target_os = "linux")]
 
 use std::io::{Read, Write};
@@ -14,7 +15,7 @@ use crate::magician::terminal::Terminal;
 use crate::magician::{Run, command, run, run_with};
 use serde_json::{Value, json};
 
-/// An arm behind a pseudo-terminal, with a second door to look in.
+/// Arm behind a pseudo-terminal, with a second endpoint for observation.
 struct Place {
     dir: tempfile::TempDir,
     served: Served,
@@ -56,7 +57,7 @@ impl Place {
         run(&self.at(&self.port(), arguments))
     }
 
-    /// The command, not waited for, with nothing at a terminal.
+    /// Starts the command without a terminal.
     fn start(&self, arguments: &[&str], stdin: Stdio) -> Child {
         let child = command()
             .args(self.at(&self.port(), arguments))
@@ -67,7 +68,7 @@ impl Place {
         child.expect("the command starts")
     }
 
-    /// The command at a terminal.
+    /// Starts the command at a terminal.
     fn person(&self, arguments: &[&str]) -> Terminal {
         let mut command = command();
         command.args(self.at(&self.port(), arguments));
@@ -90,7 +91,7 @@ impl Place {
         }
     }
 
-    /// Runs it with a trace; how it ended, and the writing frames that it sent.
+    /// Runs the command with a trace. Returns its result and the frames by which it wrote.
     fn traced(&self, arguments: &[&str], stdin: &[u8]) -> (Run, Vec<String>) {
         let trace = self.file("trace.pcapng");
         let port = self.port();
@@ -108,7 +109,7 @@ impl Place {
     }
 }
 
-/// The frames of a trace by which the host writes.
+/// Returns the frames of a trace by which the host wrote.
 pub(crate) fn written(trace: &str) -> Vec<String> {
     let all = run(&["decode", trace, "--json"]).objects();
     let writes = all.iter().filter(|one| one["direction"] == "request");
@@ -122,7 +123,7 @@ fn signal(signal: &str, process: u32) {
     assert!(sent.is_ok_and(|status| status.success()));
 }
 
-/// A line to the arm that can be broken.
+/// Relay that can break the line to the arm.
 struct Relay {
     port: String,
     lines: Arc<Mutex<Vec<TcpStream>>>,
@@ -149,7 +150,7 @@ impl Relay {
         Self { port, lines }
     }
 
-    /// How often it was connected to.
+    /// Returns the number of connections so far.
     fn count(&self) -> usize {
         self.lines.lock().expect("lines").len()
     }
@@ -166,7 +167,7 @@ fn clones((from, to): (&TcpStream, &TcpStream)) -> (TcpStream, TcpStream) {
     (clone(from), clone(to))
 }
 
-/// A plan that burns for a long time.
+/// Writes a program that burns for a long time.
 fn plan(dir: &Path, commands: &[&str]) -> PathBuf {
     let path = dir.join("job.gcode");
     let text = format!(
@@ -179,7 +180,7 @@ fn plan(dir: &Path, commands: &[&str]) -> PathBuf {
 
 const SLOW_LINE: [&str; 2] = ["M3 S200 F180", "G1 X220 Y30"];
 
-/// Every door that sends single commands, with what burns.
+/// Verbs that send single commands, with commands that burn.
 const BURNING: [&[&str]; 12] = [
     &["laser", "on", "--for", "1"],
     &["laser", "on", "--keep-on"],
@@ -231,7 +232,7 @@ fn nothing_burns_on_a_real_arm_without_yes() {
             );
             assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
         }
-        // In a shell as well.
+        // In a shell too.
         let line = arguments.join(" ");
         let (done, written) = place.traced(&["shell"], line.as_bytes());
         assert_eq!(
@@ -241,7 +242,7 @@ fn nothing_burns_on_a_real_arm_without_yes() {
         );
     }
     assert!(!place.burns());
-    // What does not burn is not asked for.
+    // Commands that cannot burn need no confirmation.
     for arguments in [
         &["laser", "off"][..],
         &["set", "EndEffectorLaser", "enable_ctrl=1", "on=0"],
@@ -258,10 +259,10 @@ fn nothing_burns_on_a_real_arm_without_yes() {
         let done = place.run(arguments);
         assert_eq!(done.status, 0, "{arguments:?}: {done:?}");
     }
-    // Nor on a virtual arm in the process.
+    // A virtual arm in the process needs none.
     for arguments in BURNING {
         let line = arguments.join(" ");
-        // A pin is driven as what it is.
+        // A pin is driven according to its function.
         let lines = format!("io mux 2 digital-output\nio mux 4 pwm\n{line}\n");
         let done = run_with(&["--port", "sim", "shell"], lines.as_bytes());
         assert_eq!(done.status, 0, "{arguments:?}: {done:?}");
@@ -356,7 +357,7 @@ fn a_laser_burns_until_ctrl_c_or_the_end_of_input_or_the_time_is_over() {
         assert_eq!(child.wait().expect("it ends").code(), Some(0), "{name}");
         assert!(!place.burns(), "{name}");
     }
-    // The time.
+    // The time limit.
     let done = place.run(&["laser", "on", "--for", "0.1", "--yes", "--json"]);
     assert_eq!(done.status, 0, "{done:?}");
     assert_eq!(
@@ -364,7 +365,7 @@ fn a_laser_burns_until_ctrl_c_or_the_end_of_input_or_the_time_is_over() {
         [json!({"state": "on"}), json!({"state": "off"})]
     );
     assert!(!place.burns());
-    // And what is asked for.
+    // And `--keep-on`, which leaves it on.
     assert_eq!(place.run(&["laser", "on", "--keep-on", "--yes"]).status, 0);
     assert!(place.burns());
     assert_eq!(place.run(&["laser", "off"]).status, 0);
@@ -483,7 +484,7 @@ fn a_queue_of_another_program_is_not_let_run_without_yes() {
         assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
     }
     assert_eq!(place.run(&["queue", "start", "--yes"]).status, 0);
-    // Without commands of other programs in it there is no question.
+    // Without commands of other programs in the queue there is no question.
     assert_eq!(place.run(&["stop"]).status, 0);
     assert_eq!(place.run(&["queue", "start"]).status, 0);
     assert_eq!(place.run(&["alarms", "--clear"]).status, 0);
@@ -497,7 +498,7 @@ fn every_signal_leaves_a_burning_job_dark() {
         let file = file.to_str().expect("UTF-8");
         let trace = place.file("job.pcapng");
         let mut child = place.start(&["run", file, "--yes", "--trace", &trace], Stdio::null());
-        // To the beginning of the line, and then along it: 60 mm at 3 mm/s.
+        // On the way to the line, and along it: 60 mm at 3 mm/s.
         for along in [-30.5..-29.5, -28.0..29.0] {
             let deadline = Instant::now() + Duration::from_secs(60);
             let y = || place.look(&["pose"])["y"].as_f64().expect("a number");
@@ -510,13 +511,13 @@ fn every_signal_leaves_a_burning_job_dark() {
         let ended = child.wait_with_output().expect("it ends");
         assert_eq!(ended.status.code(), Some(130), "{name}: {ended:?}");
         let sent = written(&trace);
-        // Behind it come the end of the queue and the motors.
+        // Followed by the end of the queue and the motors.
         let last: Vec<_> = sent.iter().rev().take(6).collect();
         assert!(
             last.iter().any(|one| one.contains("EndEffectorLaser")),
             "{name}: {sent:?}"
         );
-        // Never more than the piece under way and the next one were in the arm.
+        // At most the current piece and the next one were ever in the arm.
         let pieces = sent.iter().filter(|one| one.contains("CPLECmd")).count();
         assert!((1..15).contains(&pieces), "{name}: {sent:?}");
         assert!(!place.burns(), "{name}");

@@ -1,4 +1,5 @@
-//! What is left of the jobs of a station that is killed, ended, out of disk, or not alone; and of runs of the command.
+//! Jobs of a station that is killed, ended, out of disk space or not alone, and runs of the
+//! command: what the next station lists.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
@@ -18,7 +19,7 @@ fn in_state(state: &Path) -> Command {
     command
 }
 
-/// Moves that take half a minute.
+/// Returns a plan that takes half a minute.
 fn slow() -> String {
     let steps: Vec<_> = (0..60)
         .flat_map(|at| [json!({"move": [220, at % 7, 20, 0]}), json!({"wait": 0.5})])
@@ -26,7 +27,7 @@ fn slow() -> String {
     json!({"format": "magician-plan", "version": 1, "title": "slow", "steps": steps}).to_string()
 }
 
-/// One step.
+/// Returns a plan of one step.
 fn short() -> String {
     json!({"format": "magician-plan", "version": 1, "title": "short", "steps": [{"wait": 0.01}]})
         .to_string()
@@ -40,7 +41,7 @@ fn job(station: &Station, params: &Value) -> Value {
 }
 
 fn until(station: &Station, job: &Value, state: &str) {
-    // A test that waits for what never comes should fail, not hang.
+    // A deadline, so that the test fails instead of hanging.
     let deadline = Instant::now() + Duration::from_secs(120);
     while Instant::now() < deadline {
         let now = station.call("job.get", &json!({"job": job}));
@@ -62,7 +63,7 @@ fn states(station: &Station, jobs: &[&Value]) -> Vec<String> {
     jobs.iter().map(state).collect()
 }
 
-/// A job that is done, one that runs or is paused, and one that waits; and the same after each end of the process.
+/// Finished, active, paused and waiting jobs after each way in which the process ends.
 #[test]
 fn jobs_of_a_station_that_ends_are_listed_by_the_next_one() {
     let state = tempfile::tempdir().expect("a directory");
@@ -71,7 +72,8 @@ fn jobs_of_a_station_that_ends_are_listed_by_the_next_one() {
             let station = Station::of(in_state(state.path()), &["--port", "sim"]);
             let done = job(&station, &json!({"text": short()}));
             until(&station, &done, "done");
-            // What is answered later is written later: the end of this one is on the disk by then.
+            // Answers come in the order of writing, so the end of this job is on disk when the next
+            // request is answered.
             let key = format!("{signal} {is_paused}");
             let params = json!({"text": slow(), "key": key});
             let under_way = job(&station, &params);
@@ -79,7 +81,7 @@ fn jobs_of_a_station_that_ends_are_listed_by_the_next_one() {
                 let paused = station.call("job.pause", &json!({"job": under_way}));
                 assert_eq!(paused["result"]["state"], json!("paused"), "{paused}");
             }
-            // Answered, and the process is killed at once.
+            // The process is killed right after the answer.
             let waits = job(&station, &json!({"text": short(), "queue": true}));
             let (status, _) = station.served.end(signal);
             assert_eq!(status.code(), (signal == "-TERM").then_some(0));
@@ -98,7 +100,7 @@ fn jobs_of_a_station_that_ends_are_listed_by_the_next_one() {
     }
 }
 
-/// What does not fit on the disk is refused by name; what is there stays.
+/// A job that does not fit on the disk is refused by name; earlier ones remain.
 #[test]
 fn full_disk_refuses_the_start_and_loses_nothing() {
     let state = tempfile::tempdir().expect("a directory");
@@ -110,7 +112,7 @@ fn full_disk_refuses_the_start_and_loses_nothing() {
             None => shell.env_remove(name),
         };
     }
-    // 64 blocks of 512 bytes; a write beyond is an error.
+    // 64 blocks of 512 bytes; a write beyond them fails.
     let script = "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\"";
     shell.args(["-c", script]).arg(inherited.get_program());
     let station = Station::of(shell, &["--port", "sim", "--no-studio"]);
@@ -133,7 +135,8 @@ fn full_disk_refuses_the_start_and_loses_nothing() {
     assert!(moved["result"].is_object(), "{moved}");
     let again = job(&station, &json!({"text": short()}));
     until(&station, &again, "done");
-    // What was told is written by then; a kill right behind it may be earlier.
+    // An answered request has been written. SIGTERM, since a kill right afterwards could come
+    // earlier.
     station.served.end("-TERM");
     let station = Station::of(in_state(state.path()), &["--port", "sim"]);
     assert_eq!(states(&station, &[&small, &again]), ["done", "done"]);
@@ -158,7 +161,7 @@ fn two_stations_share_the_folder_but_no_arm() {
     until(&beside, &jobs[1], "done");
     first.served.end("-TERM");
     beside.served.end("-TERM");
-    // Called otherwise, at the same arm.
+    // Under another name, for the same arm.
     let named = format!("left={door}");
     let first = Station::of(in_state(state.path()), &["--arm", &named]);
     assert_eq!(states(&first, &[&jobs[0]]), ["done"]);
@@ -188,7 +191,7 @@ fn damaged_file_of_jobs_is_named_and_stays() {
     }
 }
 
-/// Runs of the command stand in the list, and go on there.
+/// Runs of the command are listed and can be resumed there.
 #[test]
 fn interrupted_run_of_the_command_is_listed_and_goes_on_at_a_station() {
     let steps: Vec<_> = (0..24)

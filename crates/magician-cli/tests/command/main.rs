@@ -1,6 +1,7 @@
-//! The command as people and programs use it: started, fed, killed, its output read.
+//! Tests of the command as a process: started, fed, killed, its output read.
 //!
-//! One program, so that what all of these share is compiled and linked once. `cargo test --test command pads::` does those of a file.
+//! One test program, so that shared code is compiled and linked once. `cargo test --test command
+//! pads::` runs the tests of one file.
 
 mod magician;
 

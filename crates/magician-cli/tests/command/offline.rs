@@ -1,4 +1,4 @@
-//! The verbs that need no arm, and how the command fails.
+//! Verbs that need no arm, and failures of the command.
 
 use crate::magician::{command, run};
 use serde_json::{Value, json};
@@ -127,7 +127,7 @@ fn every_command_is_explained_under_each_of_its_names() {
         assert_eq!(text.status, 0, "{name}");
         assert!(text.out.contains("Examples"), "{name}");
         let by_id = run(&["help", &command["id"].to_string()]);
-        // The vendor's name of 21 means 20, which hosts use (errata E19).
+        // The vendor gives this name to id 21; it means 20, which hosts use (errata E19).
         assert!(
             by_id.out == text.out || name == "ClearAllAlarmsState",
             "{name}"
@@ -217,6 +217,6 @@ fn help_has_topics() {
             "{topic}"
         );
     }
-    // The verb of the same name is explained with it.
+    // The verb of the same name is explained along with the topic.
     assert!(run(&["help", "laser"]).out.contains("--keep-on"));
 }

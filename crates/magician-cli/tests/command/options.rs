@@ -1,4 +1,4 @@
-//! Options that are refused, through the program itself: the sentences of every door.
+//! Invalid options, through the program itself: the messages are those of all front ends.
 
 use crate::magician::run;
 

@@ -1,4 +1,4 @@
-//! `magician jog`, `teach` and `watch` as a person at a terminal meets them.
+//! `magician jog`, `teach` and `watch` at a terminal.
 #![cfg(target_os = "linux")]
 
 use std::io::{BufRead, BufReader};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 const UP: &str = "\x1b[A";
 const LEFT: &str = "\x1b[D";
 
-/// A virtual arm at real speed in another process, and a program at it.
+/// Virtual arm at real speed in another process, and a program connected to it.
 struct Place {
     served: Served,
     terminal: Terminal,
@@ -26,7 +26,7 @@ impl Place {
         Self::within(Path::new("."), arguments, shown)
     }
 
-    /// The same in a directory.
+    /// Creates a place whose program runs in this directory.
     fn within(dir: &Path, arguments: &[&str], shown: &str) -> Self {
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
         as_if_homed(command(), &served.door("tcp"));
@@ -43,7 +43,7 @@ impl Place {
         place
     }
 
-    /// Another program's look at the arm.
+    /// Reads the arm's state as another program.
     fn look(&self, arguments: &[&str]) -> Value {
         let door = self.served.door("tcp");
         run(&[&["--port", &door, "--json"], arguments].concat()).object()
@@ -53,19 +53,19 @@ impl Place {
         self.look(&["pose"])[name].as_f64().expect("a number")
     }
 
-    /// Types keys and sees what they come to.
+    /// Types keys and waits for their effect.
     fn shows(&mut self, keys: &str, text: &str) {
         self.terminal.types(keys);
         self.terminal.until_drawn(text);
     }
 
-    /// Waits until the arm has been seen to stand.
+    /// Waits until the arm stands.
     fn stands(&self) {
         let stands = (0..1000).any(|_| self.look(&["pose"]) == self.look(&["pose"]));
         assert!(stands, "it moves on");
     }
 
-    /// Sees the program end with this status and say this.
+    /// Waits for the end of the program. Asserts its status and message.
     fn ends(mut self, status: i32, said: &str) {
         self.terminal.until("\x1b[?1049l");
         self.terminal.until("\x1b[?25h");
@@ -96,7 +96,7 @@ fn jog_steps_and_refuses_what_is_out_of_reach() {
 fn jog_goes_on_while_the_key_repeats_and_stops_when_it_does_not() {
     let mut place = Place::at(&["jog"], "x 259.10");
     place.shows("m", "hold: moves while held");
-    // What a terminal without releases makes of a held key.
+    // A terminal without release events repeats a held key.
     let moved = (0..1000).any(|_| {
         place.terminal.types(LEFT);
         place.axis("y") > 5.0
@@ -105,7 +105,7 @@ fn jog_goes_on_while_the_key_repeats_and_stops_when_it_does_not() {
     place.stands();
     let y = place.axis("y");
     assert!(y > 5.0 && y < 200.0, "{y}");
-    // The speed is given back.
+    // The speed is restored.
     place.shows(".", "speed 75 %");
     let ratio = |place: &Place| place.look(&["get", "JOGCommonParams"])["velocity_ratio"].clone();
     assert_eq!(ratio(&place), 75.0);
@@ -117,7 +117,8 @@ fn jog_goes_on_while_the_key_repeats_and_stops_when_it_does_not() {
 #[test]
 fn releases_end_a_jog_where_the_terminal_tells_them() {
     let mut place = Place::at(&["jog"], "x 259.10");
-    // A release of another key shows that they are told; then the key is held, and the terminal says nothing more.
+    // The release of another key shows that releases are reported; then the key is held without
+    // further events.
     place.shows("m\x1b[120;1:3u", "hold: moves until release");
     place.terminal.types("\x1b[1;1:1D");
     let moved = (0..1000).any(|_| place.axis("y") > 20.0);
@@ -127,10 +128,10 @@ fn releases_end_a_jog_where_the_terminal_tells_them() {
     place.terminal.types("\x1b[1;1:1C");
     let moved = (0..1000).any(|_| place.axis("y") < 15.0);
     assert!(moved, "the arm does not move back");
-    // The window loses the focus: the release is not seen.
+    // The window loses the focus, so the release will not be seen.
     place.terminal.types("\x1b[O");
     place.stands();
-    // A suspended program could end no jog: it is not suspended, and lets go.
+    // A suspended program could not end a jog, so it ends the jog and is not suspended.
     place.terminal.types("\x1b[1;1:1D");
     let y = place.axis("y");
     let moved = (0..1000).any(|_| place.axis("y") > y + 5.0);
@@ -213,7 +214,7 @@ fn an_arm_that_goes_away_is_said_and_can_be_left() {
     place.ends_with(130);
 }
 
-/// What the teacher's file teaches.
+/// Returns the plan of a taught file.
 fn taught(path: &Path) -> Plan {
     let bytes = std::fs::read(path).expect("a file");
     let format = Format::of(&path.to_string_lossy(), &bytes).expect("a format");
@@ -297,7 +298,7 @@ fn what_was_not_saved_is_there_the_next_time() {
             .count(),
         1
     );
-    // Left without saving, it is gone.
+    // Left without saving, the unsaved lesson is gone.
     let mut place = Place::at(&["teach", file], "P1 MOVJ");
     place.shows("x", "0 rows");
     place.terminal.types("qn");

@@ -1,4 +1,4 @@
-//! A job that is paused, goes on and is stopped: by lines of JSON on stdin, and by keys at a terminal.
+//! Job that is paused, resumed and stopped, by JSON lines on stdin and by keys.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Write};
@@ -9,7 +9,7 @@ use crate::magician::terminal::Terminal;
 use rustix::termios::{LocalModes, tcgetattr};
 use serde_json::{Value, json};
 
-/// A job with its output, and its input.
+/// Running job with its output and input.
 struct Talk {
     child: Child,
     lines: BufReader<ChildStdout>,
@@ -35,7 +35,7 @@ impl Talk {
         serde_json::from_str(&line).unwrap_or_else(|_| panic!("{line:?}"))
     }
 
-    /// The next of these events.
+    /// Waits for the next event with this name.
     fn until(&mut self, event: &str) -> Value {
         loop {
             let next = self.next();
@@ -62,7 +62,7 @@ fn lines_of_json_pause_a_job_and_go_on_with_it() {
     assert_eq!(place.number("queue", "left_space"), 32.0);
     let height = place.number("pose", "z");
     assert!(height > PAPER + 9.0, "{height}");
-    // It is moved meanwhile, and what means nothing is handed back.
+    // The arm may be moved meanwhile; an invalid line is returned.
     last(&place.run(&["move", "10", "0", "5", "--relative"]));
     talk.says("go on");
     let ignored = talk.until("ignored");
@@ -96,7 +96,7 @@ fn a_line_of_json_stops_a_job_also_while_it_is_paused() {
         assert_eq!(status.code(), Some(130));
         assert!(place.number("pose", "z") > PAPER + 9.0);
     }
-    // What was stopped goes on.
+    // A stopped run can be resumed.
     let done = place
         .draw(&["--resume", "--json"])
         .output()
@@ -120,7 +120,7 @@ fn keys_pause_a_job_go_on_with_it_and_stop_it() {
     terminal.types("p");
     terminal.until_seen("left");
     terminal.types(" ");
-    // It may be on its way to the next line, with the pen up already.
+    // The arm may be on its way to the next line, with the pen up already.
     terminal.until_seen("--resume continues with step");
     let status = terminal.child.wait().expect("it ends");
     assert_eq!(status.code(), Some(130));

@@ -1,4 +1,4 @@
-//! How strong what burns is: which S is full power, `--power` and its default, and what is told of it.
+//! Power of a burn: the S of full power, `--power` with its default, and the reports on it.
 
 use std::process::Command;
 
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 const LIGHTBURN: &str = "; LightBurn 1.4.00\n; GRBL device profile, absolute coords\nG00 G17 G40 G21 G54\nG90\nM3\n; Cut @ 600 mm/min, 20% power\n\
                          M8\nG0 X220 Y0\n; Layer C00\nG1 X240S200F600\nM9\nG1 S0\nM5\nM2\n";
 
-/// A directory with a file of settings.
+/// Directory with a settings file.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -24,7 +24,8 @@ impl Place {
         path.to_str().expect("UTF-8").to_owned()
     }
 
-    /// Runs it: its status, the last line of stdout as JSON (stderr's where there is none), and stderr.
+    /// Runs the command. Returns its status, the last line of stdout (else stderr) as JSON, and
+    /// stderr.
     fn run(&self, arguments: &[&str]) -> (i32, Value, String) {
         let mut command: Command = command();
         let config = self.0.path().join("config.toml");
@@ -88,7 +89,7 @@ fn a_job_of_lightburn_at_a_fifth_burns_at_a_fifth_and_says_so() {
     assert_eq!(answer["error"]["remedies"][0]["option"], "s_max");
     let (_, _, err) = place.run(&["run", &beyond, "--check"]);
     assert!(err.contains("--s-max"), "{err}");
-    // Nothing burns, and nothing is told of it.
+    // A drawing does not burn, so no power is reported.
     assert_eq!(
         place.power(&["run", &sample("house.svg"), "--check"]),
         Value::Null
@@ -173,7 +174,7 @@ fn power_is_of_every_source_and_its_default_too() {
             "{wrong}"
         );
     }
-    // What is converted has its own power: the default comes once, when it is run.
+    // A converted file has its own power: the default is applied once, when it is run.
     let made = place.0.path().join("made.plan.json");
     let made = made.to_str().expect("UTF-8");
     assert_eq!(habit.run(&["convert", &gcode, made]).0, 0);
@@ -206,7 +207,7 @@ fn m4_burns_in_proportion_to_speed() {
     assert!(least < 7.0 && most > 49.0 && most <= 50.0, "{power}");
     let (_, _, err) = place.run(&["run", &m4, "--check"]);
     assert!(!err.contains("never"), "{err}");
-    // Where F is never reached it is weaker all along.
+    // While the speed F is not reached, the power stays lower.
     let (_, answer, err) = place.run(&["run", &m4, "--check", "--json", "--speed", "10"]);
     assert!(
         answer["power"]["most"].as_f64() <= Some(25.0),
@@ -216,7 +217,7 @@ fn m4_burns_in_proportion_to_speed() {
         answer["notes"].to_string().contains("never reaches F1200"),
         "{answer}"
     );
-    // LEAST..MOST holds for all that burns.
+    // A range applies to everything that burns.
     assert_eq!(
         place.power(&["run", &m4, "--check", "--power", "40..40"]),
         of(40.0, 40.0)

@@ -1,4 +1,4 @@
-//! Flags under a name.
+//! Presets: named sets of options.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::magician::{Run, command, sample};
 use serde_json::{Value, json};
 
-/// The command with a file of settings of its own.
+/// Runs the command with a settings file in this folder.
 fn with_settings(folder: &Path, arguments: &[&str]) -> Run {
     let mut command: Command = command();
     command.env("MAGICIAN_CONFIG", folder.join("config.toml"));
@@ -48,7 +48,7 @@ fn a_flag_goes_before_a_preset_and_a_preset_before_the_settings() {
     assert!(most(&[]) <= 10.0);
     assert!((20.0..=60.0).contains(&most(&["--preset", "birch"])));
     assert!(most(&["--preset", "birch", "--power", "90"]) > 60.0);
-    // What the preset leaves open is as the settings say.
+    // Options that the preset does not set come from the settings.
     let slow = seconds(&["--preset", "birch"]);
     assert!(seconds(&["--preset", "birch", "--speed", "10"]) < 0.7 * slow);
     let notes = check(folder, &["--preset", "birch"])["notes"].to_string();
@@ -130,7 +130,7 @@ fn a_key_that_is_none_is_refused_with_its_place() {
         refused.err.contains("odd.toml:3:3") && refused.err.contains("sped"),
         "{refused:?}"
     );
-    // It does not hide the others.
+    // An invalid preset does not hide the others.
     let list = with_settings(folder, &["preset", "list", "--json"]).object();
     assert_eq!(list["presets"].as_array().expect("a list").len(), 6);
     let completed = with_settings(folder, &["completions", "bash"]);

@@ -1,4 +1,4 @@
-//! `magician proxy` as other programs use it: an arm that several share.
+//! `magician proxy`: an arm shared by several programs.
 #![cfg(unix)]
 
 use crate::magician;
@@ -12,7 +12,7 @@ use ::magician::commands::JogCmd;
 use ::magician::protocol::{Ctrl, Flag, FrameBuf, JogCommand, Writable};
 use serde_json::{Value, json};
 
-/// A directory with paths for an arm and two programs.
+/// Directory with paths for an arm and two programs.
 struct Desk {
     dir: tempfile::TempDir,
 }
@@ -37,7 +37,7 @@ impl Desk {
         Served::start(&["--pty", &path, "--speed", "max"], 1)
     }
 
-    /// A proxy for the arm with two pseudo-terminals.
+    /// Starts a proxy for the arm with two pseudo-terminals.
     fn proxy(&self, more: &[&str]) -> Served {
         let [arm, a, b] = ["arm", "A", "B"].map(|name| self.path(name));
         let arguments = [&["--port", &arm, "--pty", &a, "--pty", &b], more].concat();
@@ -92,7 +92,7 @@ fn two_programs_share_an_arm() {
     assert_eq!(links.into_iter().collect::<Vec<_>>(), [a, b, arm]);
 }
 
-/// A program at a terminal that asks once and waits for the answer, as long as it takes.
+/// Program that sends one request and waits for the answer without a limit.
 struct Patient(File);
 
 impl Patient {
@@ -101,7 +101,7 @@ impl Patient {
         Self(line.expect("it opens"))
     }
 
-    /// The answer to GetPose.
+    /// Returns the answer to GetPose.
     fn pose(&mut self) -> [u8; 38] {
         let get_pose = FrameBuf::new(10, Ctrl::GET, &[]).expect("a frame");
         self.0.write_all(get_pose.bytes()).expect("written");
@@ -123,7 +123,7 @@ fn programs_at_the_same_time_do_not_disturb_each_other() {
         assert_eq!(run(&["--port", &a, "move", x, "0", "30", "0"]).status, 0);
     }
     let watched = watcher.join().expect("every pose was answered");
-    // Id and Ctrl.
+    // Id and Ctrl of the reply.
     assert!(watched.iter().all(|pose| pose[3..5] == [10, 0]));
     let said = objects(&proxy.end_telling("-TERM").2);
     let count = |link: &str, event: &str, command: &str| {
@@ -134,7 +134,7 @@ fn programs_at_the_same_time_do_not_disturb_each_other() {
     };
     let passed = |link, command| ["request", "reply"].map(|event| count(link, event, command));
     assert_eq!(passed(&b, "GetPose"), [10, 10]);
-    // What it reads, the command asks for again when the machine is slow; what it queues, never.
+    // On a slow machine the command repeats reads, but never queued commands.
     assert_eq!(passed(&a, "SetPTPCmd"), [4, 4]);
     let frames = said.iter().filter(|object| !object["command"].is_null());
     let mut commands: Vec<&str> = frames
@@ -210,7 +210,7 @@ fn a_lost_line_is_found_again_under_programs_that_stay() {
     let before = program.pose();
     drop(arm);
     proxy.until(|line| line.contains("broke off"));
-    // No answer comes now, nor later to requests that are sent now.
+    // There is no answer now, and none later to requests that are sent now.
     assert_ne!(
         run(&["--port", &desk.path("B"), "--timeout", "0.2", "pose"]).status,
         0
@@ -241,7 +241,7 @@ fn a_jog_ends_with_the_program_that_began_it() {
     let mut proxy = desk.proxy(&[]);
     drop(jog(&mut proxy));
     proxy.until(own);
-    // And when the proxy itself is ended.
+    // The same when the proxy itself ends.
     let _program = jog(&mut proxy);
     let (status, _, said) = proxy.end_telling("-TERM");
     assert_eq!(status.code(), Some(0));

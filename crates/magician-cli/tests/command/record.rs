@@ -1,4 +1,4 @@
-//! `magician record`: an arm that another program moves, as readings and as a program.
+//! `magician record`: an arm moved by another program, recorded as readings and as a program.
 #![cfg(unix)]
 
 use std::path::PathBuf;
@@ -10,13 +10,13 @@ use crate::magician::served::Served;
 use crate::magician::{Run, command, run};
 use serde_json::Value;
 
-/// An arm at real speed in another process, its alarms cleared, and a directory.
+/// Arm at real speed in another process, its alarms cleared, and a directory.
 struct Place {
     dir: tempfile::TempDir,
     served: Served,
 }
 
-/// A recording under way.
+/// Running recording.
 struct Recording {
     child: Child,
 }
@@ -61,7 +61,7 @@ impl Place {
         command
     }
 
-    /// Begins to record, and waits until something is in the file.
+    /// Starts a recording, and waits until a text is in the file.
     fn record(&self, name: &str, wanted: &str) -> Recording {
         let child = self.command(name, &[]).spawn().expect("it starts");
         let recording = Recording { child };
@@ -69,9 +69,9 @@ impl Place {
         recording
     }
 
-    /// Waits until the file has this.
+    /// Waits until the file contains a text.
     fn until(&self, name: &str, wanted: &str) {
-        // A test that waits for what never comes should fail, not hang.
+        // A deadline, so that the test fails instead of hanging.
         let deadline = Instant::now() + Duration::from_secs(120);
         while !String::from_utf8_lossy(&std::fs::read(self.file(name)).unwrap_or_default())
             .contains(wanted)
@@ -83,7 +83,7 @@ impl Place {
 }
 
 impl Recording {
-    /// Sends a signal, and sees it end.
+    /// Sends a signal and waits for the end.
     fn end(self, signal: &str) -> (Option<i32>, String, String) {
         let kill = Command::new("kill")
             .args([signal, &self.child.id().to_string()])
@@ -103,7 +103,7 @@ impl Recording {
     }
 }
 
-/// Rows of a table, by its heads.
+/// Returns the rows of a table as cells.
 fn rows(text: &str) -> Vec<Vec<&str>> {
     text.lines()
         .skip(1)
@@ -136,7 +136,7 @@ fn a_table_has_every_reading_from_beginning_to_end() {
     assert!((number(first, 2) - 259.104).abs() < 0.001, "{first:?}");
     assert_eq!([2, 3, 4].map(|at| number(last, at)), [230.0, 40.0, 60.0]);
     assert_eq!((last[10], last[11], last[12]), ("2", "32", ""));
-    // It was seen on its way, not only at its ends.
+    // Positions on the way were recorded, not only the ends.
     let between = rows
         .iter()
         .filter(|row| (235.0..255.0).contains(&number(row, 2)));
@@ -151,7 +151,8 @@ fn a_table_has_every_reading_from_beginning_to_end() {
 fn a_motion_is_recorded_as_a_program_that_repeats_it() {
     let place = Place::new();
     let recording = place.record("led.plan.json", "\"move\"");
-    // Joints that go together lead the tool on a curve; J4 stands, as when the arm is led by hand.
+    // Joints that move together lead the tool along a curve; J4 does not turn, as when the arm is
+    // led by hand.
     place.moves(&["20", "40", "30", "0", "--joints"]);
     place.moves(&["-20", "30", "40", "0", "--joints"]);
     let (status, out, err) = recording.end("-INT");
@@ -171,7 +172,7 @@ fn a_motion_is_recorded_as_a_program_that_repeats_it() {
         .collect();
     assert!((3..40).contains(&path.len()), "{text}");
 
-    // Another arm that runs it comes to the same place.
+    // Another arm that runs the file ends at the same place.
     let there = place.arm(&["--json", "pose"]).object();
     let file = place.file("led.plan.json");
     let file = file.to_str().expect("UTF-8");
@@ -191,7 +192,7 @@ fn a_motion_is_recorded_as_a_program_that_repeats_it() {
         let [a, b] = [&there, &again].map(|pose| pose[axis].as_f64().expect("a number"));
         assert!((a - b).abs() < 0.01, "{axis}: {a} {b}");
     }
-    // A run is recorded by the same means, with its steps.
+    // A run is recorded in the same format, with its steps.
     let text = place.text("r.csv");
     assert!(
         text.starts_with("time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step\n"),
@@ -209,7 +210,8 @@ fn a_tool_that_another_program_tells_the_arm_is_no_motion() {
         let told = ["set", "EndEffectorParams", bias, "y_bias=0", "z_bias=0"];
         assert_eq!(place.arm(&told).status, 0);
     };
-    // Before anything moves it is the tool of the program; later the program goes on for the one it was.
+    // Set before any motion, it is the program's tool; set later, the program keeps the earlier
+    // tool.
     let recording = place.record("told.plan.json", "\"move\"");
     tells("x_bias=61");
     place.moves(&["240", "30", "20", "0"]);
@@ -234,7 +236,7 @@ fn a_tool_that_another_program_tells_the_arm_is_no_motion() {
     };
     assert!(near(240.0, 30.0) && near(240.0, -30.0), "{ends:?}");
     assert!(there["x"].as_f64().is_some_and(|x| (x - 240.0).abs() < 0.1));
-    // From the home point with the pen 260.4 forward, and nowhere by a jump of 61 mm.
+    // From the home position (260.4 mm with the pen), without a jump of 61 mm.
     let summary: Value = serde_json::from_str(&out).expect("an object");
     let length = summary["length"].as_f64().expect("a number");
     assert!((125.0..165.0).contains(&length), "{length} {ends:?}");
@@ -269,7 +271,7 @@ fn a_killed_recording_is_there_and_a_file_is_not_replaced_unasked() {
         let row: Value = serde_json::from_str(line).expect("an object");
         assert_eq!(row["index"], 0, "{row}");
     }
-    // The topics and schemas of a virtual arm's own recording.
+    // Topics and schemas are the same as in a virtual arm's own recording.
     let bytes = std::fs::read(place.file("a.mcap")).expect("a file");
     let text = String::from_utf8_lossy(&bytes);
     for wanted in [

@@ -1,4 +1,4 @@
-//! `magician replay`: a session that was recorded, on a virtual arm and in the decoder.
+//! `magician replay`: a recorded session on a virtual arm and in the decoder.
 #![cfg(unix)]
 
 use crate::magician;
@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 const GET_POSE: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];
 
-/// A trace of a virtual arm that a shell worked with.
+/// Records a trace of a virtual arm with which a shell worked.
 fn session(dir: &Path, speed: &str) -> PathBuf {
     let path = dir.join("session.pcapng");
     let trace = path.to_str().expect("UTF-8");
@@ -47,7 +47,7 @@ fn session(dir: &Path, speed: &str) -> PathBuf {
     path
 }
 
-/// A trace with these packets on one link.
+/// Writes a trace with these packets on one link.
 fn written(path: &Path, packets: &[(u64, bool, &[u8])]) {
     let mut trace = TraceWriter::new(fs::File::create(path).expect("a file")).expect("begun");
     let link = trace.link("./arm").expect("a link");
@@ -67,7 +67,8 @@ fn replay(arguments: &[&str], trace: &Path) -> magician::Run {
 fn a_recorded_session_comes_out_the_same() {
     let dir = tempfile::tempdir().expect("a directory");
     let path = session(dir.path(), "max");
-    // What depends on the very microsecond of a poll is left out: the process had a wall clock.
+    // Values that depend on the exact microsecond of a poll are left out, since the process
+    // followed the wall clock.
     let ignore = ["--clock", "max", "--ignore", "QueuedCmdCurrentIndex"];
     let first = replay(&[&ignore[..], &["--json"]].concat(), &path);
     assert_eq!(first.status, 0, "{first:?}");
@@ -126,13 +127,13 @@ fn a_saved_session_is_the_same_as_itself() {
 fn a_difference_is_told_with_both_values_and_status_10() {
     let dir = tempfile::tempdir().expect("a directory");
     let path = dir.path().join("session.pcapng");
-    // A pose of the vendor's document, where this arm does not stand.
+    // Pose of the vendor's document, at which this arm does not stand.
     let pose = [
         0xAA, 0xAA, 0x22, 0x0A, 0x00, 0xB0, 0x0A, 0x42, 0x43, 0x36, 0x85, 0x95, 0x42, 0x94, 0xE8,
         0x06, 0x43, 0xA0, 0x90, 0xA8, 0x41, 0xA0, 0x90, 0xA8, 0x41, 0x00, 0xB6, 0xBD, 0xBC, 0x98,
         0x0C, 0x12, 0x3D, 0x00, 0x00, 0x00, 0x00, 0x0C,
     ];
-    // A jog that was stopped before it began: what the first pose is then says nothing of the beginning.
+    // Jog that was stopped before it began: the first pose then does not show the start.
     let stop = [0xAA, 0xAA, 0x04, 0x49, 0x01, 0x00, 0x00, 0xB6];
     let stopped = [0xAA, 0xAA, 0x02, 0x49, 0x01, 0xB6];
     written(
@@ -271,7 +272,7 @@ fn bad_input_is_refused_with_the_reason() {
     let whole = fs::read(&path).expect("there");
     fs::write(&path, &whole[..whole.len() - 1]).expect("written");
     refused("ends inside the block");
-    // A hole of more than 1 GB takes no place on the disk.
+    // Sparse file of more than 1 GB, which takes no disk space.
     fs::File::options()
         .write(true)
         .open(&path)
@@ -317,18 +318,18 @@ fn it_can_be_interrupted_while_it_waits() {
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
 }
 
-/// The public recording of a real arm, and the jogs behind it: see the head of each file.
+/// Public recording of a real arm and the jogs behind it; see the head of each file.
 const RECORDING: &str =
     include_str!("../../../magician-sim/tests/virtual_arm/data/jog-recording.tsv");
 const JOGS: &str = include_str!("../../../magician-sim/tests/virtual_arm/data/jog-commands.tsv");
 
-/// The recording as a trace of the host that made it: a pose every 100 ms, and a jog whenever one began. `tool` is the bias
-/// that the host had set, by which its poses have joints.
+/// Writes the recording as a trace of the host that made it: a pose every 100 ms, and a jog
+/// whenever one began. `tool` is the bias that the host had set, which relates its poses to joints.
 fn recorded_jogs(path: &Path, tool: ToolBias) {
     recorded_jogs_late(path, tool, 0);
 }
 
-/// The same, with every tenth pose so many microseconds later.
+/// Writes the same with every tenth pose `late` microseconds later.
 fn recorded_jogs_late(path: &Path, tool: ToolBias, late: u64) {
     let rows = |text: &'static str| {
         let rows = text.lines().filter(|row| !row.starts_with('#'));
@@ -393,7 +394,7 @@ fn recorded_jogs_of_a_real_arm_are_answered_to_15_micrometres_whatever_its_tool(
             (&json!(0), &json!(0))
         );
         assert_eq!(summary["answers"], json!(120 + 14));
-        // The law of before misses it by millimetres.
+        // The continuous law misses the recording by millimetres.
         let before = replay(&[poses, &["--profile", "continuous"]].concat(), &path);
         assert_eq!(before.status, 10, "{before:?}");
         let found = before.objects().pop().expect("a summary");
@@ -457,10 +458,10 @@ fn law_of_the_recorded_jogs_is_period_acceleration_and_ratio_and_continuous_is_f
         "{}",
         told.out
     );
-    // A profile that is known by another name is not told twice.
+    // A profile with the same law under another name is not reported twice.
     let same = replay(&["--law", "--json", "--profile", "4.0.3"], &path);
     assert_eq!(same.object(), law);
-    // Poses of another period are residue.
+    // Poses with another period leave a residue.
     recorded_jogs_late(&path, ToolBias::SUCTION, 20_000);
     let law = replay(&["--law", "--json"], &path).object();
     assert!(law["residues"][0]["mm"].as_f64() > Some(0.1), "{law}");
@@ -489,7 +490,7 @@ fn law_of_a_file_that_is_no_log_is_refused_with_the_reason() {
     written(&path, &[(1, false, &GET_POSE)]);
     let whole = fs::read(&path).expect("there");
     refused(&whole[..whole.len() - 1], "ends inside the block");
-    // What is a log is told, even if that is little.
+    // A short log is still evaluated, and the report says what it cannot show.
     fs::write(&path, "t,x,y,z\n0,1,2,3\n").expect("written");
     let run = replay(&["--law", "--json"], &path);
     assert_eq!(

@@ -1,4 +1,4 @@
-//! A run that ends before its end, and the one that goes on with it.
+//! Runs that are interrupted, and runs that resume them.
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use crate::magician::served::Served;
 use crate::magician::{command, signal};
 use serde_json::Value;
 
-/// Pairs of a move and a wait.
+/// Number of moves, each followed by a wait.
 const PAIRS: usize = 24;
 
-/// An arm in another process, and a directory for programs and journals.
+/// Arm in another process, and a directory for programs and journals.
 struct Place {
     dir: tempfile::TempDir,
     served: Served,
@@ -31,7 +31,7 @@ impl Place {
         place
     }
 
-    /// The arm counts as homed.
+    /// Marks the arm as homed.
     fn is_homed(&self) {
         let mut command = command();
         command.env("XDG_STATE_HOME", self.dir.path().join("state"));
@@ -48,7 +48,7 @@ impl Place {
         path.to_str().expect("UTF-8").to_owned()
     }
 
-    /// Short moves with a wait after each: what is done is counted by the waits.
+    /// Returns a program of short moves, each followed by a wait, by which progress is counted.
     fn program(&self, wait: &str) -> String {
         let steps: Vec<String> = (0..PAIRS)
             .map(|nth| {
@@ -108,7 +108,7 @@ fn waits(log: &[String]) -> usize {
         .count()
 }
 
-/// The arm has finished so many waits.
+/// Waits until the arm has finished this many waits.
 fn until_waits(served: &mut Served, count: usize) {
     for _ in 0..count {
         served.until(|line| line.ends_with(" WAITCmd finished"));
@@ -192,7 +192,7 @@ fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
 
 #[test]
 fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
-    // At another port, a virtual arm has another serial number but for one of its own.
+    // At another port a virtual arm gets another serial number, unless its profile sets one.
     let profile = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(&profile, "[identity]\nserial = \"DT7\"\n").expect("written");
     let own = ["--profile", profile.path().to_str().expect("UTF-8")];
@@ -207,7 +207,7 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
         (Some(4), &Value::from("port"))
     );
     assert_eq!(place.journals(), 1);
-    // Another arm, with the same serial number and nothing behind it.
+    // Another arm with the same serial number and an empty history.
     place.served = serve(&own);
     place.door = place.served.door("tcp");
     assert!(place.run(&["alarms", "--clear"]).status.success());
@@ -242,7 +242,7 @@ fn an_arm_that_was_reset_meanwhile_does_nothing_twice() {
     assert_eq!(failed.status.code(), Some(9), "{failed:?}");
     assert!(place.run(&["alarms", "--clear"]).status.success());
     place.is_homed();
-    // Its index is 0 again, which does not mean that nothing was done.
+    // The reset arm's index is 0 again, which does not prove that nothing was done.
     let doubt = place.run(&["run", &program, "--resume"]);
     assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
     assert_eq!(error(&doubt)["kind"], "uncertain");
@@ -260,7 +260,7 @@ fn what_counts_from_where_the_tool_stood_goes_on_from_there() {
     signal("-INT", &child);
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130));
-    // It stands elsewhere now: all of it would be displaced.
+    // The arm stands elsewhere now, so everything would be displaced.
     for more in [&["--resume"][..], &["--from", "9"]] {
         let refused = place.run(&[&["run", &program], more].concat());
         assert_eq!(refused.status.code(), Some(2), "{refused:?}");
@@ -351,7 +351,7 @@ fn an_arm_that_was_not_homed_and_a_queue_that_is_not_empty() {
     let strangers = error(&strangers);
     assert_eq!(strangers["code"], "foreign-commands");
     assert_eq!(strangers["remedies"][1]["option"], "keep", "{strangers}");
-    // What waits may burn, for all that can be read of it.
+    // Waiting commands may burn: they cannot be read back.
     let unread = place.run(&["run", &file, "--keep"]);
     assert_eq!(unread.status.code(), Some(2), "{unread:?}");
     assert!(

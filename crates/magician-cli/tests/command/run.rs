@@ -1,9 +1,10 @@
-//! `run`, `draw`, `engrave`, `play` and `convert` on virtual arms in the process, and without any arm.
+//! `run`, `draw`, `engrave`, `play` and `convert` on virtual arms in the process, and without an
+//! arm.
 
 use crate::magician::{Run, command, run, run_with, sample};
 use serde_json::{Value, json};
 
-/// The value that a message says behind a flag.
+/// Returns the value that a message names behind a flag.
 fn said_after<T: std::str::FromStr>(flag: &str, text: &str) -> T {
     let rest = text.split_once(flag);
     let (_, rest) = rest.unwrap_or_else(|| panic!("{flag}: {text}"));
@@ -12,7 +13,7 @@ fn said_after<T: std::str::FromStr>(flag: &str, text: &str) -> T {
     said.unwrap_or_else(|_| panic!("{flag}: {text}"))
 }
 
-/// A directory for what is written.
+/// Directory for output.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -52,7 +53,7 @@ const SAMPLES: [&str; 11] = [
     "suction_points_v194.playback",
 ];
 
-/// Lines far out of reach behind one that is not.
+/// Program whose later lines are far out of reach.
 const FAR: &str = "G21 G90\nG0 X220 Y0 Z10\nG1 X230 F1200\nG1 X400\nG1 X230 Y10\n";
 
 fn number(value: &Value) -> f64 {
@@ -180,7 +181,7 @@ fn complaints_have_their_place_in_the_file() {
         .status
     };
     assert_eq!((turn, scaled(turn, scale)), (90.0, 0), "{object}");
-    // As it lies the hint names the largest.
+    // In its orientation the hint names the largest scale.
     let straight: f64 = said_after("--scale ", &run(&["run", &file, "--check"]).err);
     assert!(straight < scale, "{straight} {scale}");
     let scaled = [straight, straight + 0.002].map(|scale| scaled(0.0, scale));
@@ -203,7 +204,7 @@ fn one_complaint_is_shown_and_ten_with_v_and_all_are_counted() {
     assert_eq!(check.err.matches("far.gcode:").count(), 1, "{}", check.err);
     assert!(check.err.contains("25 steps are refused"), "{}", check.err);
     assert!(check.err.contains("--place"), "{}", check.err);
-    // What is refused takes no time.
+    // A refused program has no duration.
     assert_eq!(check.out, "");
     let check = run(&["run", &file, "--check", "-v"]);
     assert_eq!(check.err.matches("far.gcode:").count(), 10, "{}", check.err);
@@ -232,7 +233,7 @@ fn files_that_nobody_understands() {
     assert_eq!(run(&["run", &garbage, "--format", "song"]).status, 2);
     let empty = place.write("empty.gcode", "; nothing\n");
     assert_eq!(run(&["run", &empty, "--check"]).status, 3);
-    // The file is looked at before an arm is looked for.
+    // The file is checked before an arm is searched.
     assert!(
         unknown.error()["message"]
             .as_str()
@@ -300,7 +301,7 @@ fn a_look_leaves_a_preview_and_a_run_a_picture() {
         );
     }
     assert!(place.text("left.svg").contains("<path"));
-    // A preview of what is refused shows why, also where a drawing does not fit.
+    // A preview of a refused program shows why, also for a drawing that does not fit.
     let far = place.write("far.gcode", FAR);
     for large in [
         &["run", far.as_str()][..],
@@ -334,7 +335,7 @@ fn what_does_not_fit_names_the_largest_scale_that_does() {
     assert_eq!(at(scale * 1.02), 10, "{would}");
     let complaints = object["complaints"].as_array().expect("a list");
     assert!(complaints.len() <= 10 && !complaints.is_empty());
-    // Behind the base nothing would fit, in any size.
+    // Behind the base no size fits.
     let nowhere = run(&[
         "draw",
         &sample("house.svg"),
@@ -368,7 +369,7 @@ fn what_is_made_to_fit_is_turned_where_that_lets_it_be_larger() {
         "{turned} {straight}"
     );
     assert_eq!(turned["at"].as_array().map(Vec::len), Some(2));
-    // It says so, and how it can be said again.
+    // The message contains flags that reproduce the placement.
     let said = ["--scale", "--rotate", "--at"].map(str::to_owned);
     let [scale, rotate, at] = said;
     let again = run(&[
@@ -501,7 +502,7 @@ fn settings_are_given_back_and_the_tool_stays() {
     );
 }
 
-/// A circle of 3 mm, as an icon, in CAD, as a plot and for a laser.
+/// Circle of 3 mm as an icon, a CAD file, a plot and a laser file.
 const SMALL_CIRCLES: [(&str, &str); 4] = [
     (
         "icon.svg",
@@ -531,7 +532,7 @@ fn small_circles_made_large_are_round_with_every_verb() {
                 let look = run(&[&look[..], &["--place"], more].concat());
                 assert_eq!(look.status, 0, "{verb} {name}: {look:?}");
                 let drawn = number(&look.object()["drawn_mm"]);
-                // Twenty chords would be 1 mm shorter.
+                // A polygon of twenty chords would be 1 mm shorter.
                 assert!((drawn - round).abs() < 0.2, "{verb} {name}: {drawn}");
             }
         }
@@ -692,7 +693,7 @@ fn recordings_have_a_row_for_each_sample() {
     assert_eq!(rows.next(), Some(head));
     assert!(rows.clone().count() >= 2);
     assert!(rows.all(|row| row.split(',').count() == 14));
-    // With their units, and twice as many; both are programs of the same time.
+    // With units, and at twice the rate; both are programs of the same duration.
     let more = place.path("units.csv");
     let run_with_units = ["--port", "sim", "run", &file, "--record", &more];
     let done = run(&[&run_with_units[..], &["--rate", "40", "--units"]].concat());
@@ -823,7 +824,7 @@ fn the_tool_and_the_surface_come_from_the_settings() {
     assert_eq!(speeds(&objects), 25.0);
 }
 
-/// What a dry run would send, by its numbers.
+/// Returns the commands of a dry run that have coordinates.
 fn moves(arguments: &[&str]) -> Vec<Value> {
     let all = [arguments, &["--dry-run", "--json"]].concat();
     let mut objects = run(&all).objects();
@@ -898,7 +899,7 @@ fn a_program_lifts_first_where_the_arm_stands() {
         (first[0] - 230.0).abs() > 1.0 && (first[1] - 40.0).abs() > 1.0,
         "{first:?}"
     );
-    // It goes on anywhere behind its beginning, wherever the arm stands then.
+    // The program can start at any step after its first move, from any pose.
     let later = run(&["--port", "sim", "run", &file, "--from", "5", "--json"]);
     assert_eq!(later.status, 0, "{later:?}");
     let early = run(&["--port", "sim", "run", &file, "--from", "2", "--json"]);
@@ -967,7 +968,8 @@ fn placed_gcode_lies_on_the_surface_and_begins_at_its_own_zero() {
             "{way:?}: {answer}"
         );
     }
-    // The Z of touching is the first that draws, or what is said; what is deeper lies on the surface.
+    // The Z of the surface is that of the first drawing line, or the given one; deeper lines are
+    // drawn on the surface.
     let deep = place.write(
         "deep.gcode",
         "G0 Z5\nG0 X0 Y0\nG1 Z-1 F900\nG1 X40\nG0 Z5\nG0 X0 Y20\nG1 Z0\nG1 X40\nG0 Z5\n",
@@ -987,7 +989,7 @@ fn placed_gcode_lies_on_the_surface_and_begins_at_its_own_zero() {
         let least_z = number(&run(&way).object()["bounds"]["z"][0]);
         assert!((least_z - least).abs() < 1e-3, "{more:?}: {least_z}");
     }
-    // As it stands nothing is moved, and what is neither is refused.
+    // Unchanged (`--raw`) nothing is shifted, and a height that is neither is refused.
     let raw = run(&[
         "run",
         &deep,
@@ -1067,11 +1069,11 @@ fn notes_are_objects_with_json() {
     );
 }
 
-/// Playback with turns of the tool, drawings with arcs, images: what is made to fit is done.
+/// Playback with rotations, drawings with arcs, and images: content that is made to fit can be run.
 #[test]
 fn what_is_made_to_fit_passes_the_check() {
-    // The pose after homing with another tool is unknown, so its check fails wherever it is placed. Every tool with every kind of
-    // drawing: magician-program's tests/fit.rs.
+    // With another tool the pose after homing is unknown, so a Blockly program fails its check at
+    // any place. All tools with all kinds of drawings: `tests/fit.rs` of magician-program.
     let fits = |name: &&str| !name.ends_with(".blockly");
     let tools = [
         ("pen", "-60", &[][..]),
@@ -1108,7 +1110,7 @@ fn a_recording_runs_like_any_file_and_takes_as_long() {
         let again = run(&["--port", "sim", "run", &file]);
         assert_eq!(again.status, 0, "{}", again.err);
     }
-    // What is cut off is followed as far as it goes; what is empty is refused.
+    // A truncated recording is run as far as it goes; an empty one is refused.
     let whole = std::fs::read(place.path("way.mcap")).expect("it is there");
     for share in [0.0, 0.01, 0.3, 0.9, 0.999] {
         let cut = place.path("cut.mcap");
@@ -1119,7 +1121,7 @@ fn a_recording_runs_like_any_file_and_takes_as_long() {
     }
 }
 
-/// What a refusal says would do, does.
+/// The remedy in a refusal works.
 #[test]
 fn where_another_place_or_turn_would_do_the_refusal_names_it() {
     let dir = tempfile::tempdir().expect("directory");
@@ -1159,7 +1161,7 @@ fn where_another_place_or_turn_would_do_the_refusal_names_it() {
         let passes = run(&passes);
         assert_eq!(passes.status, 0, "{base:?} {at}: {passes:?}");
     }
-    // Wide, where there is room for what is high.
+    // Wide, in a direction with room for a high drawing.
     let wide = write("wide.csv", "x,y,z\n130,0,0\n330,0,0\n");
     let refused = run(&["run", &wide, "--check"]);
     assert_eq!(refused.status, 10, "{refused:?}");
@@ -1189,7 +1191,7 @@ fn remedies_are_those_that_the_verb_takes() {
     for flag in ["--place", "--fit"] {
         assert!(refused.err.contains(flag), "{refused:?}");
     }
-    // Lines that are drawn in another order.
+    // Lines that are reordered.
     let lines: String = (0..6)
         .map(|nth| format!("<path d='M{} 1V9'/>", [1, 17, 3, 15, 5, 13][nth]))
         .collect();
@@ -1230,7 +1232,7 @@ fn size_or_speed_that_no_arm_has_is_refused() {
     }
 }
 
-/// Each line of a laser's file becomes many steps, which are refused for one reason.
+/// A laser file has many steps per line, all refused for one reason.
 #[test]
 fn file_at_the_zero_of_another_machine_is_refused_with_one_way_out() {
     let place = Place::new();
@@ -1328,7 +1330,7 @@ fn real_arm_asks_before_it_draws_beside_its_front() {
         "{}",
         check.err
     );
-    // A virtual arm in this process is not asked about.
+    // A virtual arm in this process asks no question.
     let drawn = run(&[&["--port", "sim:max"], &draw[..]].concat());
     assert_eq!(drawn.status, 0, "{}", drawn.err);
     let served =

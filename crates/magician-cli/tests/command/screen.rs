@@ -1,4 +1,4 @@
-//! A job on the whole terminal.
+//! Full-screen picture of a job.
 #![cfg(target_os = "linux")]
 
 use crate::magician;
@@ -29,7 +29,7 @@ fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
     assert!(place.number("pose", "z") > PAPER + 9.0);
     terminal.types("p");
     terminal.until_drawn("running");
-    // After a pause the pen may be up already, or not yet down again.
+    // Shortly after a pause the pen may still be up.
     terminal.interrupts("s", "interrupted: ");
     assert!(is_as_it_was(&terminal));
 }
@@ -40,7 +40,7 @@ fn ctrl_z_gives_the_terminal_back_and_takes_it_again() {
     let mut terminal = Terminal::running(place.draw(&["--tui"]));
     terminal.until_drawn("sheet");
     terminal.types("\x1a");
-    // The screen as it was before.
+    // The regular screen is restored.
     terminal.until("\x1b[?1049l");
     terminal.until_stopped();
     assert!(is_as_it_was(&terminal));

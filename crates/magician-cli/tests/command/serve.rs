@@ -14,7 +14,7 @@ use crate::magician::homed::as_if_homed;
 use crate::magician::served::Served;
 use crate::magician::{command, run};
 
-/// A station at a free port, and its address.
+/// Station at a free port.
 pub(crate) struct Station {
     pub(crate) served: Served,
     address: String,
@@ -36,7 +36,7 @@ impl Station {
         Self { served, address }
     }
 
-    /// The status of a request, and what it answers.
+    /// Sends a request. Returns the status and the body of the answer.
     fn request(&self, method: &str, path: &str, headers: &str, body: &str) -> (u16, String) {
         let mut stream = TcpStream::connect(&self.address).expect("it listens");
         let length = body.len();
@@ -65,7 +65,7 @@ impl Station {
     }
 }
 
-/// The folder for state of this test.
+/// Returns the state folder of this test.
 fn state() -> PathBuf {
     let command = command();
     let mut variables = command.get_envs();
@@ -109,7 +109,7 @@ fn address_in_use_names_the_station_that_has_it() {
     );
 }
 
-/// Verbs that open a port, each by its own way.
+/// Verbs that open a port, each in its own way.
 const OPENING: [&[&str]; 8] = [
     &["pose"],
     &["move", "220", "0", "40"],
@@ -159,7 +159,7 @@ fn busy_port_names_its_station_at_every_verb_and_in_every_spelling() {
     let arm = arm.to_str().expect("text");
     for verb in OPENING {
         json(arm, verb);
-        // The findings of `doctor` are its output.
+        // The findings of `doctor` are on stdout.
         let said = refused(arm, verb);
         let said = said.out + &said.err;
         let hint = format!("`magician --station {url} VERB`");
@@ -249,7 +249,8 @@ fn the_page_is_served_unless_it_is_left_out() {
     assert_eq!(station.request("GET", "/", "", "").0, 404);
 }
 
-/// A command whose browsers, by these names, only write what they were asked to show; and the file that they write.
+/// Returns a command whose browsers, with these names, only write their arguments to a file, and
+/// that file.
 fn with_browser(folder: &Path, names: &[&str]) -> (Command, PathBuf) {
     let opened = folder.join("opened");
     let script = format!(
@@ -303,7 +304,7 @@ fn studio_opens_a_window_of_its_own() {
     let (app, rest) = opened.split_once(' ').expect("more than one word");
     let app = app.strip_prefix("--app=").expect("an application");
     assert!(url.contains(app.trim_end_matches('/')), "{app} of {url}");
-    // Apart from the person's own browser, which would take the page over.
+    // A separate profile: the user's browser would open the page in its own window.
     assert!(rest.starts_with("--user-data-dir=/"), "{rest}");
     let refused = run(&["studio", "--app", "--no-open", "--port", "sim"]);
     assert_eq!(refused.status, 2);
@@ -327,7 +328,7 @@ fn studio_exports_its_files_to_a_new_folder_alone() {
     assert!(page.starts_with("<!doctype html>"), "{page}");
     let module = std::fs::read(site.join("assets/arm.wasm")).expect("the virtual arm");
     assert!(module.starts_with(b"\0asm"));
-    // A file of the person's would be lost.
+    // A file of the user would be lost.
     std::fs::write(site.join("index.html"), "mine").expect("written");
     let refused = run(&words);
     assert_eq!(refused.status, 2);
@@ -340,7 +341,7 @@ fn studio_exports_its_files_to_a_new_folder_alone() {
 fn a_command_without_arguments_in_a_script_is_a_mistake_and_opens_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let (mut magician, opened) = with_browser(folder.path(), &["chromium", "xdg-open", "open"]);
-    // A screen is there; the output is read by the script.
+    // There is a screen, but a script reads the output.
     let ended = magician.env("DISPLAY", ":0").output().expect("it runs");
     assert_eq!(ended.status.code(), Some(2));
     assert!(!opened.exists());
@@ -549,7 +550,7 @@ fn what_a_station_does_not_do_says_so() {
     assert_eq!(nobody.status, 3, "{nobody:?}");
 }
 
-/// A plan of short moves to and fro.
+/// Returns a plan of short moves to and fro.
 fn plan(moves: usize) -> String {
     let mut plan = Plan::new("to and fro");
     for nth in 0..moves {
@@ -561,7 +562,7 @@ fn plan(moves: usize) -> String {
 }
 
 impl Station {
-    /// Asks for a job until it is as wanted.
+    /// Polls a job until it is as wanted.
     fn until(&self, job: &Value, wanted: impl Fn(&Value) -> bool) -> Value {
         for _ in 0..10_000 {
             let now = self.call("job.get", &json!({"job": job}))["result"].clone();
@@ -616,7 +617,7 @@ fn stations_with_virtual_arms_resume_each_its_own_job() {
         assert!(resumed["result"].is_object(), "{resumed}");
         let over = station.until(job, |job| job["state"] != "running");
         assert_eq!(over["state"], json!("done"), "{over}");
-        // Some commands more lead it back to where it was stopped.
+        // A few more commands return the arm to where it was stopped.
         let (count, rest) = (index(station) - before, 12 - done);
         assert!((rest..rest + 6).contains(&count), "{count} of {rest}");
     }
@@ -674,7 +675,7 @@ fn job_of_a_real_arm_lies_where_the_settings_say_and_that_of_a_virtual_one_does_
     std::fs::write(&config, "surface = -40\n").unwrap();
     let drawing = "<svg xmlns='http://www.w3.org/2000/svg' width='10mm' height='10mm' viewBox='0 0 10 10'>\
         <path d='M1 1H9' stroke='black' fill='none'/></svg>";
-    // An arm behind a line counts as a real one.
+    // An arm behind a line counts as real.
     let served = Served::start(&["--tcp", "127.0.0.1:0"], 1);
     for (port, height) in [(&*served.door("tcp"), -40.0), ("sim", -60.0)] {
         let mut command = command();
@@ -708,7 +709,7 @@ fn programs_are_kept_in_a_folder_and_run_by_their_names() {
     let checked = json!({"program": "square.gcode", "setup": setup});
     let checked = station.call("job.check", &checked);
     assert_eq!(checked["result"]["ok"], json!(true), "{checked}");
-    // The same as the command says of the same flags.
+    // The command gives the same result for the same flags.
     let file = programs.join("square.gcode");
     let file = file.to_str().unwrap();
     let flags = ["--at", "220,0", "--lift", "8", "--check", "--json"];
@@ -730,7 +731,7 @@ fn programs_are_kept_in_a_folder_and_run_by_their_names() {
         std::fs::read(programs.join("square.csv")).unwrap(),
         std::fs::read(to).unwrap()
     );
-    // What is no folder is told before an arm is looked for.
+    // A path that is no folder is reported before an arm is searched.
     let wrong = run(&["serve", "--port", "sim", "--programs", file]);
     assert_eq!(wrong.status, 3, "{wrong:?}");
 }
@@ -740,7 +741,7 @@ fn programs_are_kept_in_a_folder_and_run_by_their_names() {
 fn a_full_disk_leaves_the_program_that_was_there() {
     let folder = tempfile::tempdir().unwrap();
     let programs = folder.path().join("programs");
-    // No file of this process may grow beyond a few MiB: a write fails as on a full disk.
+    // No file of this process may exceed a few MiB: a write then fails as on a full disk.
     let ours = command();
     let mut limited = std::process::Command::new("sh");
     let script = "ulimit -f 4096; exec \"$0\" \"$@\"";
@@ -760,7 +761,7 @@ fn a_full_disk_leaves_the_program_that_was_there() {
     assert_eq!(station.request("GET", at, "", "").1, "G0 X1 Y1 Z1");
     let files = std::fs::read_dir(&programs).unwrap().count();
     assert_eq!(files, 1, "nothing half-written");
-    // The arm does not notice.
+    // The arm is not affected.
     let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));
     assert_eq!(moved["result"]["y"], json!(30.0));
 }
@@ -792,7 +793,7 @@ fn too_few_descriptors_are_an_error_and_no_panic() {
     }
 }
 
-/// A build without sites says how to get one with them, before it opens anything.
+/// A build without sites names a build with them, before it opens anything.
 #[cfg(not(feature = "site"))]
 #[test]
 fn sites_are_refused_where_they_are_not_built_in() {
@@ -808,7 +809,7 @@ fn sites_are_refused_where_they_are_not_built_in() {
         assert_eq!(refused.status, 6, "{words:?}");
         assert!(refused.err.contains("--features site"), "{words:?}");
     }
-    // A wrong line is a wrong line all the same.
+    // A wrong command line is still reported as such.
     assert_eq!(run(&["serve", "--port", "sim", "--site", "Lab"]).status, 2);
     assert_eq!(run(&["fleet", "stop"]).status, 2);
 }

@@ -1,4 +1,4 @@
-//! `magician sim` as other programs use it: a process with doors.
+//! `magician sim` as other programs use it: a process with endpoints.
 #![cfg(unix)]
 
 use crate::magician;
@@ -142,7 +142,7 @@ fn a_door_that_cannot_open_is_an_error_and_nothing_is_left() {
     );
 }
 
-/// Asks as a program does that looks for an arm.
+/// Searches for an arm as a program does.
 fn discovered(address: &str) -> String {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("socket");
     let deadline = Some(Duration::from_secs(120));
@@ -168,7 +168,7 @@ fn a_program_that_looks_for_an_arm_finds_it() {
     assert_eq!((alone.status, alone.out.as_str()), (2, ""));
 }
 
-/// On a loopback address of its own; other systems have only one.
+/// On another loopback address, which only Linux has.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_arm_on_the_usual_port_is_found_unless_another_is() {
@@ -208,7 +208,7 @@ fn every_arm_has_a_recording_of_its_own() {
     let recording = dir.path().join("arm.mcap");
     let path = recording.to_str().expect("UTF-8");
     let arguments = ["--arms", "2", "--tcp", "127.0.0.1:0", "--record", path];
-    // Two arms say their title and one door each.
+    // Each of two arms prints its title and one endpoint.
     let served = Served::start(&arguments, 3);
     served.end("-TERM");
     for number in [1, 2] {
@@ -321,7 +321,7 @@ fn what_answers_rested_on_is_an_object_for_those_who_want_one() {
     assert_eq!(alarm["page"], "docs/reference/MODEL.md#section-11");
 }
 
-/// A pen over paper.
+/// Pen above paper.
 const PAPER: &str = "tool = { kind = \"pen\" }\ntable = { height = -60 }\narm = { homed = true }\n";
 
 #[test]
@@ -345,7 +345,7 @@ fn a_picture_that_cannot_be_written_is_told_before_anybody_draws() {
         );
         assert!(refused.err.contains("cannot be written"), "{refused:?}");
     }
-    // Looking whether it can be written leaves no trace.
+    // Checking that it can be written leaves no file.
     for picture in [&old, &inside("new.svg")] {
         assert_eq!(sim(picture, &["--tcp", "nowhere"]).status, 3);
     }

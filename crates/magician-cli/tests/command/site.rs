@@ -1,4 +1,4 @@
-//! A site of several machines, each with a state folder of its own.
+//! Site of several machines with separate state folders.
 #![cfg(feature = "site")]
 
 use std::io::{BufRead, BufReader, Read};
@@ -17,7 +17,7 @@ impl Machines {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// `magician site` at a machine.
+    /// Returns `magician site` on a machine.
     fn command(&self, machine: &str, words: &[&str]) -> Command {
         let mut command = command();
         command.env("XDG_STATE_HOME", self.0.path().join(machine));
@@ -59,7 +59,7 @@ impl Machines {
     }
 }
 
-/// An invitation that waits.
+/// Pending invitation.
 struct Invited {
     child: Child,
     stdout: BufReader<ChildStdout>,
@@ -71,7 +71,7 @@ impl Invited {
         self.invited["code"].as_str().unwrap()
     }
 
-    /// Waits for its end: status, and the events after the first.
+    /// Waits for its end. Returns its status and the events after the first.
     fn end(mut self) -> (i32, Vec<Value>) {
         let mut rest = String::new();
         self.stdout.read_to_string(&mut rest).unwrap();
@@ -131,7 +131,7 @@ fn a_machine_joins_by_the_line_that_the_invitation_prints() {
     assert_eq!(events[0]["machine"], "bench-2");
     assert!(machines.folder("bench").join("own.pem").exists());
 
-    // Again, in lower case and without hyphens: a renewal, whatever the host is called.
+    // In lower case and without hyphens: a renewal, whatever the host's name.
     let waiting = machines.invite("desk", &["lab"]);
     let (address, symbols) = waiting.code().split_once('/').unwrap();
     let typed = format!("{address}/{}", symbols.to_lowercase().replace('-', ""));
@@ -159,14 +159,14 @@ fn a_refused_machine_is_told_what_to_do() {
     assert_eq!(mistyped.status, 6, "{mistyped:?}");
     assert!(mistyped.err.contains("nothing secret was sent"));
     assert_eq!(join("no code", "bench-2").status, 2);
-    // The mistyped one has cost nothing.
+    // The mistyped code did not use up an attempt.
     assert_eq!(join(&code, "bench-2").status, 0);
     let (status, events) = waiting.end();
     assert_eq!(status, 0);
     let names: Vec<_> = events.iter().map(|event| &event["event"]).collect();
     assert_eq!(names, ["refused", "joined"], "{events:?}");
     assert_eq!(events[0]["reason"], "taken");
-    // Nobody waits there any more.
+    // The invitation is over.
     let over = machines.site("other", &["join", &code, "--name", "other"]);
     assert_eq!(over.status, 4, "{over:?}");
     assert!(over.err.contains("magician site invite"), "{over:?}");
@@ -240,7 +240,7 @@ fn machines_are_listed_and_revoked() {
         assert_eq!(refused.status, status, "{words:?} {refused:?}");
         assert!(refused.err.contains(said), "{words:?} {refused:?}");
     }
-    // It does not come back, under its own name or by its own key.
+    // A revoked machine cannot return, neither by name nor by key.
     let waiting = machines.invite("desk", &[]);
     let back = machines.site("bench", &["join", waiting.code()]);
     assert_eq!(back.status, 3, "{back:?}");

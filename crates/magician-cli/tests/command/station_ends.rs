@@ -1,4 +1,4 @@
-//! A station that ends while a program runs its own work over it: on an arm that outlives both.
+//! Station that ends while a program runs its own work over it, on an arm that outlives both.
 #![cfg(unix)]
 
 use std::process::{Child, Command, Output, Stdio};
@@ -9,7 +9,7 @@ use crate::magician::drawing::{PAPER, Place, last};
 use crate::magician::served::Served;
 use crate::magician::{command, signal};
 
-/// A station of the arm at a place, and its address.
+/// Starts a station for the arm of a place.
 fn serve(place: &Place) -> (Served, String) {
     let mut serve = command();
     serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
@@ -19,7 +19,7 @@ fn serve(place: &Place) -> (Served, String) {
     (served, url)
 }
 
-/// A program at a station.
+/// Starts a program at a station.
 fn client(mut command: Command) -> Child {
     command.arg("--json");
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -30,7 +30,7 @@ fn draw(place: &Place, url: &str, more: &[&str]) -> Child {
     client(place.draw_at(&["--station", url], more))
 }
 
-/// The sentence and the kind of a failure.
+/// Returns message and kind of a failure.
 fn error(output: &Output) -> (String, Value) {
     let text = String::from_utf8_lossy(&output.stderr);
     let error = text.lines().last().unwrap_or_default();
@@ -39,16 +39,16 @@ fn error(output: &Output) -> (String, Value) {
     (message.to_owned(), error["error"]["kind"].clone())
 }
 
-/// The moment of a drawing at which its station ends.
+/// Moment of a drawing at which its station ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Moment {
     /// The program is connected.
     BeforeFirstMove,
-    /// The arm is on its way to the paper.
+    /// The arm moves towards the paper.
     Approaching,
     /// The pen is on the paper.
     Drawing,
-    /// All is drawn, and the pen goes up.
+    /// All is drawn, and the pen is being lifted.
     Ending,
 }
 
@@ -161,7 +161,8 @@ fn second_signal_ends_the_wait_of_a_station_and_stops_the_arm() {
     let (mut served, url) = serve(&place);
     let drawing = draw(&place, &url, &["--lift", "60"]);
     place.until_drawn(2.0);
-    // Those of the first half second change nothing, and the next one counts: the lift takes seconds.
+    // Signals in the first half second are ignored, and the next one counts: the lift takes
+    // seconds.
     while served.child.try_wait().expect("a child").is_none() {
         signal("-INT", &served.child);
     }
@@ -270,7 +271,7 @@ fn commands_left_in_the_arm_by_an_earlier_program_are_dropped_as_the_station_end
     assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
 }
 
-/// The one that is refused has changed nothing, and owes nothing.
+/// The refused drawing has changed nothing and left nothing to restore.
 #[test]
 fn second_drawing_at_a_station_is_refused_by_name_and_leaves_no_debts() {
     let place = Place::homed("5");

@@ -1,4 +1,5 @@
-//! Ctrl-Z while a job runs: the arm pauses before the command stops, and nothing burns again by itself.
+//! Ctrl-Z while a job runs: the arm pauses before the process stops, and nothing burns again by
+//! itself.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -9,7 +10,7 @@ use crate::magician::terminal::Terminal;
 use rustix::process::Signal;
 use rustix::termios::{LocalModes, tcgetattr};
 
-/// The signals that a process catches.
+/// Returns the signals that a process catches.
 fn caught(child: &Child) -> u64 {
     let status = fs::read_to_string(format!("/proc/{}/status", child.id()));
     let status = status.expect("it is there");
@@ -17,7 +18,7 @@ fn caught(child: &Child) -> u64 {
     u64::from_str_radix(caught.expect("a mask").trim(), 16).expect("a mask")
 }
 
-/// Whether the terminal is as it was: lines, and signs that are shown.
+/// True if the terminal is restored: line mode with echo.
 fn is_as_it_was(terminal: &Terminal) -> bool {
     let modes = tcgetattr(&terminal.line).expect("a terminal").local_modes;
     modes.contains(LocalModes::ICANON | LocalModes::ECHO)
@@ -29,7 +30,7 @@ fn draws(place: &Place) -> Terminal {
     terminal
 }
 
-/// Nothing of it waits in the arm.
+/// Asserts that the arm's queue is empty.
 fn is_at_rest(place: &Place) {
     assert_eq!(place.number("queue", "left_space"), 32.0);
 }
@@ -51,7 +52,7 @@ fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
     assert!(!is_as_it_was(&terminal));
     for _ in 0..2 {
         terminal.tell(Signal::TSTP);
-        // Another on the way changes nothing.
+        // A second request on the way has no effect.
         terminal.until_seen("pausing");
         terminal.tell(Signal::TSTP);
         terminal.until_stopped();
@@ -69,7 +70,7 @@ fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
     assert!(is_as_it_was(&terminal));
 }
 
-/// While it checks, if this test is as fast as usual.
+/// During the check, if this test is as fast as usual.
 #[test]
 fn a_wish_that_comes_at_once_is_followed() {
     let place = Place::homed("5");
@@ -108,7 +109,7 @@ fn what_cannot_go_on_stays_paused_and_says_why() {
     let mut terminal = draws(&place);
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
-    // Another program moves the arm into an alarm meanwhile.
+    // Meanwhile another program moves the arm into an alarm.
     let far = [
         "enqueue",
         "PTPCmd",
@@ -128,7 +129,7 @@ fn what_cannot_go_on_stays_paused_and_says_why() {
     terminal.interrupts("s", "interrupted:");
 }
 
-/// A line that burns, slowly.
+/// Slow line that burns.
 const BURNS: &str = "G21\nG90\nM3 S0\nG0 X10 Y0\nG1 X70 Y0 S500 F200\nG1 X10 Y20 S500 F200\nM5\n";
 
 #[test]
@@ -138,7 +139,7 @@ fn a_job_that_burns_is_not_lit_again_by_itself() {
     let burn = ["engrave", "burn.gcode", "--surface", "-50", "--yes"];
     let mut terminal = Terminal::running(place.command(&burn));
     terminal.until_seen("left");
-    // Its power is right for its speed only.
+    // The laser's power is right only for the planned speed.
     terminal.types("-");
     terminal.until_seen("speed unchanged: the job burns");
     terminal.tell(Signal::TSTP);
@@ -148,7 +149,7 @@ fn a_job_that_burns_is_not_lit_again_by_itself() {
     terminal.until_seen("the job burns: it stays paused, laser off, until you press p");
     is_at_rest(&place);
     assert!(!laser_is_on(&place));
-    // Nor by a second going on.
+    // A second continuation does not light it either.
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     terminal.tell(Signal::CONT);
@@ -167,7 +168,7 @@ fn keys_make_a_drawing_slower_and_faster() {
     terminal.until_seen("left, at 70 %");
     terminal.types("+");
     terminal.until_seen("left, at 80 %");
-    // F1 and F4 have letters in their sequences that mean something alone.
+    // The escape sequences of F1 and F4 contain letters that have a meaning alone.
     terminal.types("\x1bOP\x1bOS++");
     terminal.until_seen("left");
     terminal.types("-");
@@ -175,7 +176,7 @@ fn keys_make_a_drawing_slower_and_faster() {
     terminal.interrupts("s", "interrupted:");
 }
 
-/// All of it is M4: its power follows the speed.
+/// M4 throughout: its power follows the speed.
 #[test]
 fn what_burns_in_proportion_to_speed_is_made_slower() {
     let place = Place::homed("5");
@@ -188,7 +189,7 @@ fn what_burns_in_proportion_to_speed_is_made_slower() {
     terminal.interrupts("s", "interrupted:");
 }
 
-/// What is no job is stopped as the system does it: the signal is not caught.
+/// Verbs without a job are stopped by the system: the signal is not caught.
 #[test]
 fn other_verbs_leave_it_to_the_system() {
     let place = Place::homed("5");

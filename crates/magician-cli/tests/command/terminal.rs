@@ -1,4 +1,4 @@
-//! `magician shell` as a person at a terminal meets it.
+//! `magician shell` at a terminal.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;

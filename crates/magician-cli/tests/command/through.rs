@@ -1,4 +1,4 @@
-//! Every verb through a station: the same output and exit status as at a port, or a word why not.
+//! Every verb through a station: output and exit status as at a port, or a message why not.
 #![cfg(target_os = "linux")]
 
 use magician_station::SOCKETS;
@@ -9,27 +9,28 @@ use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
 use crate::magician::{Run, command, run, run_with};
 
-/// How a verb goes through a station.
+/// Way in which a verb works through a station.
 enum Through {
-    /// These lines, one after the other on one arm, do the same. A line of `<<` has its input after that.
+    /// These lines, run one after the other on one arm, give the same results. A line `<<` has its
+    /// input after it.
     Same(&'static [&'static [&'static str]]),
-    /// At a terminal: the line, keys with what they come to, and keys that end it.
+    /// Interactive: the command line, keys with their effects, and keys that end it.
     Pad(
         &'static [&'static str],
         &'static [(&'static str, &'static str)],
         &'static str,
     ),
-    /// It has lines or arms of its own, and says so.
+    /// Refused, because the verb needs its own lines or arms.
     Refuses(&'static [&'static str]),
-    /// It does something of its own, and well.
+    /// Works differently from all others.
     Own(&'static [&'static str]),
-    /// It needs no arm, and does what it does without one.
+    /// Needs no arm and works without one.
     NoArm(&'static [&'static str]),
 }
 
 use Through::{NoArm, Own, Pad, Refuses, Same};
 
-/// Each verb of the command.
+/// All verbs of the command.
 const VERBS: &[(&str, &[Through])] = &[
     ("ports", &[NoArm(&["ports", "--json"])]),
     ("info", &[Same(&[&["info", "--json"], &["info"]])]),
@@ -346,10 +347,10 @@ const PLAN: &str = r#"{"format":"magician-plan","version":1,"title":"moves","ste
 const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
     <path d='M2 5 L18 5 L2 15' fill='none' stroke='black'/></svg>";
 
-/// An arm behind a port, perhaps a station that has it, and the files of the lines.
+/// Arm behind a port, optionally with a station, and the files of the lines.
 struct Place {
     dir: tempfile::TempDir,
-    /// `--port` or `--station`, and where.
+    /// `--port` or `--station`, and its value.
     way: [String; 2],
     _served: Vec<Served>,
 }
@@ -381,7 +382,7 @@ impl Place {
         }
     }
 
-    /// The same, homed if the verb needs that.
+    /// Creates a place, homed if the verb needs that.
     fn homed_for(verb: &str, by_station: bool) -> Self {
         let place = Self::new(by_station);
         let needs = [
@@ -440,13 +441,13 @@ impl Place {
     }
 }
 
-/// What differs from run to run is left out: times, and how the arm is called.
+/// Returns the output without parts that differ between runs: times, and the arm's name.
 fn told(run: &Run) -> (i32, Vec<Value>, String, Value) {
     let mut objects = Vec::new();
     let mut text = String::new();
     for line in run.out.lines() {
         match serde_json::from_str::<Value>(line) {
-            // How often it is told depends on the clock.
+            // The number of progress events depends on the clock.
             Ok(Value::Object(object))
                 if object.get("event").is_some_and(|event| event == "progress") => {}
             Ok(Value::Object(mut object)) => {
@@ -458,7 +459,7 @@ fn told(run: &Run) -> (i32, Vec<Value>, String, Value) {
             _ if ["port ", "serial number", "switched on"]
                 .iter()
                 .any(|name| line.starts_with(name)) => {}
-            // "done in 0:04: 2 steps": how long it took is the clock's.
+            // The duration in "done in 0:04: 2 steps" depends on the clock.
             _ => match line.split_once(": ") {
                 Some((head, rest)) if head.starts_with("done in") => text += rest,
                 _ => text += &format!("{line}\n"),
@@ -469,7 +470,7 @@ fn told(run: &Run) -> (i32, Vec<Value>, String, Value) {
     (run.status, objects, text, error["error"]["kind"].clone())
 }
 
-/// The verbs that the command itself lists.
+/// Returns the verbs that the command lists.
 fn verbs() -> Vec<String> {
     let help = run(&["help"]).out;
     let lines = help.lines().take_while(|line| *line != "Options:");
@@ -485,7 +486,7 @@ fn every_verb_has_its_way() {
     let mut listed: Vec<_> = VERBS.iter().map(|(verb, _)| (*verb).to_owned()).collect();
     let mut all = verbs();
     if !cfg!(feature = "site") {
-        // They are there, and not listed.
+        // They exist but are not listed.
         all.extend(["fleet", "site"].map(str::to_owned));
     }
     listed.sort();
@@ -604,7 +605,7 @@ fn a_virtual_arm_of_a_station_is_one() {
     }
 }
 
-/// What the station refuses is said in its words, as a line of the arm's own could not.
+/// A refusal is reported in the station's words, which the arm's line could not give.
 #[test]
 fn who_has_the_arm_is_said_once() {
     let station = Served::verb("serve", &["--port", "sim", "--listen", "127.0.0.1:0"], 1);

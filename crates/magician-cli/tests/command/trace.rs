@@ -1,10 +1,10 @@
-//! `--trace` and `--faults`: what this program says and hears, written down or spoilt.
+//! `--trace` and `--faults`: traffic of this program, recorded or disturbed.
 
 use crate::magician;
 use crate::magician::{run, run_with};
 use serde_json::Value;
 
-/// The commands in a trace, in order, with the direction of each.
+/// Returns the commands in a trace in order, each with its direction.
 fn commands(trace: &str) -> Vec<(String, String)> {
     let records = run(&["decode", trace, "--json"]).objects();
     let text = |record: &Value, key: &str| record[key].as_str().unwrap_or_default().to_owned();
@@ -35,12 +35,16 @@ fn a_verb_writes_down_what_it_says_and_hears() {
     let last = passed.len() - 2;
     let side = |side: &str| ("GetPose".to_owned(), side.to_owned());
     assert_eq!(passed[last..], [side("request"), side("reply")]);
-    // It can be played back.
+    // The trace can be replayed.
     let replayed = run(&["replay", &file]);
     assert_eq!(replayed.status, 0, "{replayed:?}");
 }
 
+<<<<<<< HEAD
 /// docs/reference/FRAMES.md: six frames for a move that follows another one in a shell.
+=======
+/// `docs/reference/FRAMES.md`: six frames for a move that follows another one in a shell.
+>>>>>>> t-cli
 #[test]
 fn move_in_a_shell_reads_the_pose_once() {
     let place = Place::new();
@@ -103,7 +107,7 @@ fn every_line_of_a_program_goes_into_one_trace() {
     ]);
     assert_eq!(done.status, 0, "{done:?}");
     let passed = commands(&file);
-    // The bare line asks for left space, the connection for the alarms.
+    // The bare line asks for the left space, the connection for the alarms.
     for command in ["GetQueuedCmdLeftSpace", "GetAlarmsState", "GetDeviceSN"] {
         assert!(
             passed.iter().any(|(name, _)| name == command),

@@ -1,4 +1,5 @@
-//! A station that nobody sits beside: encrypted, by the settings alone, found and looked over by others.
+//! Unattended station: encrypted, configured by settings alone, found and checked by other
+//! machines.
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 use crate::magician::served::Served;
 use crate::magician::{command, run};
 
-/// A certificate of this machine and its key.
+/// Creates a self-signed certificate and its key.
 fn pair(folder: &Path, name: &str) -> [PathBuf; 2] {
     let made = rcgen::generate_simple_self_signed(vec!["127.0.0.1".to_owned()]).unwrap();
     let files = ["cert", "key"].map(|what| folder.join(format!("{name}.{what}.pem")));
@@ -23,7 +24,7 @@ fn text(path: &Path) -> &str {
 
 const SIM: [&str; 4] = ["--port", "sim", "--listen", "127.0.0.1:0"];
 
-/// The address that a station says.
+/// Returns the address that a station prints.
 fn url(served: &Served, scheme: &str) -> String {
     served.door(scheme).trim_end_matches('/').to_owned()
 }
@@ -97,7 +98,7 @@ fn the_settings_say_what_flags_do_not() {
     assert_eq!(found.unwrap()["arms"], json!(["left", "right"]), "{local}");
     assert_eq!(admitted(&url, "lab.local"), 200);
     assert_eq!(admitted(&url, "evil.example"), 403);
-    // A flag goes before a setting.
+    // A flag overrides a setting.
     let named = with(&["--allow-host", "other.local", "--arm", "one=sim"]);
     let url = self::url(&named, "http");
     assert_eq!(admitted(&url, "lab.local"), 403);
@@ -117,11 +118,11 @@ fn how_dobotlink_is_answered_may_be_said_where_the_settings_ask_for_it() {
     let nowhere = folder.path().join("tokens");
     command.args(["serve", "--link-laser", "--token-file"]);
     let refused = command.args([&nowhere]).args(SIM).output().unwrap();
-    // The file that is not there is all that is wrong.
+    // Only the missing file is wrong.
     assert_eq!(refused.status.code(), Some(3), "{refused:?}");
 }
 
-/// The status of a request under a name of a host.
+/// Returns the status of a request with this host name.
 fn admitted(url: &str, host: &str) -> u16 {
     use std::io::{Read, Write};
     let address = url.strip_prefix("http://").unwrap();
@@ -136,7 +137,7 @@ fn admitted(url: &str, host: &str) -> u16 {
     answer.split(' ').nth(1).unwrap().parse().unwrap()
 }
 
-/// What a look at a station finds, by check.
+/// Returns the findings about a station, by check.
 fn look(words: &[&str], token: Option<&str>) -> (i32, Vec<(String, Value)>) {
     let mut command = command();
     command.args(words).args(["doctor", "--json"]);

@@ -1,4 +1,4 @@
-//! Jobs that wait for a person between the parts of a drawing.
+//! Jobs that wait for the user between the parts of a drawing.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Write};
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 const TWO: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='30mm' height='30mm' viewBox='0 0 30 30'>\
     <path d='M5 5H25' stroke='red'/><path d='M5 15H25' stroke='blue'/></svg>";
 
-/// A drawing by its colours.
+/// Returns the command that draws a file in parts by colour.
 fn in_colors(file: &str) -> Command {
     let mut magician = command();
     magician.args(["draw", file, "--surface", "-60", "--parts", "color"]);
@@ -84,7 +84,7 @@ fn a_pause_that_nobody_can_answer_any_more_stops_the_job() {
     drop(talk.child.stdin.take());
     talk.until("paused");
     assert_eq!(talk.child.wait().expect("it ends").code(), Some(130));
-    // It goes on where it was stopped: it waits there again.
+    // The job resumes where it was stopped, and waits there again.
     let mut talk = Talk::with(draw(&place, &file, &["--json", "--resume"]));
     talk.until("paused");
     let stdin = talk.child.stdin.as_mut().expect("a pipe");

@@ -1,10 +1,11 @@
-//! The driver's handle on a virtual arm in this process.
+//! Driver with a virtual arm in the same process.
 
 use magician::commands::Pose;
 use magician::{Arm, Result, Set, Target};
 use magician_protocol::{Deframer, Event};
 
-/// Performs the frames that were given; 0 if the arm did. What was made is where it stands, or why not.
+/// Sends the given frames as commands. Returns 0 on success, with the arm's position as output;
+/// otherwise the error.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn perform() -> u32 {
     let runtime = tokio::runtime::Builder::new_current_thread()

@@ -1,4 +1,4 @@
-//! A host's end and a virtual arm, on the clock of the caller.
+//! Host connection and virtual arm on the caller's clock.
 
 use std::cell::RefCell;
 
@@ -25,7 +25,8 @@ thread_local! {
     });
 }
 
-/// Checks a command with this id, whose parameters were given, and hands it over; 0 if it was taken.
+/// Checks and submits the command with this id and the given parameters. Returns 0 if it was
+/// accepted.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn offer(id: u32) -> u32 {
     let Ok(command) = Set::decode(id as u8, &crate::given()) else {
@@ -48,7 +49,7 @@ pub(crate) extern "C" fn offer(id: u32) -> u32 {
     })
 }
 
-/// Lets time pass to this instant, us; what was made is where the arm stands.
+/// Advances time to this instant, µs. Its output is the arm's position.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn advance(now: u64) {
     const LINK: LinkId = LinkId(0);

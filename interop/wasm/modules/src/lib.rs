@@ -1,5 +1,6 @@
-//! Modules whose sizes `interop/wasm/sizes` prints, one for each set of features. An export hands bytes from outside to a library, and
-//! keeps what comes of them for outside; so nothing that it reaches is optimised away, and nothing else is in the module.
+//! Modules whose sizes `interop/wasm/sizes` prints, one per set of features. Each export passes
+//! bytes from outside to a library and returns its output, so that the linker removes nothing of
+//! what is measured and the module contains nothing else.
 #![allow(unsafe_code)] // Only for the names of exports.
 
 #[cfg(feature = "arm")]
@@ -16,19 +17,19 @@ thread_local! {
     static MADE: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
-/// A byte for the next call.
+/// Appends a byte to the input of the next call.
 #[unsafe(no_mangle)]
 pub extern "C" fn give(byte: u32) {
     GIVEN.with_borrow_mut(|given| given.push(byte as u8));
 }
 
-/// The last byte of what was made and not taken yet; -1 if there is none.
+/// Removes and returns the last byte of the output; -1 if it is empty.
 #[unsafe(no_mangle)]
 pub extern "C" fn take() -> i32 {
     MADE.with_borrow_mut(|made| made.pop().map_or(-1, i32::from))
 }
 
-/// What was given since the call before.
+/// Takes the input given since the last call.
 #[cfg_attr(
     not(any(feature = "arm", feature = "host", feature = "program")),
     expect(dead_code)

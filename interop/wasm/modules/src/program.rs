@@ -1,4 +1,4 @@
-//! Plans, from a file to what an arm would do.
+//! Plans: read, checked, previewed and rehearsed.
 
 use std::cell::RefCell;
 
@@ -16,7 +16,7 @@ fn start() -> Preflight {
     Preflight::at(JointAngles::HOME, ToolBias::SUCTION)
 }
 
-/// Makes a plan of the file that was given; 0 if it is one. What was made is the plan as our own file, or what is wrong.
+/// Reads the given file. Returns 0 on success, with the plan file as output; otherwise the error.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn plan() -> u32 {
     let bytes = crate::given();
@@ -40,14 +40,14 @@ pub(crate) extern "C" fn plan() -> u32 {
     }
 }
 
-/// Checks the plan and estimates its time, s; infinite where it is not known.
+/// Checks the plan and returns its estimated time, s; infinite if unknown.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn estimate() -> f64 {
     let time = PLAN.with_borrow(|plan| check(plan, &start()).time);
     time.map_or(f64::INFINITY, |time| time.as_secs_f64())
 }
 
-/// Counts the commands from this step on.
+/// Returns the number of commands from this step on.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn resume(step: u64) -> i64 {
     let program = PLAN.with_borrow(|plan| Program::new(plan.clone(), None));
@@ -55,7 +55,7 @@ pub(crate) extern "C" fn resume(step: u64) -> i64 {
     rest.map_or(-1, |rest| rest.commands().count() as i64)
 }
 
-/// Shows the plan as SVG.
+/// Draws the plan as SVG.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn preview() {
     crate::made(shown().to_svg().as_bytes());
@@ -68,14 +68,15 @@ fn shown() -> Preview {
     })
 }
 
-/// Shows the plan as PNG.
+/// Draws the plan as PNG.
 #[cfg(feature = "picture")]
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn picture(pixels_per_mm: f64) {
     crate::made(&shown().to_png(pixels_per_mm).unwrap_or_default());
 }
 
-/// Has a virtual arm do the plan; what was made is its drawing as SVG. Answers how many steps have ended.
+/// Rehearses the plan on a virtual arm. Returns the number of completed steps, with the drawing as
+/// SVG output.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn rehearsal() -> i64 {
     let done = PLAN.with_borrow(|plan| rehearse(plan, &RehearseOptions::default()));

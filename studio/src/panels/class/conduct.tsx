@@ -1,4 +1,4 @@
-// What a teacher does to all arms, or to those that are chosen.
+// Actions of a teacher on all or on selected arms.
 import { agreed, tried } from "../../actions";
 import { frozen as frozenArms, turns } from "../../class";
 import { t } from "../../i18n";
@@ -11,8 +11,10 @@ import { type Word, w } from "./words";
 
 type Method = "arm.home" | "arm.clear_alarms";
 
-/** Moves an arm in a lesson: the teacher has it for that time. Whoever had it is asked for nothing, and has it again afterwards with
-    the rest of the turn. */
+/**
+ * Moves an arm during a lesson. The teacher takes it for that time without asking; afterwards its
+ * pupil has it again with the rest of the turn.
+ */
 export async function forPupil(arm: string, method: Method, what: string, isSure = false): Promise<void> {
   const entry = store.arms.value.find(({ name }) => name === arm);
   if (!isSure && method === "arm.home" && entry?.virtual === false && !(await store.ask(what, t("home.text"), what)))
@@ -45,7 +47,10 @@ async function turnsOf(key: "end" | "next"): Promise<void> {
   });
 }
 
-/** As with Stop, the button is never off: that nothing was sent is said, with what stops the arms all the same. */
+/**
+ * Like Stop, this button is never disabled. If nothing could be sent, the user is told how to stop
+ * the arms.
+ */
 async function freeze(which: { arms?: string[] }): Promise<void> {
   if (store.socket.value !== "up") return store.say(w("class.freeze.unsent"), true);
   await tried(() => call("class.freeze", which));

@@ -1,4 +1,4 @@
-// The door of a class: name and code; all other ways in are folded.
+// Sign-in page of a class: name and code; other ways in are folded.
 import { useSignal } from "@preact/signals";
 import { fromSlip, hasClass } from "../../class";
 import { t } from "../../i18n";
@@ -10,7 +10,7 @@ import { Connect } from "../connect";
 import { AtStations, placeOf } from "./hub";
 import { w } from "./words";
 
-/** What the station said, in the words of the page's language. */
+/** Reason for a refused sign-in, in the page's language. */
 function faultOf(of: "pupil" | "pin"): string | undefined {
   const fault = store.signInFault.value;
   if (fault?.of !== of) return undefined;
@@ -38,7 +38,7 @@ export function Door() {
     refused.value = token === null;
     if (token) connect(url, token);
   };
-  // Without a class that is known, a token may be all that is wanted.
+  // Without a known class the station may only want a token.
   const isSure = !store.hub.value && (hasClass.value || slip !== null);
   return (
     <>

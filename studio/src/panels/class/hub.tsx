@@ -1,11 +1,11 @@
-// What the page of a hub says of a class: pupils, turns and codes are at the pages of the stations.
+// Class at a hub: pupils, turns and codes are managed at the pages of the stations.
 import { useEffect } from "preact/hooks";
 import * as store from "../../store";
 import { Card } from "../../ui/parts";
 import { roll, watchRoll } from "./roll";
 import { w } from "./words";
 
-/** Where pupils sign in. */
+/** Description of the place where pupils sign in. */
 export const placeOf = (machines: readonly unknown[]): string =>
   machines.length > 0 ? w("hub.machines", { machines: machines.join(", ") }) : w("hub.place");
 

@@ -1,4 +1,4 @@
-// The class, for whoever has the page: its door, a pupil's own page, or what a teacher needs in a lesson.
+// Class, by user: the sign-in page, a pupil's page, or the teacher's page.
 import { hasClass } from "../../class";
 import { t } from "../../i18n";
 import * as store from "../../store";

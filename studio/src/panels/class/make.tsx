@@ -1,4 +1,4 @@
-// A class made in the page: its pupils, arms and the length of a turn; changed and ended there, too.
+// Form for a class: its pupils, arms and the length of a turn. Also changes and ends it.
 import { useSignal } from "@preact/signals";
 import { tried } from "../../actions";
 import { hasClass } from "../../class";
@@ -10,10 +10,10 @@ import { Card, Do, Field, NumberInput } from "../../ui/parts";
 import { type Roll, read, roll } from "./roll";
 import { w } from "./words";
 
-/** Length of a turn that a new class has, minutes. */
+/** Default length of a turn, minutes. */
 const TURN = 5;
 
-/** Names as people paste them: one a line, or in a row with commas; each once. */
+/** Names from pasted text, one per line or separated by commas, without duplicates. */
 export const namesOf = (text: string): string[] => [
   ...new Set(
     text
@@ -23,11 +23,11 @@ export const namesOf = (text: string): string[] => [
   ),
 ];
 
-/** The arms that pupils of a class may have; none are named where they may have all. */
+/** Arms that pupils of the class may use; if the class names none, all of the station. */
 const armsOf = (now: Roll | null): string[] =>
   now?.class?.arms.length ? now.class.arms : store.arms.value.map(({ name }) => name);
 
-/** How far the clock of this browser is from UTC, such as `+01:00`. */
+/** Offset of this browser's clock from UTC, such as `+01:00`. */
 function offsetNow(): string {
   const minutes = -new Date().getTimezoneOffset();
   const two = (n: number) => String(Math.trunc(Math.abs(n))).padStart(2, "0");
@@ -120,7 +120,7 @@ async function end(): Promise<void> {
   if (!(await store.ask(w("make.end"), w("make.end.text"), w("make.end")))) return;
   await call("class.set", { text: "" });
   await read();
-  // Without a class this computer's people are teachers again, and there is no PIN that could be tried.
+  // Without a class, users of this computer are teachers again, and the PIN is no longer valid.
   if (isPin(keptToken())) signOut();
 }
 

@@ -1,4 +1,4 @@
-// A pupil's own page: the arm, the place, and where to work; nothing that is a teacher's.
+// A pupil's page: the arm, the place in the queue, and the workshops. Nothing of the teacher's.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../../actions";
@@ -14,7 +14,7 @@ import { Card, Do, Pick } from "../../ui/parts";
 import { reasonOf, whyWaits } from "./reasons";
 import { w } from "./words";
 
-/** The end of a turn, or a freeze, pauses a drawing: how it goes on. */
+/** Explains how a drawing continues that the end of a turn or a freeze has paused. */
 function Paused() {
   const own = store.arms.value
     .flatMap(({ name }) => jobs.get(name) ?? [])
@@ -106,7 +106,7 @@ function MyPlace() {
 
 export function PupilPage() {
   useEffect(watchSite, []);
-  // The banner says that the page was closed; arm and place would be of before.
+  // The banner says that the page was closed; arm and place would be outdated.
   if (store.socket.value === "closed") return null;
   const workshops = store.routes.value.filter((route) => ["draw", "teach", "run", "move"].includes(route));
   return (
@@ -149,7 +149,7 @@ export function PupilPage() {
   );
 }
 
-/** The turn passes on at once, and not after the grace that an absent pupil has. */
+/** Signs out and ends the turn at once, without the grace time for absent pupils. */
 async function leave(): Promise<void> {
   if (myTurn.value !== null || myPlace.value !== null) await call("turn.leave", {}).catch(() => {});
   signOut();

@@ -1,4 +1,4 @@
-// Who is in the class: who is here, who has an arm, who waits, who is missing.
+// Pupils of the class: present, with an arm, waiting, absent.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../../actions";
@@ -31,7 +31,7 @@ async function renew({ name, here }: Pupil): Promise<void> {
 
 export function Pupils() {
   useEffect(watchRoll, []);
-  // The page may be on a wall for all to see.
+  // Codes are hidden at first, because the page may be projected.
   const shows = useSignal(false);
   const pupils = roll.value?.pupils ?? [];
   const more = (

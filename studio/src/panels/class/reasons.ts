@@ -1,14 +1,17 @@
-// Why pupils and their programs wait, in words.
+// Reasons why pupils and their programs wait, as text.
 import { clockOf, type Place } from "../../class";
 import { isWord, w } from "./words";
 
-/** Why a program waits; a reason that the page does not know is said as it came. */
+/** Reason why a program waits; an unknown reason is shown as received. */
 export function reasonOf(reason: string | null): string {
   const key = `class.reason.${reason ?? "front"}`;
   return isWord(key) ? w(key) : String(reason);
 }
 
-/** Why somebody at this place waits longer than for the turns before; null if for nothing else. */
+/**
+ * Additional reason why a pupil at this place waits, beyond the turns before; null if there is
+ * none.
+ */
 export function whyWaits({ reason, from }: Place): string | null {
   if (!reason) return null;
   return reason === "schedule" && from !== null

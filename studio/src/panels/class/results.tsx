@@ -1,4 +1,4 @@
-// What the class has made, as the station draws it.
+// Results of the class, as pictures from the station.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../../actions";
@@ -10,7 +10,7 @@ import * as store from "../../store";
 import { Card, Do } from "../../ui/parts";
 import { w } from "./words";
 
-/** How often a result without a picture is looked at, and the pause between, ms. */
+/** Largest number of retries for a result without a picture, and the pause between them, ms. */
 const LOOKS = 5;
 const AGAIN = 1000;
 
@@ -25,7 +25,7 @@ export function Results() {
   const results = useSignal<Result<"class.results">["results"]>([]);
   useEffect(() => {
     let timer: ReturnType<typeof setTimeout> | undefined;
-    // A picture is made after its job is done, which nothing tells.
+    // Pictures are made after the job is done, without a notification.
     const read = (looks: number) => {
       clearTimeout(timer);
       call("class.results", {}).then(
@@ -47,7 +47,7 @@ export function Results() {
       end();
     };
   }, []);
-  // The newest first.
+  // Newest first.
   const all = results.value.toReversed();
   return (
     <Card

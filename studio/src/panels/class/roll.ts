@@ -1,24 +1,24 @@
-// The class with its codes, as a teacher is told it: read again whenever somebody comes, goes or has a turn.
+// Class with its codes, for a teacher; read again whenever a pupil comes, leaves or gets a turn.
 import { effect, signal } from "@preact/signals";
 import { isOn } from "../../class";
 import type { Result, Told } from "../../client";
 import { call, notified } from "../../session";
 import * as store from "../../store";
 
-/** Of a hub with the arms of stations that have not answered, or have another class or none. */
+/** At a hub also the arms of stations that have not answered, or have another class or none. */
 export type Roll = Result<"class.get"> & { missing?: string[]; differ?: Array<{ arms: string[] }> };
 export const roll = signal<Roll | null>(null);
-/** A pupil who comes or goes without a turn is seen after this, ms. */
+/** Interval of reading, ms: pupils who come or leave without a turn cause no notification. */
 const LOOK = 2000;
 
 export async function read(): Promise<void> {
   try {
     const told = await call("class.get", {});
     roll.value = told.class ? told : null;
-    // No station tells a hub's page that a class begins or ends.
+    // Stations do not notify a hub's page of the beginning or end of a class.
     if (store.hub.value) isOn.value = told.class !== null;
   } catch {
-    // Of a station that is away the names stay.
+    // Keep the names while the station is away.
   }
 }
 

@@ -1,4 +1,5 @@
-// The slips of paper for pupils, as a page to print: name, code, address, and a QR code that fills the door in.
+// Slips for pupils, as a page to print: name, code, address, and a QR code that fills in the
+// sign-in form.
 import { signal, useSignal } from "@preact/signals";
 import { correction, generate } from "lean-qr";
 import { toSvgDataURL } from "lean-qr/extras/svg";
@@ -6,10 +7,13 @@ import { Do, TextField } from "../../ui/parts";
 import type { Roll } from "./roll";
 import { w } from "./words";
 
-/** The pupils whose slips are shown; null if none are. */
+/** Pupils whose slips are shown; null if hidden. */
 export const slips = signal<Roll["pupils"] | null>(null);
 
-/** A slip's address: what a QR code holds, and what is typed. The code stands behind `#`, which no server is sent. */
+/**
+ * Address on a slip, also in its QR code. The code is behind `#`, which browsers do not send to
+ * servers.
+ */
 const addressOf = (place: string, name: string, code: string): string =>
   `${place}/#/class?${new URLSearchParams({ name, code })}`;
 

@@ -1,4 +1,4 @@
-// What a teacher sees and does at one arm in a lesson.
+// Tile of one arm in a lesson, for the teacher.
 import { tried } from "../../actions";
 import { type ArmTurn, clockOf, turnAt, turns } from "../../class";
 import { t } from "../../i18n";
@@ -10,7 +10,7 @@ import { forPupil } from "./conduct";
 import { reasonOf } from "./reasons";
 import { w } from "./words";
 
-/** Whether the class leaves an arm to the teacher alone. */
+/** True if the schedule reserves the arm for the teacher. */
 export const isTeachers = (turn: ArmTurn | null): boolean => turn?.slot != null && turn.slot.until === null;
 
 export function TeacherTile({ arm }: { arm: store.ArmEntry }) {

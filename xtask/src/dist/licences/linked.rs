@@ -1,5 +1,5 @@
-//! Which crates and which data a build has in it. Cargo's tree is asked, which knows what the features of this very
-//! build ask for; its metadata mixes those of the whole workspace.
+//! Crates and data that a build contains. `cargo tree` is used because it resolves the features of
+//! this build alone, while `cargo metadata` merges those of the whole workspace.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -11,30 +11,30 @@ use serde_json::Value;
 
 use crate::dist;
 
-/// What is built, as cargo is told.
+/// Build to examine.
 pub(crate) struct Build {
-    /// What it is called.
+    /// Title of its page.
     pub(crate) title: &'static str,
-    /// The manifest of its workspace.
+    /// Manifest of its workspace.
     pub(crate) manifest: PathBuf,
     pub(crate) packages: Vec<String>,
-    /// As `package/feature`.
+    /// Features as `package/feature`.
     pub(crate) features: Vec<String>,
-    /// Its triple; none for every platform.
+    /// Target triple; `None` for every platform.
     pub(crate) target: Option<String>,
 }
 
-/// What is in a build.
+/// Contents of a build.
 pub(super) struct Linked {
-    /// Whose code is in it, by name.
+    /// Crates whose code is linked, by name.
     pub(super) crates: Vec<Package>,
-    /// Macros, and what they are made with: what they wrote is in it.
+    /// Macros and their dependencies: the code they generate is included.
     pub(super) macros: Vec<Package>,
-    /// Data of others that our crates bring along.
+    /// Third-party data in our crates.
     pub(super) embedded: Vec<Embedded>,
 }
 
-/// A third-party crate.
+/// Third-party crate.
 #[derive(Debug)]
 pub(super) struct Package {
     pub(super) name: String,
@@ -42,11 +42,12 @@ pub(super) struct Package {
     pub(super) licence: String,
     pub(super) authors: Vec<String>,
     pub(super) home: String,
-    /// Where its sources lie.
+    /// Folder of its sources.
     pub(super) folder: PathBuf,
 }
 
-/// Third-party data in one of our crates, as listed in its manifest under `package.metadata.third-party`.
+/// Third-party data in one of our crates, as listed in its manifest under
+/// `package.metadata.third-party`.
 #[derive(Debug)]
 pub(super) struct Embedded {
     pub(super) name: String,
@@ -55,7 +56,7 @@ pub(super) struct Embedded {
     pub(super) licence: String,
     pub(super) copyright: String,
     pub(super) source: String,
-    /// The text of its licence.
+    /// Text of its licence.
     pub(super) text: String,
 }
 
@@ -113,7 +114,8 @@ fn metadata(build: &Build) -> Result<Value, Box<dyn Error>> {
     Ok(serde_json::from_slice(&dist::output(&mut command)?)?)
 }
 
-/// Names and versions of what a build depends on over edges of some kinds, itself included.
+/// Returns names and versions of all packages that a build depends on through these kinds of edges,
+/// itself included.
 fn tree(build: &Build, edges: &str) -> Result<BTreeSet<(String, String)>, Box<dyn Error>> {
     let mut command = Command::new(dist::cargo());
     command.args(["tree", "--locked", "--prefix", "none", "--format", "{p}"]);
@@ -134,7 +136,7 @@ fn tree(build: &Build, edges: &str) -> Result<BTreeSet<(String, String)>, Box<dy
         .collect()
 }
 
-/// `name v1.2.3 (anything else)`.
+/// Parses `name v1.2.3 (anything else)`.
 fn named(line: &str) -> Option<(String, String)> {
     let mut words = line.split_whitespace();
     let (name, version) = (words.next()?, words.next()?.strip_prefix('v')?);

@@ -1,5 +1,5 @@
-//! What others have written of what we give away, and under which licences: a page for the command's archive, one for
-//! the drop-in library, and one for the Python wheel, which is kept in the repository.
+//! Third-party code and data in our releases with their licences: a page for the command's archive,
+//! one for the replacement library, and one for the Python wheel, which is kept in the repository.
 
 mod linked;
 mod texts;
@@ -15,7 +15,7 @@ use linked::{Embedded, Linked, Package};
 pub(crate) use linked::Build;
 pub(crate) use wheel::run;
 
-/// The page of a build: its crates, and each licence text once.
+/// Returns the page of a build: its crates, and each licence text once.
 pub(crate) fn page(build: &Build) -> Result<String, Box<dyn Error>> {
     let Linked {
         crates,
@@ -96,10 +96,10 @@ fn list(page: &mut String, texts: &mut Texts, package: &Package) -> Result<(), B
     Ok(())
 }
 
-/// Each text once, however its lines are broken, and what it is for.
+/// Licence texts without duplicates, each with the names it applies to.
 #[derive(Default)]
 struct Texts {
-    /// By its words.
+    /// Keyed by the words of the text, so that line breaks do not matter.
     all: BTreeMap<String, (String, Vec<String>)>,
 }
 
@@ -108,7 +108,7 @@ impl Texts {
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let entry = || (text.trim_end().to_owned(), Vec::new());
         let (_, names) = self.all.entry(words).or_insert_with(entry);
-        // A file deep in a crate that is the crate's own once more says nothing new.
+        // A file deep inside a crate with the crate's own licence adds nothing.
         let owner = of.split(" (").next().unwrap_or(of);
         if !names.iter().any(|known| known == of || known == owner) {
             names.push(of.to_owned());
@@ -125,7 +125,7 @@ impl Texts {
     }
 }
 
-/// Names with commas between, in lines that can be read.
+/// Joins names with commas and wraps the lines.
 fn wrapped(head: &str, names: &[String]) -> String {
     let (mut all, mut column) = (head.to_owned(), head.len());
     for (at, name) in names.iter().enumerate() {

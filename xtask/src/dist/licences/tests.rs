@@ -1,4 +1,4 @@
-//! That the pages are complete and true.
+//! Tests that the licence pages are complete and correct.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ fn build(package: &str) -> Build {
     }
 }
 
-/// A crate whose sources lie in a folder of their own, which goes with it.
+/// Creates a crate with its sources in a temporary folder.
 fn package(folder: &tempfile::TempDir, licence: &str, authors: &[&str]) -> Package {
     Package {
         name: "sample".to_owned(),
@@ -87,7 +87,8 @@ fn every_crate_has_a_licence_text() {
     }
 }
 
-/// Third-party bytes that are built in are named in the crate's manifest. Texts and sources that are built in are ours.
+/// Third-party bytes that are embedded must be declared in the crate's manifest. Embedded texts and
+/// sources are ours.
 #[test]
 fn every_file_that_is_built_in_is_declared() {
     let declared = linked::read(&build("magician-cli")).unwrap().embedded;
@@ -201,7 +202,7 @@ fn what_linkers_add_is_named() {
     assert_eq!(parts(None), 3);
 }
 
-/// A package of one crate has nothing of the folder that the crate lies in.
+/// The package of a single crate contains nothing of the workspace's root.
 #[test]
 fn every_crate_that_is_given_away_has_our_licences() {
     let mut seen = 0;

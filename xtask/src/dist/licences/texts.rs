@@ -1,5 +1,5 @@
-//! The texts of licences: those that crates bring along, the standard one where they bring none, and those of what the
-//! compiler adds.
+//! Licence texts: the files in the crates, the standard text for a crate without a file, and the
+//! texts for the parts that the compiler adds.
 
 use std::error::Error;
 use std::fs;
@@ -11,16 +11,16 @@ const MIT: &str = include_str!("../../../../LICENSE-MIT");
 const APACHE: &str = include_str!("../../../../LICENSE-APACHE");
 const BOOST: &str = include_str!("../texts/BSL-1.0.txt");
 
-/// The texts of a crate.
+/// Licence texts of a crate.
 #[derive(Debug)]
 pub(super) struct Texts {
-    /// Each with its file's name, under the crate's folder.
+    /// Texts by file name, relative to the crate's folder.
     pub(super) files: Vec<(String, String)>,
-    /// The crate brings none: it is the standard one, for its authors.
+    /// True if the crate contains no text, so that the standard one is used with its authors.
     pub(super) standard: bool,
 }
 
-/// Every text that a crate brings along: of its own licence, and of what it has taken in.
+/// Collects all texts in a crate: its own licence, and those of code it has incorporated.
 pub(super) fn of_crate(package: &Package) -> Result<Texts, Box<dyn Error>> {
     let mut paths = Vec::new();
     collect(&package.folder, &mut paths)?;
@@ -45,12 +45,13 @@ pub(super) fn of_crate(package: &Package) -> Result<Texts, Box<dyn Error>> {
     })
 }
 
-/// Packing turns a link into a file that holds the name of another.
+/// Shortest licence text, bytes. Packing turns a link into a file with the name of its target,
+/// which is shorter.
 const SHORTEST: usize = 100;
 const LICENCES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "UNLICENSE"];
-/// The holders of the rights, and other required notices.
+/// Files with copyright holders and other required notices.
 const NOTICES: [&str; 3] = ["COPYRIGHT", "NOTICE", "AUTHORS"];
-/// Folders of a crate that are not built into what depends on it.
+/// Folders of a crate that dependents do not compile.
 const ASIDE: [&str; 4] = ["tests", "examples", "benches", "target"];
 const PROGRAMS: [&str; 6] = ["rs", "c", "h", "py", "toml", "json"];
 
@@ -100,7 +101,7 @@ fn standard(package: &Package) -> Result<String, Box<dyn Error>> {
     }
 }
 
-/// The MIT licence of others.
+/// Returns the MIT licence with other copyright holders.
 fn mit(copyright: &[&str]) -> String {
     let lines = MIT.lines().map(|line| match line {
         _ if line.starts_with("Copyright") => copyright.join("\n"),
@@ -109,7 +110,7 @@ fn mit(copyright: &[&str]) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Something that is in every build and in no manifest.
+/// Part of every build that is in no manifest.
 pub(super) struct Part {
     pub(super) name: &'static str,
     pub(super) licence: &'static str,
@@ -117,8 +118,9 @@ pub(super) struct Part {
     pub(super) texts: Vec<String>,
 }
 
-/// The holders of the rights in the parts of the standard library that end up in programs: of the library itself, and of the
-/// crates in it, `library/Cargo.lock` and `COPYRIGHT-library.html` of Rust 1.95 without what other systems need.
+/// Copyright holders of the parts of the standard library that end up in programs: the library
+/// itself and its crates, from `library/Cargo.lock` and `COPYRIGHT-library.html` of Rust 1.95,
+/// without those for other systems.
 const OF_THE_STANDARD_LIBRARY: [&str; 13] = [
     "Copyright (c) The Rust Project Developers (see https://thanks.rust-lang.org)",
     "std::sync::mpmc: Copyright (c) 2019 The Crossbeam Project Developers",
@@ -135,7 +137,7 @@ const OF_THE_STANDARD_LIBRARY: [&str; 13] = [
     "windows-sys, windows-link, windows-targets, on Windows: Copyright (c) Microsoft Corporation.",
 ];
 
-/// What the compiler puts into what is built for a target, for all of them if none is named.
+/// Returns the parts that the compiler adds for a target; for all targets if `None`.
 pub(super) fn of_the_compiler(target: Option<&str>) -> Vec<Part> {
     let mut parts = vec![Part {
         name: "Rust's standard library",

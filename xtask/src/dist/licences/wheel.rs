@@ -1,4 +1,4 @@
-//! The chore: the page that goes into the Python wheel, and any other for a build with other features.
+//! Writes the licence page of the Python wheel, and prints pages of builds with other features.
 
 use std::error::Error;
 use std::fs;
@@ -6,10 +6,12 @@ use std::path::Path;
 
 use super::{Build, page};
 
-/// In the wheel's `dist-info/licenses`, and kept in the repository, so that a wheel can be built without xtask.
+/// Included in the wheel's `dist-info/licenses`. Kept in the repository, so that a wheel can be
+/// built without xtask.
 const FILE: &str = "crates/magician-py/THIRD-PARTY-LICENSES.txt";
 
-/// `[--check]` for the wheel's page, `PACKAGE [--features LIST] [--target TRIPLE]` to print another.
+/// `[--check]` for the wheel's page, `PACKAGE [--features LIST] [--target TRIPLE]` to print
+/// another.
 pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words.as_slice() {
@@ -31,7 +33,7 @@ fn check(root: &Path) -> Result<(), Box<dyn Error>> {
     Err(format!("{FILE} is not what is in the wheel: cargo xtask licences").into())
 }
 
-/// The same wheel is built for many platforms from one source distribution.
+/// All platforms, because one source distribution is built for many.
 pub(super) fn of_wheel(root: &Path) -> Build {
     Build {
         title: "the Python package dobot-magician",

@@ -1,4 +1,4 @@
-//! Which verb has which policy, and what each comes to.
+//! Policies of every verb, and the effects of each policy.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::args::COMMAND_LINE;
 
-/// The files of each verb below `verbs`, and all that it chooses there. `attending` and `alone` are of verbs that have no arm of
-/// the context, or not for all they do.
+/// Each verb with its files below `verbs` and all policies that they choose. `attending` and
+/// `alone` mark verbs that do not use the context's arm, or not for everything.
 const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("ports", &["ports.rs"], &[]),
     ("info", &["info.rs"], &["StopPolicy::Look"]),
@@ -128,7 +128,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
 
 const JOB: &[&str] = &["JobPolicy::Burning", "JobPolicy::Dark", "StopPolicy::Look"];
 
-/// What a file, or all files of a directory, choose.
+/// Collects the policies that a file, or all files of a directory, choose.
 fn chosen(path: &Path, found: &mut BTreeSet<String>) {
     if path.is_dir() {
         let files = fs::read_dir(path).unwrap();
@@ -167,8 +167,9 @@ fn each_verb_has_the_policies_of_the_list() {
     }
 }
 
-/// Whether a signal stops an arm of which the connection knows nothing: during the work, and after its good end. Whether a line
-/// that breaks is waited for. How long the laser burns after the good end.
+/// Returns the effects of rules: true if a signal stops an arm of which the driver knows nothing,
+/// during the work and after its success; true if the driver reconnects; how long the laser burns
+/// after success.
 fn comes_to(rules: Rules) -> (bool, bool, bool, Option<Burns>) {
     let mut under_way = UnderWay::default();
     under_way.begins(&rules);

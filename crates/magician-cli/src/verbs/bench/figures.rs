@@ -1,4 +1,4 @@
-//! The figures, their goals, and their form in JSON.
+//! Measured figures of `bench`, their goals, and their JSON form.
 
 use std::time::Duration;
 
@@ -6,35 +6,37 @@ use magician::Target;
 use magician_measure::{Exchange, LineSpeed, Mixed, Stops, Streamed};
 use serde::Serialize;
 
-/// Rounds of polls a second beside a stream.
+/// Polls of the arm a second beside a stream.
 pub(super) const POLLS: f64 = 20.0;
-/// Share of the computed rates to reach (h1).
+/// Goal: share of the computed rates (h1).
 const SHARE: f64 = 0.95;
-/// Segments a second with polls at a window of 4 (h2).
+/// Goal: segments a second with polls at a window of 4 (h2).
 const FULL_LINE: f64 = 460.0;
 const FULL_LINE_WINDOW: usize = 4;
-/// Segments a second of the streams of h3 and h5; a rate below this share of it proves nothing.
+/// Segments a second of the two streams of h3 and h5. Below the share `NEARLY` of it the line or
+/// the arm was the limit, so the measurement proves nothing about the driver.
 const DENSE_RATE: f64 = 450.0;
 const FAST_RATE: f64 = 200.0;
 const NEARLY: f64 = 0.97;
-/// Share of a core (h5).
+/// Goal: share of a core, % (h5).
 const PROCESSOR: f64 = 2.0;
-/// Longest wait for the line: its frame under way, the longest that a host sends here, and 1 ms (h4).
+/// Goal: longest delay of a stop beyond the line's own time, which is the frame being sent and the
+/// longest frame of this host (h4).
 const STOP_MARGIN: Duration = Duration::from_millis(1);
-/// Microseconds added, at p50 and p99 (h7).
+/// Goal: latency added by the driver, µs at p50 and p99 (h7).
 #[cfg(unix)]
 const ADDED: [f64; 2] = [50.0, 200.0];
 
-/// A rate and the one that was computed.
+/// Measured rate beside the computed one.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Compared {
     pub(super) per_s: f64,
-    /// `None`: the line has no speed to compute with.
+    /// `None` if the line has no speed to compute with (not a serial line).
     pub(super) computed_per_s: Option<f64>,
     pub(super) ratio: Option<f64>,
 }
 
-/// Rates against the computed stop-and-wait rates.
+/// h1: rates compared with the computed stop-and-wait rates.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct H1 {
     pub(super) get_pose: Option<Compared>,
@@ -46,19 +48,19 @@ pub(super) struct H1 {
     pub(super) met: Option<bool>,
 }
 
-/// The full line.
+/// h2: throughput of a full line.
 #[derive(Debug, Serialize)]
 pub(super) struct H2 {
     pub(super) enqueue_polled_per_s: f64,
     pub(super) bound_per_s: f64,
-    /// Whether the indices of all commands are in one row.
+    /// True if the indices of all commands are consecutive.
     pub(super) in_a_row: bool,
     pub(super) goal: f64,
     pub(super) unit: &'static str,
     pub(super) met: bool,
 }
 
-/// One stream with pauses of the host.
+/// Stream during which the host pauses at intervals.
 #[derive(Debug, Serialize)]
 pub(super) struct Starvation {
     pub(super) segments_per_s: f64,
@@ -67,18 +69,18 @@ pub(super) struct Starvation {
     pub(super) looks: u64,
 }
 
-/// Whether the queue runs dry.
+/// h3: whether the queue runs dry.
 #[derive(Debug, Serialize)]
 pub(super) struct H3 {
     pub(super) dense: Starvation,
     pub(super) fast: Starvation,
     pub(super) goal: u64,
     pub(super) unit: &'static str,
-    /// `None` when it was the arm that took no more.
+    /// `None` if the arm was the limit.
     pub(super) met: Option<bool>,
 }
 
-/// How soon a stop is on the line.
+/// h4: delay until a stop is on the line.
 #[derive(Debug, Serialize)]
 pub(super) struct H4 {
     pub(super) stops: usize,
@@ -91,18 +93,18 @@ pub(super) struct H4 {
     pub(super) met: Option<bool>,
 }
 
-/// Processor time.
+/// h5: processor time.
 #[derive(Debug, Serialize)]
 pub(super) struct H5 {
     pub(super) segments_per_s: f64,
     pub(super) core_percent: Option<f64>,
     pub(super) goal: f64,
     pub(super) unit: &'static str,
-    /// `None` when the line did not carry the segments.
+    /// `None` if the line could not carry the segments.
     pub(super) met: Option<bool>,
 }
 
-/// What the driver adds to a round trip.
+/// h7: latency that the driver adds to a round trip.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct AddedFigures {
     pub(super) bare_p50_us: Option<f64>,
@@ -115,17 +117,17 @@ pub(super) struct AddedFigures {
     pub(super) met: bool,
 }
 
-/// All of a run.
+/// All figures of a run.
 #[derive(Debug, Serialize)]
 pub(super) struct Figures {
     pub(super) port: String,
     pub(super) window: usize,
     pub(super) seconds: f64,
     pub(super) line_baud: Option<f64>,
-    /// As measured.
+    /// Measured turnaround.
     pub(super) turnaround_ms: Option<f64>,
     pub(super) jitter_ms: Option<f64>,
-    /// What the computed rates are for.
+    /// Turnaround that the computed rates assume.
     pub(super) computed_for_ms: Option<f64>,
     pub(super) get_pose_per_s: Option<f64>,
     pub(super) current_index_per_s: Option<f64>,
@@ -136,17 +138,17 @@ pub(super) struct Figures {
     pub(super) h3: Option<H3>,
     pub(super) h4: Option<H4>,
     pub(super) h5: Option<H5>,
-    /// Beside other libraries: `interop/bench_pydobot.py`.
+    /// Comparison with other libraries: measured by `interop/bench_pydobot.py`.
     pub(super) h6: Option<()>,
     pub(super) h7: Option<AddedFigures>,
-    /// Whether the arm was allowed to draw.
+    /// True if the arm was allowed to draw.
     #[serde(skip)]
     pub(super) drawn: bool,
     #[serde(skip)]
     turnaround: Option<Duration>,
 }
 
-/// Whether a stream never ran dry at its full rate; `None` when it was the arm that took no more.
+/// True if the stream never ran dry at its full rate; `None` if the arm was the limit.
 fn fed(seen: &Streamed, rate: f64) -> Option<bool> {
     let kept_full = seen.fewest? >= seen.capacity / 2;
     match (seen.dry, seen.rate.per_second() >= NEARLY * rate) {
@@ -156,7 +158,7 @@ fn fed(seen: &Streamed, rate: f64) -> Option<bool> {
     }
 }
 
-/// So many digits behind the point.
+/// Rounds to this many decimals.
 fn rounded(value: f64, digits: i32) -> f64 {
     let scale = 10_f64.powi(digits);
     (value * scale).round() / scale
@@ -197,7 +199,7 @@ impl Figures {
         }
     }
 
-    /// Whether bytes take their time.
+    /// True if the line has a speed, so that bytes take time.
     pub(super) fn paced(&self) -> bool {
         self.line_baud.is_some()
     }
@@ -206,12 +208,12 @@ impl Figures {
         self.drawn = drawn;
     }
 
-    /// What was found of the line, and what is known of it.
+    /// Records the measured line, and a turnaround known otherwise, which takes precedence.
     pub(super) fn line(&mut self, line: LineSpeed, known: Option<Duration>) {
         self.line_baud = line.baud.map(f64::round);
         self.turnaround_ms = Some(milliseconds(line.turnaround));
         self.jitter_ms = Some(milliseconds(line.jitter));
-        // Without a speed there is nothing to compute with.
+        // Without a line speed there are no computed rates.
         self.turnaround = line.baud.map(|_| known.unwrap_or(line.turnaround));
         self.computed_for_ms = self.turnaround.map(milliseconds);
     }

@@ -1,4 +1,5 @@
-//! `bench`: what the line and the driver reach on an arm, beside what can be computed.
+//! `bench`: measures rates and latencies of line and driver on an arm, and compares them with
+//! computed ones.
 
 mod figures;
 mod paths;
@@ -59,7 +60,7 @@ enum Which {
     H7,
 }
 
-/// Milliseconds, 0 or more.
+/// Parses milliseconds, 0 allowed.
 fn milliseconds(text: &str) -> Result<Duration, String> {
     let wrong = || "expected milliseconds from 0 on, such as 2.5".to_owned();
     let number = text.strip_suffix("ms").unwrap_or(text).trim();
@@ -72,7 +73,7 @@ impl Bench {
         self.only.is_empty() || self.only.contains(&which)
     }
 
-    /// Whether the arm is to draw over the first connection.
+    /// True if a measurement needs the arm to draw over the first connection.
     fn draws(&self) -> bool {
         let drawn = [Which::H1, Which::H2, Which::H3, Which::H5];
         drawn.into_iter().any(|which| self.wants(which))
@@ -104,7 +105,7 @@ impl Bench {
                 paths::stops(&target, options, paced, ring, self.stops, quiet).await
             });
             if stops.is_err() {
-                // What it changes it gives back itself, but not when it is interrupted.
+                // The measurement restores the speeds itself, except if it is interrupted.
                 let _ = context.arm(StopPolicy::Order, async |arm, _| {
                     Ok(arm.set(&speeds).await?)
                 });

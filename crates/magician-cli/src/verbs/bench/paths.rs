@@ -12,19 +12,19 @@ use crate::failure::Failure;
 use crate::progress::{Bar, attended};
 use crate::saved::SavedSettings;
 
-/// Segments so short that the arm outruns any line: mm, and mm/s at most.
+/// Segments shorter than any line can deliver in time: length in mm, speed in mm/s.
 const SHORT: (f64, f32) = (0.05, 100.0);
-/// 450 segments a second.
+/// Segments of 0.2 mm at 90 mm/s: 450 a second.
 const DENSE: (f64, f32) = (0.2, 90.0);
-/// 100 mm/s in longer segments.
+/// Segments of 0.5 mm at 100 mm/s: 200 a second.
 const FAST: (f64, f32) = (0.5, 100.0);
 
-/// Draws for a time and beside a load.
+/// Draws for a given time beside a load.
 struct Drawing<'a> {
     arm: &'a Arm,
     quiet: bool,
     time: Duration,
-    /// The same for all, so that the arm stays where it is.
+    /// Same circle for all measurements, so that the arm stays in one place.
     ring: Ring,
 }
 
@@ -37,7 +37,7 @@ impl Drawing<'_> {
     ) -> Result<Streamed, Failure> {
         let ring = self.ring.cut(length, speed);
         self.arm.set(&ring.speeds()).await?;
-        // The pause is of the whole program, as by a scheduler that serves others.
+        // Blocks the whole thread, as a scheduler that runs other programs would.
         let pause = async |time| std::thread::sleep(time);
         let work = streamed(self.arm, ring, self.time, load, pause);
         Ok(attended(self.quiet, what, work).await?)
@@ -52,6 +52,8 @@ pub(super) async fn measure(
     figures: &mut Figures,
 ) -> Result<(Ring, CpParams), Failure> {
     let (_, capacity) = arm.stats().await?;
+    // Commands of other programs would falsify the figures, and must not be dropped without
+    // consent.
     if arm.queue().left_space().await? < capacity {
         let message = "commands of another program are in the arm's queue";
         return Err(Failure::invalid(message).hint(
@@ -107,7 +109,7 @@ pub(super) async fn measure(
     Ok((ring, speeds))
 }
 
-/// Times stops of a stream, on a line of their own.
+/// Times stops of a stream, each over its own connection.
 pub(super) async fn stops(
     target: &Target,
     options: Options,

@@ -9,7 +9,7 @@ use super::{Bench, Which};
 use crate::failure::Failure;
 use crate::progress::{Bar, attended};
 
-/// Answers that are timed for the turnaround, of each of two kinds.
+/// Round trips timed for the turnaround, for each of two kinds of requests.
 const ANSWERS: u64 = 100;
 
 pub(super) async fn measure(
@@ -36,10 +36,10 @@ pub(super) async fn measure(
     Ok(())
 }
 
-/// What the driver adds to a round trip.
+/// Measures the latency that the driver adds to a round trip.
 #[cfg(unix)]
 pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> {
-    /// Enough for one in a hundred.
+    /// Enough samples for a 99th percentile.
     const TRIPS: usize = 5000;
     let bar = Bar::begin(quiet, "round trips", TRIPS as u64);
     let added = magician_measure::added_latency(TRIPS, |done| bar.at(done as u64)).await?;
@@ -49,7 +49,7 @@ pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> 
         .map(|at| AddedFigures::new(&added, at)))
 }
 
-/// There are no pseudo-terminals here.
+/// Not measured: there are no pseudo-terminals on this system.
 #[cfg(not(unix))]
 pub(super) async fn added(_: bool) -> Result<Option<AddedFigures>, Failure> {
     Ok(None)

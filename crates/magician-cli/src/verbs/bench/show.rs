@@ -1,11 +1,11 @@
-//! The figures as a table for people.
+//! Figures of `bench` as a table.
 
 use super::figures::{Compared, Figures, H1, H2, H3, H4, H5, Starvation};
 use crate::columns::{Columns, note};
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// What stands where nothing was measured.
+/// Text for a figure that was not measured.
 const NONE: &str = "not measured";
 
 pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> {

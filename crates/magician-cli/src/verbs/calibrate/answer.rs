@@ -1,4 +1,4 @@
-//! What was found, for people and for programs.
+//! Results of a calibration, as text and as JSON.
 
 use magician_program::artwork::Sheet;
 use magician_program::{Tip, Tool};
@@ -10,35 +10,35 @@ use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// As JSON has it. What was not looked for is absent.
+/// Result as JSON. Fields that were not calibrated are absent.
 #[derive(Debug, Serialize)]
 pub(super) struct CalibrationReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     sheet: Option<Sheet>,
-    /// How steep it is, deg.
+    /// Slope of the sheet, deg.
     #[serde(skip_serializing_if = "Option::is_none")]
     tilt: Option<f64>,
-    /// What it looks like.
+    /// Paper size that the sheet resembles.
     #[serde(skip_serializing_if = "Option::is_none")]
     paper: Option<Paper>,
     /// Height of a level surface, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<f64>,
-    /// From where the bias in force has the tip, mm.
+    /// Offset of the tip from where the bias in force puts it, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     offset: Option<[f64; 2]>,
-    /// The tool that touched; of a calibrated tool its bias.
+    /// Tool that touched the points; for a calibrated tool its bias.
     tool: String,
     pub(super) saved: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) file: Option<String>,
-    /// Whether the arm was told the bias.
+    /// True if the bias was set on the arm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) told: Option<bool>,
-    /// What was touched with the tool as it was taken to be before, and has to be found again.
+    /// Earlier calibrations that were touched with the old bias and must be repeated.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) stale: Vec<&'static str>,
-    /// A height was saved that does not count, because there is a sheet with one of its own.
+    /// True if a saved height has no effect, because the saved sheet has its own.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(super) sheet_counts: bool,
     #[serde(skip)]
@@ -77,7 +77,7 @@ impl CalibrationReport {
         answer
     }
 
-    /// What was found.
+    /// Writes the result.
     pub(super) fn write(&self, out: &mut Output) -> Result<(), Failure> {
         let mut columns = Columns::default();
         for [name, value] in &self.lines {
@@ -86,7 +86,7 @@ impl CalibrationReport {
         columns.write(out)
     }
 
-    /// What became of it.
+    /// Writes what was done with the result.
     pub(super) fn write_end(&self, subject: Subject, out: &mut Output) -> Result<(), Failure> {
         if self.told == Some(true) {
             out.line("the bias is set on the arm")?;
@@ -114,16 +114,16 @@ impl CalibrationReport {
     }
 }
 
-/// How steep its surface is, deg.
+/// Returns the slope of a sheet's surface, deg.
 fn tilt(sheet: &Sheet) -> f64 {
     let [x, y] = sheet.surface.slope;
     x.hypot(y).atan().to_degrees()
 }
 
-/// What the line is called that says with which tool it was touched.
+/// Label of the line that names the touching tool.
 pub(super) const TOUCHED_BY: &str = "touched by";
 
-/// What was found, in words: names and values.
+/// Returns the result as labels and values.
 pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
     let line = |name: &str, value: String| [name.to_owned(), value];
     match found {
@@ -136,7 +136,7 @@ pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
     }
 }
 
-/// A sheet in words.
+/// Returns a sheet as labels and values.
 pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]> {
     let mut lines = Vec::new();
     let mut line = |name: &str, value: String| lines.push([name.to_owned(), value]);
@@ -167,7 +167,7 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
 }
 
 fn tip_lines(tip: &Tip, tool: Tool) -> Vec<[String; 2]> {
-    // Adding 0 takes the sign off a 0.
+    // Adding 0.0 turns -0.0 into 0.0.
     let [ahead, left] = tip.offset.map(|part| (part * 100.0).round() / 100.0 + 0.0);
     let off =
         format!("{ahead:.2} mm ahead and {left:.2} mm to the left of the tip of the tool {tool}");

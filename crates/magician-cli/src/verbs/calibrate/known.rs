@@ -1,4 +1,4 @@
-//! What is known already.
+//! Shows and forgets saved calibrations.
 
 use clap::ValueEnum;
 use magician_program::artwork::Sheet;

@@ -1,4 +1,5 @@
-//! `calibrate`: the position of the paper and of the tool's tip, from points that are touched with it.
+//! `calibrate`: finds the position of the paper, the height of the surface or the bias of the tool
+//! from points that its tip touches.
 
 mod answer;
 mod known;
@@ -124,7 +125,7 @@ impl Calibrate {
     }
 }
 
-/// Finds it, shows it, keeps it.
+/// Finds the subject's position, shows it, and saves it if wanted.
 fn find(
     subject: Subject,
     given: Option<Vec<Touch>>,
@@ -152,6 +153,7 @@ fn find(
         }
     };
     let mut answer = CalibrationReport::new(&found, tool);
+    // The result is shown before the question whether to save it.
     if !context.global.json {
         answer.write(&mut context.out)?;
         context.out.flush()?;
@@ -164,6 +166,7 @@ fn find(
         let mut config = Config::load()?;
         found.keep(&mut config)?;
         answer.saved = true;
+        // Sheet and surface were touched with the old tool.
         if subject == Subject::Tool {
             answer.stale = ["sheet", "surface"]
                 .into_iter()
@@ -187,13 +190,13 @@ fn find(
     }
 }
 
-/// Nothing was found.
+/// Answer of a session that was left without a result.
 #[derive(Serialize)]
 struct Nothing {
     saved: bool,
 }
 
-/// What points cannot be.
+/// Converts a problem with touched points into a failure with its advice.
 fn wrong(problem: Diagnostic) -> Failure {
     let advice = problem.advice(&Command);
     let failure = Failure::invalid(problem.message);
@@ -203,16 +206,16 @@ fn wrong(problem: Diagnostic) -> Failure {
     }
 }
 
-/// Whether it is kept.
+/// Decision about saving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Saves {
     Yes,
     No,
-    /// The person at the terminal decides.
+    /// The user at the terminal decides.
     Asks,
 }
 
-/// Asks on the terminal; without one the answer is no.
+/// Asks on the terminal; false without one.
 fn asks(json: bool) -> Result<bool, Failure> {
     if json || !io::stdin().is_terminal() || !io::stderr().is_terminal() {
         return Ok(false);
@@ -225,7 +228,7 @@ fn asks(json: bool) -> Result<bool, Failure> {
     Ok(matches!(line.trim(), "y" | "Y" | "yes"))
 }
 
-/// The tool of points that are given as numbers. Only a tool's own bias depends on it.
+/// Returns the tool of points given as numbers. It matters only for the calibration of a tool.
 fn tool_of_points(
     subject: Subject,
     mounted: Mounted,
@@ -241,7 +244,7 @@ fn tool_of_points(
     }
 }
 
-/// Has a person touch the points.
+/// Lets the user touch the points with the jog pad.
 fn at_the_pad(
     subject: Subject,
     mounted: Mounted,
@@ -259,8 +262,8 @@ fn at_the_pad(
     })
 }
 
-/// The tool that the arm counts from; told, if asked. Paper that is touched with another one than it is drawn on with would be
-/// found where it is not.
+/// Returns the tool whose bias is in force on the arm, after setting it if asked. A sheet touched
+/// with another tool than the drawing tool would be displaced by the difference of their biases.
 async fn tool_in_force(
     arm: &Arm,
     subject: Subject,

@@ -1,6 +1,6 @@
-//! Sizes of paper that people have.
+//! Common paper sizes.
 
-/// Names, and the shorter and the longer side, mm (ISO 216; ANSI/ASME Y14.1).
+/// Names with shorter and longer side, mm (ISO 216; ANSI/ASME Y14.1).
 const KNOWN: [(&str, [f64; 2]); 9] = [
     ("A6", [105.0, 148.0]),
     ("A5", [148.0, 210.0]),
@@ -12,21 +12,22 @@ const KNOWN: [(&str, [f64; 2]); 9] = [
     ("a postcard of 100 by 150", [100.0, 150.0]),
     ("an index card of 3 by 5 in", [76.2, 127.0]),
 ];
-/// What is farther off is another paper, mm.
+/// Largest deviation of a side from a known size, mm. A choice: corners touched by hand are a few
+/// millimetres off, and the sizes differ by more.
 const NEAR: f64 = 6.0;
 
-/// Paper of about that size.
+/// Known paper size that a sheet resembles.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Paper {
     pub(super) name: &'static str,
-    /// Whether it lies on its longer side.
+    /// True if the paper lies on its longer side.
     pub(super) landscape: bool,
-    /// By how much the worse side is off, mm.
+    /// Deviation of the worse side, mm.
     pub(super) off: f64,
 }
 
 impl Paper {
-    /// The paper that a sheet looks like, if it looks like any.
+    /// Returns the most similar paper size; `None` if none is similar.
     pub(super) fn like([width, height]: [f64; 2]) -> Option<Self> {
         let landscape = width > height;
         let sides = [width.min(height), width.max(height)];
@@ -41,7 +42,7 @@ impl Paper {
     }
 }
 
-/// `A4, landscape; the touched corners are 0.8 mm off`.
+/// Formats as `A4, landscape, 0.8 mm off`.
 impl std::fmt::Display for Paper {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let lies = if self.landscape { ", landscape" } else { "" };

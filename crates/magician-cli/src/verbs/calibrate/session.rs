@@ -1,4 +1,4 @@
-//! Points that a person touches at the terminal.
+//! Session at the terminal in which the user touches points with the jog pad.
 
 use magician::Arm;
 use magician_program::{Diagnostic, Tool};
@@ -12,17 +12,17 @@ use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage};
 use crate::verbs::jog::{Console, End, Happened, Pad, Tone};
 
-/// What is nearer was touched twice by mistake, mm and deg.
+/// Distance below which two points count as the same, touched twice by mistake; mm and deg.
 const SAME: f64 = 2.0;
 
-/// How it ended.
+/// Result of the session and the decision about saving.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outcome {
     pub(super) found: Found,
     pub(super) saves: bool,
 }
 
-/// What is shown.
+/// Contents of a frame of the session.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) seen: Seen,
@@ -30,22 +30,22 @@ pub(super) struct Model {
     pub(super) touched: Touched,
 }
 
-/// What was touched so far.
+/// Points touched so far.
 #[derive(Clone, Debug)]
 pub(super) struct Touched {
     pub(super) subject: Subject,
     pub(super) tool: Tool,
     pub(super) touches: Vec<Touch>,
-    /// What it has come to, when all of it is touched.
+    /// Result, once all points have been touched.
     pub(super) result: Option<Result<Found, Diagnostic>>,
 }
 
-/// What a key is for here.
+/// Use of a key in this session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wish {
     Take,
     TakeBack,
-    /// It is the pad's.
+    /// Passed on to the jog pad.
     Move,
 }
 
@@ -66,7 +66,8 @@ impl Touched {
         }
     }
 
-    /// Which point was taken there already. A tool touches one point twice.
+    /// Returns the index of an earlier point at the same place. A tool is calibrated at one point
+    /// from two angles of the wrist, which are different poses.
     fn is_there(&self, touch: &Touch) -> Option<usize> {
         let near = |other: &Touch| {
             let apart = other.pose.iter().zip(touch.pose);
@@ -81,13 +82,13 @@ impl Touched {
         self.result = None;
     }
 
-    /// It can be kept.
+    /// Returns the result if it may be saved.
     fn good(&self) -> Option<&Found> {
         self.result.as_ref()?.as_ref().ok()
     }
 }
 
-/// Has all points touched. Nothing, if the person left before.
+/// Runs the session until all points are touched. Returns `None` if the user leaves earlier.
 pub(super) async fn run(
     arm: &Arm,
     saved: &SavedSettings,
@@ -143,7 +144,7 @@ pub(super) async fn run(
     Ok(found.map(|found| Outcome { found, saves }))
 }
 
-/// Takes the point where the arm stands.
+/// Takes the arm's position as the next point.
 fn take(console: &mut Console, touched: &mut Touched) {
     if touched.result.is_some() {
         console
@@ -178,7 +179,8 @@ fn take(console: &mut Console, touched: &mut Touched) {
     console.seen.note(format!("point {nth} taken"));
 }
 
-/// Enter and Backspace are ours, unless the pad asks or explains something.
+/// Returns the use of a key: Enter and Backspace are the session's, unless the pad asks a question
+/// or shows its help.
 fn wish(key: KeyEvent, pad: &Pad) -> Wish {
     let pressed = key.kind == KeyEventKind::Press && key.modifiers == KeyModifiers::NONE;
     if !pressed || pad.help.is_some() || pad.question.is_some() {

@@ -1,4 +1,4 @@
-//! Where the points are, drawn with letters.
+//! Sketch of the points to touch, in text characters, as the user sees the table.
 
 use magician_motion::TopView;
 use ratatui::style::Style;
@@ -9,7 +9,7 @@ use super::subject::Subject;
 use super::view::sign;
 use crate::terminal::{Theme, arrow};
 
-/// How it looks.
+/// Returns the sketch for the subject, with the points numbered.
 pub(super) fn sketch(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line<'static>> {
     let side = |text: &&str| Line::styled((*text).to_owned(), theme.dim());
     match touched.subject {
@@ -36,10 +36,11 @@ pub(super) fn sketch(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line
 
 /// Columns and rows of the paper's sketch.
 const SIZE: [usize; 2] = [27, 6];
-/// The corners to touch, as directions from the paper's middle: in the arm's coordinates the drawing stands upright.
+/// Corners to touch, as directions from the middle of the paper in the arm's coordinates, in which
+/// the drawing is upright.
 const CORNERS: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
 
-/// A box by its first and its last column, and its first and its last row.
+/// Box of characters: first and last column, first and last row.
 #[derive(Clone, Copy)]
 struct CellBox {
     columns: [usize; 2],
@@ -47,7 +48,7 @@ struct CellBox {
 }
 
 impl CellBox {
-    /// The cell so far to the right of the middle and above it; 1 is at the edge.
+    /// Returns the cell at a relative position: 0, 0 is the middle, 1 the right or upper edge.
     fn at(self, [right, up]: [f64; 2]) -> [usize; 2] {
         let along = |[first, last]: [usize; 2], share: f64| {
             let (middle, half) = ((first + last) as f64 / 2.0, (last - first) as f64 / 2.0);
@@ -57,7 +58,7 @@ impl CellBox {
     }
 }
 
-/// Letters in rows, each with its style.
+/// Styled characters in rows.
 struct Canvas {
     cells: Vec<Vec<(char, Style)>>,
 }
@@ -92,7 +93,7 @@ impl Canvas {
     }
 }
 
-/// The paper as it lies before the arm, its corners numbered, as the view shows it.
+/// Draws the paper in front of the arm with numbered corners, turned as the view is.
 fn paper(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line<'static>> {
     let dim = theme.dim();
     let mut canvas = Canvas {
@@ -128,7 +129,7 @@ fn paper(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line<'static>> {
     canvas.lines()
 }
 
-/// Where paper and arm are, if what is ahead of the arm is there.
+/// Returns the places of paper and arm for the direction on the screen that is ahead of the arm.
 fn places([right, up]: [f64; 2]) -> (CellBox, CellBox) {
     let place = |columns, rows| CellBox { columns, rows };
     if up > 0.5 {

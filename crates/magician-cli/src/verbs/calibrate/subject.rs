@@ -1,4 +1,4 @@
-//! What can be found, and what has to be touched for it.
+//! Subjects of calibration, the points that each needs, and their evaluation.
 
 use magician_program::artwork::Sheet;
 use magician_program::{Diagnostic, Tip, Tool};
@@ -6,7 +6,7 @@ use magician_program::{Diagnostic, Tip, Tool};
 use crate::config::{Config, Key};
 use crate::failure::Failure;
 
-/// What is to be found.
+/// Subject of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Subject {
     Sheet,
@@ -14,10 +14,10 @@ pub(super) enum Subject {
     Tool,
 }
 
-/// Where the tool was when it touched.
+/// Pose of the arm while the tip touched a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
-    /// x, y, z, r, mm and deg.
+    /// x, y, z in mm and r in deg.
     pub(super) pose: [f64; 4],
 }
 
@@ -43,7 +43,7 @@ impl Touch {
     }
 }
 
-/// What was found.
+/// Result of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Found {
     Sheet(Sheet),
@@ -61,7 +61,7 @@ impl Subject {
         }
     }
 
-    /// The points, in their order.
+    /// Returns the names of the points, in the order of touching.
     pub(super) fn points(self) -> &'static [&'static str] {
         match self {
             Self::Sheet => &["lower left", "lower right", "upper left"],
@@ -70,7 +70,7 @@ impl Subject {
         }
     }
 
-    /// What is to be done.
+    /// Returns the instruction for the user.
     pub(super) fn instruction(self) -> &'static str {
         match self {
             Self::Sheet => {
@@ -98,7 +98,7 @@ impl Subject {
         }
     }
 
-    /// What uses it.
+    /// Returns a sentence about the verbs that use the result.
     pub(super) fn used_by(self) -> &'static str {
         match self {
             Self::Sheet => "`magician draw` and `engrave` lay a page on it, corner on corner",
@@ -107,7 +107,7 @@ impl Subject {
         }
     }
 
-    /// What the touches come to.
+    /// Evaluates the touched points. Fails if they contradict each other or are too close.
     pub(super) fn found(self, touches: &[Touch], tool: Tool) -> Result<Found, Diagnostic> {
         match (self, touches) {
             (Self::Sheet, [a, b, c]) => {
@@ -127,7 +127,7 @@ impl Subject {
 }
 
 impl Found {
-    /// Keeps it in the settings.
+    /// Saves the result in the settings.
     pub(super) fn keep(&self, config: &mut Config) -> Result<(), Failure> {
         let number = |name, value: f64| {
             let text = Key::named(name).map(|key| key.write(&value.to_string()));
@@ -146,7 +146,7 @@ impl Found {
     }
 }
 
-/// The bias of a tip, as people type it.
+/// Returns the bias of a tip in the notation that users type.
 pub(super) fn bias(tip: &Tip) -> String {
     let [x, y, z] = tip.rounded_bias();
     format!("{x},{y},{z}")

@@ -1,4 +1,4 @@
-//! How touching looks: what to touch at the left, the arm at the right.
+//! Picture of a calibration: the points to touch at the left, the arm at the right.
 
 use magician_motion::TopView;
 use magician_program::Diagnostic;
@@ -74,7 +74,7 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, the
     frame.render_widget(block, area);
     let points = points(touched, theme);
     let rows = u16::try_from(points.len()).unwrap_or(u16::MAX);
-    // The list has its place whatever else is shown.
+    // The list of points keeps its rows; the text above is cut first.
     let room = inner.height.saturating_sub(rows).min(MOST);
     let [above, list] =
         Layout::vertical([Constraint::Length(room), Constraint::Length(rows)]).areas(inner);
@@ -88,7 +88,8 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, the
     frame.render_widget(Paragraph::new(points), list);
 }
 
-/// What is to be done in words, and how that looks: one below the other, or side by side, or the words alone.
+/// Draws instruction and sketch: below each other, side by side, or the instruction alone, as they
+/// fit.
 fn to_do(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, theme: Theme) {
     let words = |width: u16| -> Vec<Line<'static>> {
         let lines = wrapped(touched.subject.instruction(), width.into());
@@ -122,7 +123,7 @@ fn to_do(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, th
     frame.render_widget(Paragraph::new(below), area);
 }
 
-/// What the touches came to.
+/// Returns the lines about the result.
 fn outcome(
     result: &Result<Found, Diagnostic>,
     touched: &Touched,
@@ -136,7 +137,7 @@ fn outcome(
     };
     match result {
         Ok(found) => {
-            // With which tool is in the title.
+            // The title names the tool already.
             let found = found_lines(found, touched.tool).into_iter();
             for [name, value] in found.filter(|[name, _]| name != TOUCHED_BY) {
                 let values = wrapped(&value, usize::from(width).saturating_sub(NAME));
@@ -159,12 +160,12 @@ fn outcome(
     lines
 }
 
-/// Rows above the list: what is shown there takes no more.
+/// Largest number of rows above the list of points, which the tallest content needs.
 const MOST: u16 = 12;
-/// Columns of the name of what was found.
+/// Columns of the labels of results.
 const NAME: usize = 11;
 
-/// The points: what was taken, and which is next.
+/// Returns the list of points: taken ones with their values, and the next one.
 fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
     let row = |(nth, name): (usize, &&str)| {
         let (sign, style) = sign(touched, nth, theme);
@@ -184,7 +185,7 @@ fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
     names.enumerate().map(row).collect()
 }
 
-/// How a point is shown: taken, next, or later.
+/// Returns symbol and style of a point: taken, next, or later.
 pub(super) fn sign(touched: &Touched, nth: usize, theme: Theme) -> (&'static str, Style) {
     match nth.cmp(&touched.touches.len()) {
         std::cmp::Ordering::Less => ("●", theme.good()),

@@ -1,4 +1,4 @@
-//! Outcomes for people: a line a chapter, and all about what failed.
+//! Results for people: one line per chapter, and details of failed cases.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -12,16 +12,16 @@ use crate::output::Output;
 
 /// Columns of the chapters' names.
 const CHAPTER: usize = 13;
-/// Columns before what is told of a failure.
+/// Indentation of the details of a failure, in columns.
 const INDENT: usize = 14;
 
-/// Collects a chapter and writes it when it has ended.
+/// Collects the results of a chapter and writes them at its end.
 pub(super) struct Lines<'o> {
     out: &'o mut Output,
     details: bool,
     chapter: String,
     tally: Tally,
-    /// What to tell under the chapter's line.
+    /// Failures to describe below the chapter's line.
     failures: Vec<(String, Mismatch)>,
     remarks: Vec<String>,
     reasons: BTreeMap<String, usize>,
@@ -56,7 +56,7 @@ impl<'o> Lines<'o> {
         }
         self.tally = Tally::default();
         self.chapter.clear();
-        // Over a line a chapter takes its time.
+        // Flushed per chapter: the next one may take minutes on a real arm.
         self.out.flush()
     }
 

@@ -1,4 +1,4 @@
-//! The cases to read: a table in Markdown, or an object a line.
+//! List of the cases: a table in Markdown, or one JSON object per line.
 
 use magician_conform::Case;
 

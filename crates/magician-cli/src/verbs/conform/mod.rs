@@ -1,4 +1,4 @@
-//! `conform`: an arm held against cases that say what a Magician does.
+//! `conform`: runs the conformance cases against an arm.
 
 mod human;
 mod list;
@@ -16,9 +16,10 @@ use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::progress::attended;
 
-/// How long an answer may take unless told: the Wi-Fi module takes up to 2 s.
+/// Default timeout of an answer: the Wi-Fi module takes up to 2 s.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// How long giving an arm its parameters back may take after an interrupt.
+/// Longest time for restoring the arm's parameters after an interruption. A choice: every parameter
+/// takes a request, each with its timeout.
 const LEAVING: Duration = Duration::from_secs(20);
 
 /// Run the conformance suite against an arm
@@ -48,7 +49,7 @@ pub(crate) struct Conform {
     list: bool,
 }
 
-/// How many cases came to what.
+/// Number of cases by result.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     passed: usize,
@@ -66,7 +67,7 @@ impl Tally {
     }
 }
 
-/// What becomes of the outcomes.
+/// Output of the results, for people or as JSON.
 trait Printer {
     fn case(&mut self, case: &Case, outcome: &Outcome) -> Result<(), Failure>;
     fn end(&mut self, tally: Tally, took: Duration) -> Result<(), Failure>;
@@ -95,7 +96,7 @@ impl Conform {
     }
 }
 
-/// Where the arm is, `None` for a virtual arm inside this program.
+/// Returns the target; `None` for a virtual arm in this process.
 fn target(context: &mut Context) -> Result<Option<Target>, Failure> {
     match context.target(None)? {
         Target::Sim(SimSpeed::Max) => Ok(None),
@@ -108,7 +109,7 @@ fn target(context: &mut Context) -> Result<Option<Target>, Failure> {
     }
 }
 
-/// Makes sure that a real arm may move, if it would.
+/// Fails unless the user has allowed a real arm to move, if any of the cases moves it.
 fn permit(target: &Target, cases: &[&Case], context: &Context) -> Result<(), Failure> {
     let count = cases.iter().filter(|case| case.moves_an_arm()).count();
     if count == 0 || context.global.yes {
@@ -129,13 +130,14 @@ fn permit(target: &Target, cases: &[&Case], context: &Context) -> Result<(), Fai
     stderr.flush()?;
     let mut answer = String::new();
     io::stdin().lock().read_line(&mut answer)?;
+    // Only an explicit yes lets a real arm move.
     match answer.trim().to_ascii_lowercase().as_str() {
         "y" | "yes" => Ok(()),
         _ => refused,
     }
 }
 
-/// Runs the cases and shows what came of them.
+/// Runs the cases and prints their results.
 fn run_on<T: magician_conform::Target>(
     arm: T,
     cases: &[&Case],
@@ -158,7 +160,7 @@ fn run_on<T: magician_conform::Target>(
             outcome = work => Ok(outcome),
             _ = signals.next() => Err(()),
         };
-        // However it ended, the arm is left as it was.
+        // The arm's parameters are restored however the run ended.
         let ended = tokio::time::timeout(LEAVING, runner.end()).await;
         match outcome {
             Ok(outcome) => {
@@ -180,7 +182,7 @@ fn run_on<T: magician_conform::Target>(
     }
 }
 
-/// The arm did not answer while it was given back what it had.
+/// Failure of an arm that did not answer while its parameters were restored.
 fn not_left() -> Failure {
     let message = "the arm's parameters were not restored in time";
     Failure::new(Kind::Driver(ErrorKind::Timeout), message)
@@ -205,12 +207,12 @@ async fn run_all<T: magician_conform::Target>(
     Ok(tally)
 }
 
-/// A count and what is counted, or nothing for none.
+/// Returns a count with its noun; `None` for a count of 0.
 fn some(count: usize, what: &str) -> Option<String> {
     (count > 0).then(|| format!("{count} {what}"))
 }
 
-/// The parts of a tally in words.
+/// Formats the parts of a tally.
 fn in_words(tally: Tally) -> String {
     let Tally {
         passed,
@@ -229,7 +231,7 @@ fn in_words(tally: Tally) -> String {
     }
 }
 
-/// How a line is called that fits the output's width.
+/// Wraps a text to the output's width less the indentation.
 fn fitted(text: &str, indent: usize, out: &Output) -> Vec<String> {
     crate::columns::wrap(text, out.width().saturating_sub(indent))
 }

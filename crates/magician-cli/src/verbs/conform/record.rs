@@ -1,4 +1,4 @@
-//! Outcomes for programs: an object a case, and a summary.
+//! Results as JSON: one object per case, and a summary.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use super::{Printer, Tally};
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// A case as JSON has it.
+/// Case as JSON.
 #[derive(Serialize)]
 pub(super) struct Record<'a> {
     case: &'a str,
@@ -52,7 +52,7 @@ struct Summary {
 }
 
 impl<'a> Record<'a> {
-    /// A case and its steps.
+    /// Creates the record of a case with its steps, for the list.
     pub(super) fn listed(case: &'a Case) -> Self {
         Self {
             case: &case.id,
@@ -97,7 +97,7 @@ impl<'a> From<&'a Mismatch> for Details<'a> {
     }
 }
 
-/// Writes an object a line.
+/// Writes one object per line.
 pub(super) struct Records<'o> {
     pub(super) out: &'o mut Output,
 }

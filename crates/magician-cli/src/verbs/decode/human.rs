@@ -1,4 +1,4 @@
-//! Pieces for people: a line each, its fields below.
+//! Decoded pieces for people: one line per piece, its fields below.
 
 use magician_protocol::{DecodeError, Description, Frame, Rejection};
 use magician_record::pieces::{Place, Sink};
@@ -9,21 +9,21 @@ use crate::failure::Failure;
 use crate::output::Output;
 use crate::values;
 
-/// Bytes of a run of noise that are shown.
+/// Largest number of bytes shown of a run of noise.
 const SHOWN: usize = 32;
 /// Columns of the offset.
 const OFFSET: usize = 8;
 
-/// Writes the pieces as lines.
+/// Writes pieces as lines.
 pub(super) struct Lines<'o> {
     out: &'o mut Output,
     noise: Noise,
-    /// Times of the first packet and of the latest, in a capture.
+    /// Times of the first and the latest packet of a capture, µs.
     first: Option<u64>,
     last: u64,
 }
 
-/// A run of noise as far as it has come.
+/// Run of noise that has not ended yet.
 #[derive(Default)]
 struct Noise {
     position: String,
@@ -70,7 +70,7 @@ impl<'o> Lines<'o> {
             .line(format_args!("{}{what}{about}", paint.dim(position)))
     }
 
-    /// The offset; in a capture the time since its first packet, and the link.
+    /// Returns the offset, or for a capture the link and the time since its first packet.
     fn position(&mut self, place: Place<'_>) -> String {
         let Some((_, link)) = place.origin.link else {
             return format!("{:<OFFSET$}", place.offset);

@@ -1,4 +1,4 @@
-//! `decode`: bytes of the protocol explained.
+//! `decode`: explains bytes of the protocol.
 
 mod human;
 mod record;
@@ -59,7 +59,7 @@ impl From {
     }
 }
 
-/// A direction in a word.
+/// Returns the word for a direction.
 pub(crate) fn word(direction: Direction) -> &'static str {
     match direction {
         Direction::Request => "request",
@@ -67,7 +67,7 @@ pub(crate) fn word(direction: Direction) -> &'static str {
     }
 }
 
-/// What shows the pieces.
+/// Output of the decoded pieces.
 type Printer<'o> = Box<dyn Sink<Error = Failure> + 'o>;
 
 impl Decode {
@@ -87,7 +87,7 @@ fn printer(out: &mut Output, json: bool) -> Printer<'_> {
     }
 }
 
-/// Explains the packets of a capture as they come.
+/// Decoder for packets of a live capture.
 pub(crate) struct Packets<'o> {
     decoder: Decoder<Printer<'o>>,
 }
@@ -98,17 +98,17 @@ impl<'o> Packets<'o> {
         Self { decoder }
     }
 
-    /// Explains one more.
+    /// Decodes one packet.
     pub(crate) fn packet(&mut self, packet: &Packet<'_>) -> Result<(), Failure> {
         self.decoder.packet(packet)
     }
 
-    /// Shows what has been found so far.
+    /// Prints what has been decoded so far.
     pub(crate) fn flush(&mut self) -> Result<(), Failure> {
         self.decoder.flush()
     }
 
-    /// Ends, with a failure if something was not understood.
+    /// Ends the decoding. Fails if part of the input could not be decoded.
     pub(crate) fn finish(self) -> Result<(), Failure> {
         verdict(self.decoder.finish()?.0)
     }

@@ -1,5 +1,5 @@
-//! Pieces as JSON, one object a line. The hex of a run of noise is written as it comes, so that
-//! a run of any length takes no memory.
+//! Decoded pieces as JSON, one object per line. The hex of a run of noise is written as it arrives,
+//! so that memory stays bounded for runs of any length.
 
 use std::io::Write;
 
@@ -11,7 +11,7 @@ use super::word;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// Writes the pieces as JSON.
+/// Writes pieces as JSON.
 pub(super) struct Records<'o> {
     pub(super) out: &'o mut Output,
 }
@@ -47,7 +47,7 @@ struct Misfit<'a> {
     seen: Seen<'a>,
 }
 
-/// What a capture knows besides: the link, and the time in microseconds since 1970.
+/// Additional fields of a piece from a capture: the link, and the time in microseconds since 1970.
 #[derive(Serialize)]
 struct Seen<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -83,7 +83,7 @@ struct Rejected<'a> {
     seen: Seen<'a>,
 }
 
-/// Bytes in hex, as JSON has them.
+/// Returns bytes as upper-case hex digits.
 pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect()
 }
@@ -148,7 +148,7 @@ impl Sink for Records<'_> {
     }
 }
 
-/// A whole frame that cannot be decoded: an unknown id, or parameters that fit no form.
+/// Describes a complete frame that cannot be decoded: unknown id, or parameters that fit no layout.
 fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
     let ctrl = frame.ctrl();
     Misfit {

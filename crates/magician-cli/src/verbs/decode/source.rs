@@ -1,4 +1,4 @@
-//! Where the bytes come from: arguments, a file, stdin; as bytes or as hex text.
+//! Input of `decode`: arguments, a file or standard input; as bytes, as hex text or as a capture.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -10,11 +10,12 @@ use magician_record::trace::is_trace;
 
 use crate::failure::Failure;
 
+// Size of a read. A choice.
 const CHUNK: usize = 1 << 16;
-/// How many first bytes tell a capture.
+/// Number of bytes that identify a capture file.
 const MAGIC: usize = 4;
 
-/// Feeds everything that the arguments name into the decoder, in bounded memory.
+/// Feeds all input that the arguments name into the decoder, in bounded memory.
 pub(super) fn read(
     input: &[OsString],
     decoder: &mut Decoder<impl Sink<Error = Failure>>,
@@ -63,7 +64,7 @@ fn file(
     Feed { decoder, nature }.rest(&mut file, name)
 }
 
-/// What the bytes of an input are.
+/// Encoding of an input.
 #[derive(Clone, Copy)]
 enum Nature {
     Bytes,
@@ -71,7 +72,7 @@ enum Nature {
     Capture,
 }
 
-/// Reads a whole file to tell its nature.
+/// Reads a whole file to find out its encoding.
 fn examine(file: &mut impl Read) -> io::Result<Nature> {
     let mut chunk = [0; CHUNK];
     let mut test = Test::default();
@@ -79,6 +80,7 @@ fn examine(file: &mut impl Read) -> io::Result<Nature> {
     if is_trace(&chunk) {
         return Ok(Nature::Capture);
     }
+    // A single character that does not fit makes the whole file binary.
     while first > 0 {
         if !test.accepts(&chunk[..first]) {
             return Ok(Nature::Bytes);
@@ -88,7 +90,7 @@ fn examine(file: &mut impl Read) -> io::Result<Nature> {
     Ok(Nature::Text(Parser::default()))
 }
 
-/// Reads at least the four bytes that tell a capture, unless the input ends before.
+/// Reads until there are enough bytes to identify a capture, or the input ends.
 fn fill(from: &mut impl Read, chunk: &mut [u8]) -> io::Result<usize> {
     let mut count = 0;
     while count < MAGIC {
@@ -102,7 +104,7 @@ fn fill(from: &mut impl Read, chunk: &mut [u8]) -> io::Result<usize> {
     Ok(count)
 }
 
-/// Carries bytes of some nature to the decoder.
+/// Converts input of some encoding and passes it to the decoder.
 struct Feed<'d, S: Sink<Error = Failure>> {
     decoder: &'d mut Decoder<S>,
     nature: Nature,
@@ -122,7 +124,7 @@ impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
         self.finish()
     }
 
-    /// An input that can be read once: what comes first tells its nature.
+    /// Reads input that can be read only once. Its beginning decides about the encoding.
     fn stream(mut self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
         let mut chunk = [0; CHUNK];
         let count = fill(from, &mut chunk).map_err(|error| broken(name, &error))?;
@@ -153,7 +155,7 @@ impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
         }
     }
 
-    /// A capture is read whole: its blocks refer to each other.
+    /// Reads a capture completely, since its blocks refer to each other.
     fn capture(self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
         let mut bytes = Vec::new();
         from.read_to_end(&mut bytes)
@@ -169,11 +171,13 @@ impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
             Nature::Text(parser) => {
                 let mut bytes = Vec::with_capacity(chunk.len() / 2 + 1);
                 let parsed = parser.push(chunk, &mut bytes);
+                // Bytes before a mistake are decoded before the mistake is reported.
                 self.decoder.push(Origin::default(), &bytes)?;
                 parsed.map_err(not_hex)?;
             }
             _ => self.decoder.push(Origin::default(), chunk)?,
         }
+        // Flushed after each chunk, so that a live stream is shown at once.
         self.decoder.flush()
     }
 

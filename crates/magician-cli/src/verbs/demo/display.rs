@@ -1,4 +1,4 @@
-//! What a person sees while it runs: one live line on a terminal, a line for each cube elsewhere.
+//! Progress of the demo: one updated line on a terminal, one line per cube elsewhere.
 
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -10,14 +10,14 @@ use super::scene::CUBES;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// Pause between two pictures of the live line.
+/// Interval between updates of the line.
 const FRAME: Duration = Duration::from_millis(60);
-/// Columns that the roomy form of the live line needs.
+/// Terminal width for the wide form of the line, in columns.
 const WIDE: usize = 100;
 
-/// How far the arm is.
+/// Progress of the arm.
 pub(super) struct DisplayState {
-    /// Cubes that are where they should be.
+    /// Cubes at their destination.
     pub(super) placed: usize,
     pub(super) pose: Pose,
     /// Index of the command that finished last.
@@ -36,7 +36,7 @@ pub(super) struct Display<'o> {
 }
 
 impl<'o> Display<'o> {
-    /// Shows nothing if `quiet`.
+    /// Creates a display that prints nothing if `quiet`.
     pub(super) fn new(quiet: bool, out: &'o mut Output, places: u32) -> Self {
         let live = !quiet && io::stdout().is_terminal();
         let wide = out.width() >= WIDE;
@@ -54,12 +54,12 @@ impl<'o> Display<'o> {
         self.write(&format!("  {title}\n"))
     }
 
-    /// Says what begins, and stays on its line.
+    /// Prints what begins, without a line feed.
     pub(super) fn begin(&mut self, step: &str) -> Result<(), Failure> {
         self.write(&format!("  {step} ... "))
     }
 
-    /// Says that it is done, and where the arm is.
+    /// Completes the line with the arm's position.
     pub(super) fn end(&mut self, pose: &Pose) -> Result<(), Failure> {
         let [j1, j2, j3, j4] = pose.joint_angle;
         let Pose { x, y, z, .. } = pose;
@@ -68,7 +68,7 @@ impl<'o> Display<'o> {
         ))
     }
 
-    /// Whether it is time for a new picture.
+    /// True if it is time for an update.
     pub(super) fn due(&mut self) -> bool {
         let due = !self.quiet && self.shown.is_none_or(|shown| shown.elapsed() >= FRAME);
         if due {
@@ -77,7 +77,7 @@ impl<'o> Display<'o> {
         due
     }
 
-    /// Shows how far it is.
+    /// Updates the line.
     pub(super) fn show(&mut self, state: &DisplayState) -> Result<(), Failure> {
         let DisplayState { pose, index, .. } = state;
         let place = format!("{:6.1} {:6.1} {:6.1}", pose.x, pose.y, pose.z);
@@ -103,7 +103,7 @@ impl<'o> Display<'o> {
         ))
     }
 
-    /// Leaves the last picture standing.
+    /// Ends the updates and leaves the last line on the screen.
     pub(super) fn finish(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish();

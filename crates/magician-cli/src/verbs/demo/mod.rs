@@ -1,5 +1,5 @@
-//! `demo`: an arm picks and places six cubes, through the same driver, bytes and queue as any other
-//! program's, and a picture of where it really went.
+//! `demo`: an arm picks and places six cubes over the regular driver and queue, and a picture shows
+//! the path it really took.
 
 mod display;
 mod picture;
@@ -28,7 +28,7 @@ use place::PictureFile;
 use recorder::{ARM_PAUSE, PAUSE, Recorder};
 use scene::CUBES;
 
-/// Speed of the virtual arm's clock unless told.
+/// Default speed of the virtual arm's clock, as a factor of real time.
 const SPEED: f64 = 5.0;
 /// Pick and place six cubes, and draw a picture of it
 #[derive(Args, Debug)]
@@ -53,7 +53,7 @@ fn speed(text: &str) -> Result<SimSpeed, String> {
     }
 }
 
-/// What a run has come to.
+/// Result of a run.
 #[derive(Serialize)]
 struct Summary {
     port: String,
@@ -83,7 +83,8 @@ impl Demo {
             return Err(Failure::usage(message).hint("clear its reach and give --yes"));
         }
         if let Target::Sim(SimSpeed::Max) = target {
-            // Time is the arm's: it waits for readings, and they show the way that it went.
+            // At full speed the motion would be over between two readings. In virtual time the arm
+            // waits for the readings, which then show its path.
             let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
             context.put_up_in_arm_time(arm);
         }
@@ -118,7 +119,8 @@ impl Demo {
             _ => PAUSE,
         };
         let mut recorder = Recorder::new(&commands, pause);
-        // A program does not restore the tool.
+        // The program sets the tool by a command, which a job does not undo; saved here, it is
+        // restored.
         saved.save(arm, arm.get::<EndEffectorParams>().await?).await;
         let spec = JobSpec::new(program::program(&commands)).saved(saved.clone());
         let job = Job::start(arm, spec, NoJournal);
@@ -163,7 +165,7 @@ async fn title(arm: &Arm, target: &Target) -> Result<String, Failure> {
     ))
 }
 
-/// Both are of the arm's clock, which wraps.
+/// Seconds between two readings of the arm's clock, a 32-bit count of milliseconds that wraps.
 fn arm_seconds(from_ms: u32, to_ms: u32) -> f64 {
     f64::from(to_ms.wrapping_sub(from_ms)) / 1000.0
 }

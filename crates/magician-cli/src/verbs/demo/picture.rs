@@ -1,4 +1,4 @@
-//! The picture of the run: where the tool really went, and what it moved.
+//! Picture of the run: the tool's measured path and the cubes it moved.
 
 use magician_motion::JointAngles;
 use magician_picture::{ArmView, MovedObject, RunReading, RunView, Snapshot};
@@ -7,7 +7,7 @@ use super::scene::{CUBE, CUBES, TABLE, TOOL};
 
 const TITLE: &str = "Six cubes, picked from a row and placed on a grid";
 
-/// Draws a run.
+/// Draws a run as SVG.
 pub(super) fn draw(readings: Vec<RunReading>, subtitle: String) -> String {
     let mut arm = ArmView::default();
     arm.title = TITLE.to_owned();
@@ -38,7 +38,7 @@ mod tests {
     use super::super::scene::{LIFT, TOP};
     use super::*;
 
-    /// The corners of a run, without what lies between.
+    /// Readings at the corners of the path only.
     fn corners() -> Vec<RunReading> {
         let mut readings = Vec::new();
         for errand in CUBES {
@@ -78,7 +78,7 @@ mod tests {
             assert!(picture.contains(part), "{part}");
         }
         for number in 1..=CUBES.len() {
-            // Where it lay and where it lies.
+            // Each number occurs twice: at the cube's start and at its destination.
             assert_eq!(picture.matches(&format!(">{number}</text>")).count(), 2);
         }
         assert_eq!(

@@ -1,11 +1,13 @@
+//! Output file of the demo's picture.
+
 use std::path::Path;
 
 use magician_job::files::{check_writable, write_whole};
 
 use crate::failure::Failure;
 
-/// Where the picture goes: known to be writable before the arm moves, and left as it was if there
-/// is nothing to draw.
+/// File for the picture. Checked to be writable before the arm moves; left unchanged if there is no
+/// picture.
 pub(super) struct PictureFile<'p> {
     path: &'p Path,
 }

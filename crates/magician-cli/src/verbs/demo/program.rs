@@ -1,4 +1,4 @@
-//! What the arm is told, and what must be true when it has done it.
+//! Commands of the demo, and the checks after they have run.
 
 use std::time::Duration;
 
@@ -11,12 +11,12 @@ use crate::failure::{Failure, Kind};
 
 /// Share of the set speeds, percent.
 const SPEED_RATIO: f32 = 75.0;
-/// How long the cup takes to hold a cube, or to let it go.
+/// Time for the cup to grip a cube or to release it. A choice.
 const GRIP: Duration = Duration::from_millis(300);
-/// How far the joints may end up from where they should be, degrees.
+/// Largest deviation of the joints from their expected angles at the end, deg.
 const REACHED: f32 = 0.01;
 
-/// The whole program, from the settings it needs to the way back home.
+/// Returns the whole program, from the settings it needs to the way home.
 pub(super) fn commands() -> Vec<Set> {
     let mut commands = vec![
         build::tool(TOOL),
@@ -37,7 +37,7 @@ pub(super) fn commands() -> Vec<Set> {
     commands
 }
 
-/// Picks a cube and places it.
+/// Returns the commands that pick a cube and place it.
 fn carry(Errand { from, to }: Errand) -> [Set; 6] {
     let above = |(x, y): (f64, f64)| build::jump_to(x as f32, y as f32, TOP as f32, 0.0);
     [
@@ -50,7 +50,7 @@ fn carry(Errand { from, to }: Errand) -> [Set; 6] {
     ]
 }
 
-/// The same as a program, each command a step.
+/// Converts commands into a program, one step each.
 pub(super) fn program(commands: &[Set]) -> Program {
     let mut plan = Plan::new("the demonstration");
     for command in commands {
@@ -59,7 +59,8 @@ pub(super) fn program(commands: &[Set]) -> Program {
     Program::new(plan, Some(1))
 }
 
-/// The arm has done all of it, in one row of indices, without an alarm, and is back.
+/// Fails unless the arm ran all commands with consecutive indices, has no alarm, and is back at its
+/// start.
 pub(super) async fn confirm(arm: &Arm, ran: &Ran, commands: usize) -> Result<(), Failure> {
     let failed = |what: String| Err(Failure::new(Kind::CheckFailed, what));
     let index = |index: Option<magician::QueueIndex>| index.map_or(0, |index| index.0);

@@ -1,4 +1,4 @@
-//! Runs the program and reads the pose all the while: what the picture shows is what the arm said.
+//! Runs the program and reads the pose meanwhile, so that the picture shows measured positions.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,15 +11,16 @@ use magician_picture::RunReading;
 use super::display::{Display, DisplayState};
 use crate::failure::Failure;
 
-/// Pause between readings: the arm's own work comes first.
+/// Pause between readings. A choice: short enough for a smooth path, and it leaves the line to the
+/// commands.
 pub(super) const PAUSE: Duration = Duration::from_millis(3);
-/// The same by the clock of a virtual arm that everybody waits for.
+/// Pause between readings in virtual time, by the arm's clock.
 pub(super) const ARM_PAUSE: Duration = Duration::from_millis(20);
 
-/// The readings of a run.
+/// Records the readings of a run.
 pub(super) struct Recorder {
     readings: Vec<(Pose, u64)>,
-    /// For each command whether the arm carries a cube when it has finished.
+    /// For each command, true if the arm carries a cube once it has finished.
     carrying: Vec<bool>,
     pause: Duration,
 }
@@ -39,7 +40,7 @@ impl Recorder {
         }
     }
 
-    /// Reads until the commands have run.
+    /// Reads poses until all commands have run.
     pub(super) async fn watch(
         &mut self,
         arm: &Arm,
@@ -89,7 +90,7 @@ impl Recorder {
         })
     }
 
-    /// Cubes that have been let go when so many commands are finished.
+    /// Returns the number of cubes released once `done` commands have finished.
     fn placed(&self, done: usize) -> usize {
         let done = self.carrying.get(..done).unwrap_or(&self.carrying);
         done.windows(2)
@@ -101,8 +102,8 @@ impl Recorder {
         self.readings.len()
     }
 
-    /// The readings as the picture takes them, from the first that the settings of this run hold
-    /// for; equal ones in a row once.
+    /// Returns the readings for the picture, from index `first` on, when the settings of this run
+    /// apply. Consecutive equal readings are merged.
     pub(super) fn samples(&self, first: u64) -> Vec<RunReading> {
         let mut samples: Vec<RunReading> = self
             .readings
@@ -123,7 +124,7 @@ impl Recorder {
     }
 }
 
-/// Why it did not come to its end.
+/// Converts the error of a job into a failure.
 fn told(error: &JobError) -> Failure {
     let refused_step = match &error.fault {
         Fault::Refused { report, .. } => report.refused_steps.first(),

@@ -1,21 +1,21 @@
-//! Where the cubes lie and where they go.
+//! Places of the cubes before and after the demo.
 //!
-//! Heights are those of the wrist axis, which is what the arm reports with a suction cup (bias z
-//! 0): at [`TABLE`] the cup touches the table. Lengths in mm.
+//! Heights are those of the wrist axis, which the arm reports with a suction cup (bias z 0): at
+//! [`TABLE`] the cup touches the table. Lengths in mm.
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 
-/// Edge of a cube.
+/// Edge of a cube, mm.
 pub(super) const CUBE: f64 = 25.0;
-/// Height at which the cup touches the table.
+/// Height at which the cup touches the table, mm.
 pub(super) const TABLE: f64 = -60.0;
-/// Height at which it touches a cube's upper side.
+/// Height at which the cup touches the top of a cube, mm.
 pub(super) const TOP: f64 = TABLE + CUBE;
-/// How far the arm lifts a cube above the higher end of its way.
+/// Lift above the higher end of a move, mm.
 pub(super) const LIFT: f64 = 70.0;
-/// The tool.
+/// Tool of the demo.
 pub(super) const TOOL: ToolBias = ToolBias::SUCTION;
-/// The cubes.
+/// Start and destination of each cube.
 pub(super) const CUBES: [Errand; 6] = [
     Errand::new((150.0, 105.0), (270.0, -70.0)),
     Errand::new((180.0, 105.0), (270.0, -110.0)),
@@ -25,7 +25,7 @@ pub(super) const CUBES: [Errand; 6] = [
     Errand::new((300.0, 105.0), (190.0, -110.0)),
 ];
 
-/// A cube's way over the table, x and y of its centre.
+/// Start and destination of a cube: x and y of its centre, mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Errand {
     pub(super) from: (f64, f64),
@@ -38,13 +38,13 @@ impl Errand {
     }
 }
 
-/// The arm with the demonstration's tool.
+/// Geometry of the arm with the demo's tool.
 pub(super) const ARM: Geometry = Geometry::magician(TOOL);
 
-/// Where the joints are after homing, and at the end.
+/// Joint angles after homing and at the end of the demo, deg.
 pub(super) const JOINTS_AT_END: [f32; 4] = [0.0, 45.0, 45.0, 0.0];
 
-/// Where the tool is after homing.
+/// Returns the pose of the tool after homing.
 pub(super) fn home() -> Pose {
     ARM.forward(&JointAngles::HOME)
 }

@@ -1,4 +1,4 @@
-//! `doctor`: finds the arm or says why not, looks it over, and says what to do about what it finds.
+//! `doctor`: finds the arm, checks it and its connection, and explains how to fix what is wrong.
 
 mod report;
 mod station;
@@ -16,7 +16,7 @@ use crate::failure::{Failure, Kind};
 use crate::progress::attended;
 use report::{Shown, write_json};
 
-/// How long the trial of the queue may take to end once it is interrupted.
+/// Longest time for the test of the queue to end after an interruption. A choice.
 const LEAVING: Duration = Duration::from_secs(3);
 
 /// Find the arm, check it, and explain how to fix what is wrong
@@ -50,7 +50,7 @@ impl Doctor {
             write_json(&found, outcome.is_ok(), &mut context.out)?;
         }
         match outcome {
-            // People know already why there is no arm.
+            // People have read the reason among the findings already.
             Err(failure) if found.ended && !context.global.json => Err(Failure::told(failure.kind)),
             Err(failure) => Err(failure),
             Ok(()) => verdict(found.wrong()),
@@ -78,7 +78,7 @@ impl Doctor {
             found.leave_queue(&mut Shown { out, quiet })?;
         }
         drop(line);
-        // What was found is said under the same name for every port.
+        // Findings name the target in one way, however the port was given.
         context.global.port = Some(target.to_string());
         let serial = matches!(
             target,
@@ -91,7 +91,7 @@ impl Doctor {
     }
 }
 
-/// The same for a station.
+/// Examines a station like an arm above.
 fn examine_station(url: &str, context: &mut Context, found: &mut Diagnosis) -> Result<(), Failure> {
     let quiet = context.global.json;
     let asked = station::Asked {
@@ -102,7 +102,8 @@ fn examine_station(url: &str, context: &mut Context, found: &mut Diagnosis) -> R
     context.attending(async |out| station::examine(found, &asked, &mut Shown { out, quiet }).await)
 }
 
-/// Tries the queue. Ctrl-C lets it come to its end first, because its commands would be left in the queue.
+/// Runs the test of the queue. After Ctrl-C the test is completed first, because its commands would
+/// remain in the queue.
 fn attended_trial(
     line: &mut RawLine,
     target: &Target,

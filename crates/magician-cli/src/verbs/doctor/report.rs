@@ -1,4 +1,5 @@
-//! What was found: a line each for people as it comes, one object at the end for programs.
+//! Output of findings: one line each for people as they come, one JSON object at the end for
+//! programs.
 
 use std::future::Future;
 
@@ -14,15 +15,15 @@ use crate::output::Output;
 use crate::progress::{Bar, attended};
 use crate::voice::Command;
 
-/// Columns of the names of checks.
+/// Columns of the checks' names.
 const NAME: usize = 16;
 /// Columns before a finding's text.
 const INDENT: usize = NAME + 2;
 
-/// Shows people what is found.
+/// Prints findings for people.
 pub(super) struct Shown<'o> {
     pub(super) out: &'o mut Output,
-    /// For programs: people see nothing of the work.
+    /// True with JSON: nothing is printed before the end.
     pub(super) quiet: bool,
 }
 
@@ -60,7 +61,7 @@ impl From<NoArm> for Failure {
     }
 }
 
-/// A finding as JSON has it.
+/// Finding as JSON.
 #[derive(Serialize)]
 struct Check<'f> {
     check: &'static str,
@@ -99,7 +100,7 @@ impl<'f> From<&'f Finding> for Check<'f> {
     }
 }
 
-/// What to do, in the words of the command.
+/// Returns the advice, worded for the command line.
 fn hint(finding: &Finding) -> Option<String> {
     let advice = finding.advice.as_ref()?;
     match (finding.check, &finding.value) {
@@ -110,7 +111,7 @@ fn hint(finding: &Finding) -> Option<String> {
     }
 }
 
-/// All findings.
+/// All findings as JSON.
 #[derive(Serialize)]
 struct Report<'f> {
     port: Option<&'f str>,
@@ -120,7 +121,7 @@ struct Report<'f> {
     checks: Vec<Check<'f>>,
 }
 
-/// The one object; `whole` says that the examination came to its end.
+/// Writes the JSON object. `whole` is true if the examination was completed.
 pub(super) fn write_json(found: &Diagnosis, whole: bool, out: &mut Output) -> Result<(), Failure> {
     out.json(&Report {
         port: found.port.as_deref(),
@@ -151,6 +152,6 @@ fn show(finding: &Finding, out: &mut Output) -> Result<(), Failure> {
         let arrow = if at == 0 { "→" } else { " " };
         out.line(format_args!("{:INDENT$}{} {line}", "", paint.note(arrow)))?;
     }
-    // Over each finding some time passes.
+    // Flushed per finding, since the next may take seconds.
     out.flush()
 }

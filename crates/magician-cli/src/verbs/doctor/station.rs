@@ -1,4 +1,4 @@
-//! A station looked over from outside: whether it is there, lets this program in, and has its arms.
+//! Checks of a station from outside: reachable, access granted, arms present, clock in step.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -11,14 +11,14 @@ use tokio::time::timeout;
 use super::report::Shown;
 use crate::failure::Failure;
 
-/// Requests whose answers are timed.
+/// Number of timed requests.
 const TIMED: usize = 20;
-/// A station that takes longer to answer does not.
+/// Longest wait for an answer. A station that takes longer counts as not answering.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// How far two clocks may be apart, s.
+/// Difference between the clocks of station and client from which it is reported, s.
 const APART: f64 = 2.0;
 
-/// Where the station is, and what it is asked with.
+/// Address of the station, and the credentials for it.
 pub(super) struct Asked<'a> {
     pub(super) url: &'a str,
     pub(super) token: Option<String>,
@@ -27,7 +27,7 @@ pub(super) struct Asked<'a> {
 
 type Outcome<T = ()> = Result<T, Failure>;
 
-/// Looks a station over.
+/// Runs all checks of a station.
 pub(super) async fn examine(
     found: &mut Diagnosis,
     asked: &Asked<'_>,
@@ -70,7 +70,7 @@ pub(super) async fn examine(
     Ok(())
 }
 
-/// Why there is no session.
+/// Reports why no session could be opened.
 fn not_let_in(
     found: &mut Diagnosis,
     address: &StationAddress,
@@ -148,7 +148,7 @@ fn role(found: &mut Diagnosis, hello: &Value, by_token: bool, to: &mut Shown<'_>
     found.add(finding.value(role), to)
 }
 
-/// How fast it answers.
+/// Measures the latency of requests.
 async fn answers(found: &mut Diagnosis, station: &StationClient, to: &mut Shown<'_>) -> Outcome {
     let mut times = Vec::new();
     for _ in 0..TIMED {
@@ -157,6 +157,7 @@ async fn answers(found: &mut Diagnosis, station: &StationClient, to: &mut Shown<
         times.push(began.elapsed());
     }
     times.sort();
+    // The median ignores single delays, such as that of the first request.
     let median = times.get(TIMED / 2).copied().unwrap_or_default();
     let median = (median.as_secs_f64() * 1e5).round() / 100.0;
     let text = format!("median {median} ms from request to answer");
@@ -233,7 +234,7 @@ async fn arm_of(
     clock(found, state["t"].as_f64().unwrap_or_default(), to)
 }
 
-/// Times of states and events are by the station's clock.
+/// Compares the clocks, once: the station's clock stamps all states and events.
 fn clock(found: &mut Diagnosis, there: f64, to: &mut Shown<'_>) -> Outcome {
     if found.findings.iter().any(|known| known.check == "clock") {
         return Ok(());

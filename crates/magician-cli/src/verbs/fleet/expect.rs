@@ -1,4 +1,4 @@
-//! `fleet expect`: the arms that have to be on a site.
+//! `fleet expect`: the roster of arms that belong to a site.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,7 +16,8 @@ use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 
-/// An arm that is expected and not there yet may come within this.
+/// Longest wait for an expected arm that has not appeared yet, after the site was gathered. A
+/// choice.
 const LATE: Duration = Duration::from_millis(600);
 
 impl Expect {
@@ -73,7 +74,7 @@ impl Expect {
     }
 }
 
-/// Everything that is there.
+/// Returns a roster of all arms that are present.
 pub(super) fn of(known: &Known) -> Roster {
     let mut roster = Roster::default();
     for (at, news) in known {
@@ -83,7 +84,7 @@ pub(super) fn of(known: &Known) -> Roster {
     roster
 }
 
-/// The arms that are expected and not there, each with ` on MACHINE` as far as that is known.
+/// Returns the expected arms that are absent, each with ` on MACHINE` if the machine is known.
 pub(super) fn missing(site: &ZenohSite, expected: &Roster) -> Vec<(String, String)> {
     let there = site.arms();
     let is_there = |arm: &str| there.keys().any(|at| at.arm == arm);
@@ -97,12 +98,12 @@ pub(super) fn missing(site: &ZenohSite, expected: &Roster) -> Vec<(String, Strin
         .collect()
 }
 
-/// Sentence about an arm that is missing, at the place that [`missing`] says.
+/// Returns the sentence about an absent arm. `place` comes from [`missing`].
 pub(super) fn why_missing(place: &str) -> String {
     format!("it is expected{place} and is not on the site")
 }
 
-/// Gives arms that are expected the time to show themselves.
+/// Gives expected arms time to appear.
 pub(super) async fn wait_for(site: &ZenohSite, expected: &Roster) {
     let mut events = site.watch();
     let all_there = async {
@@ -110,10 +111,11 @@ pub(super) async fn wait_for(site: &ZenohSite, expected: &Roster) {
             events.next().await;
         }
     };
+    // A timeout is not an error here: the caller names the arms that are still missing.
     let _ = timeout(LATE, all_there).await;
 }
 
-/// Somebody is missing.
+/// Failure because expected arms are absent.
 pub(super) fn absent(message: String) -> Failure {
     Failure::new(Kind::Driver(ErrorKind::Timeout), message)
 }

@@ -1,4 +1,5 @@
-//! One request to all stations of a site, answered as by one station: by a hub that lasts as long as that.
+//! Sends one request to all stations of a site through a temporary hub, which merges their answers
+//! into one.
 
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::serving::unix_time;
 
-/// Asks the stations of the site that is joined, once.
+/// Returns a function that joins the site and makes one request to its stations.
 pub(super) fn asks(
     caller: Caller,
     join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
@@ -37,7 +38,8 @@ pub(super) fn asks(
     }
 }
 
-/// Asks by a hub that knows which arms are expected. What is alike everywhere is shown with those that differ.
+/// Makes a request through a hub that knows the roster. Equal answers are shown once, with the arms
+/// that differ.
 pub(super) async fn ask(
     site: Arc<ZenohSite>,
     token: String,
@@ -50,7 +52,7 @@ pub(super) async fn ask(
     let hub = HubConfig {
         station,
         token: Some(token),
-        // Stations write down what is asked of them.
+        // No journal here: the stations keep one of the requests they receive.
         journal: Box::new(|_| {}),
     };
     let hub = RunningHub::start(hub, Arc::clone(&site) as _);
@@ -64,7 +66,7 @@ pub(super) async fn ask(
 }
 
 async fn call(hub: &RunningHub, method: &str, params: Value) -> Result<Value, Failure> {
-    // What it may do the stations decide, by its token.
+    // The stations decide about permissions, by the token.
     let grant = Grant {
         role: Role::Teacher,
         token: None,
@@ -74,11 +76,12 @@ async fn call(hub: &RunningHub, method: &str, params: Value) -> Result<Value, Fa
     let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
     let answer = hub.call(peer, None, &request.to_string()).await;
     let mut answer: Value = answer
+        // A malformed answer becomes an empty result.
         .and_then(|answer| serde_json::from_str(&answer).ok())
         .unwrap_or_default();
     match answer.get_mut("error").map(Value::take) {
         None => Ok(answer["result"].take()),
-        // Whoever is missing may come back, and is no mistake of the request.
+        // An absent station may come back; the request itself was correct.
         Some(error)
             if error["data"]["missing"]
                 .as_array()

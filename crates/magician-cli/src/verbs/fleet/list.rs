@@ -1,4 +1,4 @@
-//! `fleet list`: who is on the site.
+//! `fleet list`: lists the arms on the site.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// A station shows its certificate within this.
+/// Longest wait for a station to present its certificate. A choice.
 const PROOF: Duration = Duration::from_secs(1);
 
 pub(super) fn run(
@@ -41,7 +41,7 @@ pub(super) fn run(
     let shown = json!({
         "site": site.name(), "proved": site.is_proved(), "arms": arms, "missing": absent,
     });
-    // Without a certificate nothing is proved, which is said once.
+    // On a machine without a certificate no station can be verified, which is reported once.
     let proved = site.is_proved().then_some(&proved);
     context.show(&shown, |out| {
         rows(&known, proved).write(out)?;
@@ -52,7 +52,7 @@ pub(super) fn run(
     })
 }
 
-/// The table, with a mark at what comes from stations that are not among those that are proved.
+/// Returns the table. Stations missing from `proved` are marked; with `None` no station is.
 pub(super) fn rows(known: &Known, proved: Option<&BTreeSet<StationId>>) -> Columns {
     let twins = twins(known);
     let mut columns = Columns::default();

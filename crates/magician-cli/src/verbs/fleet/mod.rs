@@ -1,4 +1,4 @@
-//! `fleet`: the arms of a site, wherever they are.
+//! `fleet`: commands for the arms of a site, on any machine.
 
 #[cfg(feature = "site")]
 mod expect;
@@ -57,7 +57,7 @@ pub(crate) struct Fleet {
 }
 
 impl Fleet {
-    /// True for the hub.
+    /// True for the hub of the studio.
     pub(crate) fn serves(&self) -> bool {
         matches!(self.deed, Deed::Studio(_))
     }
@@ -65,7 +65,7 @@ impl Fleet {
 
 #[cfg(feature = "site")]
 impl Deed {
-    /// True if it shows what stations say of themselves, and tells them nothing.
+    /// True if the verb only shows what stations report, and sends them nothing.
     fn only_looks(&self) -> bool {
         match self {
             Self::List | Self::Watch => true,
@@ -166,7 +166,7 @@ struct Run {
     options: OptionFlags<Makes>,
 }
 
-/// The name of a site. An empty variable says nothing, as an empty port does.
+/// Parses the name of a site. An empty variable counts as not set, as for the port.
 fn name_or_nothing(text: &str) -> Result<String, &'static str> {
     match text {
         "" => Ok(String::new()),
@@ -203,15 +203,16 @@ mod with {
     use crate::verbs::serve::tell_flaw;
     use crate::verbs::site::identity;
 
-    /// A site that is joined shows its arms within this.
+    /// Time after joining in which present arms appear. A choice: long for a local network, short
+    /// for a user who waits.
     const GATHERING: Duration = Duration::from_millis(700);
-    /// And what they do within this.
+    /// Longest wait, from joining on, for the state of every arm. A choice.
     const NEWS: Duration = Duration::from_millis(1300);
 
-    /// The alarm of an arm that was switched on and not cleared since.
+    /// Alarm that an arm raises at power-on, until it is cleared.
     const RESET_OCCURRED: u64 = 0;
 
-    /// The arms that are there, with what was heard of each.
+    /// Present arms with their latest state; `None` if none has been received.
     pub(in super::super) type Known = BTreeMap<ArmAt, Option<ArmNews>>;
 
     impl Fleet {
@@ -253,7 +254,8 @@ mod with {
         }
     }
 
-    /// What tells something to stations needs a certificate: a token goes only to who has proved itself.
+    /// A request carries the user's token, and tokens are sent only to stations with a verified
+    /// certificate.
     fn no_certificate(site: &SiteName) -> Failure {
         let message = format!(
             "this machine has no certificate of the site {site}: its stations are shown, and told nothing"
@@ -264,7 +266,7 @@ mod with {
         ))
     }
 
-    /// Waits until the arms of a site have shown themselves.
+    /// Waits until the arms of a site have appeared. Fails if no arm appears.
     pub(in super::super) async fn gather(site: &ZenohSite) -> Result<Known, Failure> {
         let begun = Instant::now();
         let mut events = site.watch();
@@ -274,6 +276,7 @@ mod with {
                 events.next().await;
             }
         };
+        // A timeout is not an error: an arm without news is listed without a state.
         let _ = timeout_at(begun + NEWS, all_told).await;
         let arms = site.arms();
         if arms.is_empty() {
@@ -288,14 +291,14 @@ mod with {
             .hint("stations join it with `magician serve --site NAME`, on the same network")
     }
 
-    /// Names that are more than one arm.
+    /// Returns the names that more than one station uses for an arm.
     pub(in super::super) fn twins(known: &Known) -> BTreeSet<String> {
         let mut seen = BTreeSet::new();
         let names = known.keys().map(|at| at.arm.clone());
         names.filter(|name| !seen.insert(name.clone())).collect()
     }
 
-    /// What an arm does, in a word or two.
+    /// Describes the state of an arm in a word or two.
     pub(in super::super) fn condition(news: Option<&ArmNews>) -> String {
         let state = match news {
             Some(news) if !news.state.is_null() => &news.state,
@@ -304,7 +307,7 @@ mod with {
         };
         let alarms: Vec<_> = { state["alarms"].as_array().into_iter().flatten() }
             .filter_map(Value::as_u64)
-            // An arm that was just switched on: it is not homed.
+            // Present on every arm that was switched on; `not homed` describes it better.
             .filter(|code| *code != RESET_OCCURRED)
             .map(|code| format!("{code:#04x}"))
             .collect();
@@ -321,7 +324,7 @@ mod with {
         }
     }
 
-    /// The job of an arm, and its holder; empty without.
+    /// Returns an arm's job and its lease holder, empty for an arm without.
     pub(in super::super) fn job_of(news: Option<&ArmNews>) -> (String, String) {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         news.map_or_else(Default::default, |news| {
@@ -332,7 +335,7 @@ mod with {
         })
     }
 
-    /// An arm as JSON has it.
+    /// Returns an arm as JSON.
     pub(in super::super) fn as_json(at: &ArmAt, news: Option<&ArmNews>, is_twin: bool) -> Value {
         json!({
             "name": at.arm,

@@ -1,4 +1,8 @@
-//! `fleet run`: one file on several arms, each as a job of its station.
+//! `fleet run`: runs one file on several arms, each as a job of its station.
+//!
+//! Every arm is checked before the first one starts, so that a file that does not fit stops nothing
+//! halfway. Jobs then start one after the other and are polled. The stations run them on their own:
+//! they continue if this program is killed, while Ctrl-C stops them all.
 
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
@@ -22,13 +26,13 @@ use crate::interrupt::Signals;
 use crate::output::Output;
 use crate::source::Source;
 
-/// A file that is longer does not fit into a request of 1 MiB, as text or in base64.
+/// Largest file, bytes. A request may have 1 MiB, and base64 adds a third.
 const LARGEST: usize = 700 * 1024;
-/// Stations are asked so often how their jobs stand.
+/// Interval of polling the jobs' states. A choice.
 const LOOKS: Duration = Duration::from_millis(500);
-/// Jobs get so long to stop.
+/// Longest wait for jobs to stop, and for the answer to a poll. A choice.
 const STOPPING: Duration = Duration::from_secs(5);
-/// A station that is gone is waited for so long at the end.
+/// Longest wait at the end for stations that have disappeared. A choice.
 const GONE: Duration = Duration::from_secs(30);
 
 impl Run {
@@ -68,7 +72,7 @@ impl Run {
         })
     }
 
-    /// What is asked of each station, but for the arm.
+    /// Returns the parameters of the request, without the arm.
     fn params(&self, yes: bool) -> Result<Map<String, Value>, Failure> {
         let source = Source::open(&self.file)?;
         let format = source.format(self.format)?;
@@ -99,7 +103,7 @@ impl Run {
         Ok(params)
     }
 
-    /// The arms that are meant, all of them free.
+    /// Returns the arms to use. Fails if one of them is not free.
     fn choose(&self, known: &Known) -> Result<Vec<ArmAt>, Failure> {
         let refuse = |message| Failure::new(Kind::Driver(ErrorKind::Port), message);
         let twins = twins(known);
@@ -118,7 +122,8 @@ impl Run {
             }
         };
         if let Some(wanted) = self.any {
-            // An arm tells that it was not homed, by an alarm; that it was it cannot tell.
+            // Alarms show that an arm is not homed, but nothing proves that it is, so `homed` may
+            // be unknown.
             let able = |at: &&ArmAt| {
                 !twins.contains(&at.arm)
                     && free(at).is_ok_and(|state| {
@@ -155,27 +160,28 @@ impl Run {
     }
 }
 
-/// The site, and what is asked of it.
+/// Site and request.
 struct Fleet {
     site: Arc<ZenohSite>,
     caller: Caller,
     params: Map<String, Value>,
 }
 
-/// Why something was not done, and whether that is certain.
+/// Reason why something was not done; the kind says whether that is certain.
 struct Why {
     text: String,
     kind: Kind,
 }
 
 impl Fleet {
-    /// Asks something of a station, once.
+    /// Sends a request to a station once, without retries.
     async fn ask(&self, at: &ArmAt, method: &str, params: &Value) -> Result<Value, Why> {
         let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
         let answer = self.site.call(at, &self.caller, request.to_string()).await;
         let answer = answer.map_err(|error| Why {
             text: error.to_string(),
             kind: Kind::Driver(match error {
+                // A request without an answer may have been carried out.
                 SiteError::NoAnswer => ErrorKind::Uncertain,
                 SiteError::Refused(_) => ErrorKind::Unexpected,
                 _ => ErrorKind::Timeout,
@@ -188,6 +194,7 @@ impl Fleet {
             return Err(Why {
                 text: error["message"].as_str().unwrap_or_default().to_owned(),
                 kind: match error["code"].as_i64() {
+                    // Refused by the station's check of the program.
                     Some(-32004) => Kind::CheckFailed,
                     _ => Kind::Driver(ErrorKind::Unexpected),
                 },
@@ -202,11 +209,11 @@ impl Fleet {
         params
     }
 
-    /// Whether every arm can do it; nothing moves.
+    /// Checks the job on every arm without moving any.
     async fn check(&self, arms: &[ArmAt]) -> Result<(), Failure> {
         let mut wrong = Vec::new();
         let mut kind = Kind::CheckFailed;
-        // One after the other: a check is work for the machine, which may be the same one.
+        // Sequentially: a check costs CPU time, and several stations may share one machine.
         for at in arms {
             let mut params = self.with_arm(at);
             params.remove("yes");
@@ -230,7 +237,7 @@ impl Fleet {
         }
     }
 
-    /// Starts it on one arm; the job's id.
+    /// Starts the job on one arm and returns the job's id.
     async fn start(&self, at: &ArmAt) -> Result<String, Why> {
         let mut params = self.with_arm(at);
         params.insert("on_lost".to_owned(), json!("continue"));
@@ -243,7 +250,7 @@ impl Fleet {
     }
 }
 
-/// Why a check refuses; none where it does not.
+/// Returns why a check refused the job; `None` if it passed.
 fn refusal(report: &Value) -> Option<String> {
     if report["ok"] != false {
         return None;
@@ -252,11 +259,11 @@ fn refusal(report: &Value) -> Option<String> {
     Some(first.unwrap_or("the check refuses it").to_owned())
 }
 
-/// An arm's part.
+/// State of the job on one arm.
 #[derive(Default)]
 struct Part {
     job: Option<String>,
-    /// As `job.get` has it.
+    /// Answer of `job.get`.
     seen: Value,
     why: Option<Why>,
     is_gone: bool,
@@ -293,13 +300,13 @@ impl Part {
     }
 }
 
-/// The jobs of all arms.
+/// Jobs on all arms.
 struct Jobs {
     fleet: Arc<Fleet>,
     parts: BTreeMap<ArmAt, Part>,
     order: Vec<ArmAt>,
     starting: JoinSet<(ArmAt, Result<String, Why>)>,
-    /// How jobs stand, being asked.
+    /// Polls in flight.
     looking: JoinSet<(ArmAt, Option<Value>)>,
     json: bool,
     told: BTreeMap<ArmAt, String>,
@@ -323,7 +330,8 @@ impl Jobs {
         }
     }
 
-    /// Starts all, one after the other, and follows them. Dropped, it leaves what it started under way.
+    /// Starts the jobs one after the other and follows them. Dropping the future leaves started
+    /// jobs running.
     async fn go(
         &mut self,
         stagger: Duration,
@@ -340,6 +348,7 @@ impl Jobs {
             self.tell(out)?;
             let started = waiting.is_empty() && self.starting.is_empty();
             let told = self.looking.is_empty();
+            // With `detach` one answer about each job is enough.
             if started && (detach && told || self.parts.values().all(Part::is_over)) {
                 return Ok(());
             }
@@ -348,6 +357,7 @@ impl Jobs {
                     self.look(at);
                 }
             }
+            // Jobs of absent stations are waited for only for a limited time.
             let left = self.parts.values().filter(|part| !part.is_over());
             let all_gone = started && left.clone().all(|part| part.is_gone);
             gone_since = all_gone.then(|| gone_since.unwrap_or_else(Instant::now));
@@ -360,6 +370,8 @@ impl Jobs {
                             (at, started)
                         });
                     }
+                    // Counts from the actual start, so that a late start does not shorten the next
+                    // pause.
                     next = Instant::now() + stagger;
                 }
                 Some(started) = self.starting.join_next() => {
@@ -375,6 +387,7 @@ impl Jobs {
                             part.is_gone = true;
                         }
                     }
+                    // A station that is back may have finished the job meanwhile.
                     SiteEvent::Arrived(at) => {
                         if self.parts.get(&at).is_some_and(|part| part.is_gone) {
                             self.look(&at);
@@ -402,7 +415,7 @@ impl Jobs {
         }
     }
 
-    /// A job that has changed, if it is one of ours.
+    /// Stores a job's new state if it is ours.
     fn see(&mut self, at: &ArmAt, job: Value) {
         if let Some(part) = self.parts.get_mut(at)
             && part.job.as_deref() == job["job"].as_str()
@@ -413,7 +426,7 @@ impl Jobs {
         }
     }
 
-    /// Asks how a job stands.
+    /// Polls a job's state.
     fn look(&mut self, at: &ArmAt) {
         let part = self.parts.get(at).filter(|part| !part.is_over());
         let Some(job) = part.and_then(|part| part.job.clone()) else {
@@ -431,7 +444,8 @@ impl Jobs {
     fn has_looked(&mut self, looked: Result<(ArmAt, Option<Value>), JoinError>) {
         match looked {
             Ok((at, Some(job))) => self.see(&at, job),
-            // Presence does not say whether a station answers here: it lets no revoked machine in.
+            // A station may be present on the bus and still refuse requests from this machine, for
+            // example after its certificate was revoked.
             Ok((at, None)) => {
                 if let Some(part) = self.parts.get_mut(&at) {
                     part.is_gone = true;
@@ -455,7 +469,7 @@ impl Jobs {
         }
         for at in &self.order {
             let part = &self.parts[at];
-            // Else each step would be a line.
+            // Without a filter every step of every job would print a line.
             let state = match part.why {
                 Some(_) => "not started",
                 None => part.state(),
@@ -484,7 +498,7 @@ impl Jobs {
         out.flush()
     }
 
-    /// Stops what was started here, also what is just being started.
+    /// Stops all jobs of this run, including those whose start has not been answered.
     async fn stop(&mut self, out: &mut Output, signals: &mut Signals) -> Failure {
         let stopping = async {
             let started = async {
@@ -494,6 +508,7 @@ impl Jobs {
                     }
                 }
             };
+            // A start without an answer may still take effect, and its job is not known here.
             let in_doubt = timeout(STOPPING, started).await.is_err();
             let mut stops = JoinSet::new();
             for (at, part) in self.parts.iter().filter(|(_, part)| !part.is_over()) {

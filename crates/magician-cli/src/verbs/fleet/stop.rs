@@ -1,4 +1,4 @@
-//! `fleet stop`: arms stand, wherever they are.
+//! `fleet stop`: stops arms on any machine of the site.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,7 +15,7 @@ use super::{Stop, gather};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 
-/// An arm that has not stood by then has not answered.
+/// Longest wait for an arm to confirm that it stands.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
 impl Stop {
@@ -48,7 +48,7 @@ impl Stop {
             };
             begin(arms);
             if self.all {
-                // Under way are the stops of all that have shown themselves.
+                // Arms that were found first are being stopped already while late ones appear.
                 let expected = site.roster().await;
                 wait_for(&site, &expected).await;
                 let there = site.arms().into_keys();
@@ -94,7 +94,7 @@ impl Stop {
     }
 }
 
-/// Arms that are stopped together: all of a station by one request, else each by its own.
+/// Groups arms into requests: with `all` one request per station, otherwise one per arm.
 fn requests(arms: Vec<ArmAt>, all: bool) -> Vec<Vec<ArmAt>> {
     if !all {
         return arms.into_iter().map(|at| vec![at]).collect();
@@ -106,7 +106,7 @@ fn requests(arms: Vec<ArmAt>, all: bool) -> Vec<Vec<ArmAt>> {
     stations.into_values().collect()
 }
 
-/// Stops arms of one station, and says of each why it is not known to stand.
+/// Stops arms of one station. Returns the reason for each arm not known to have stopped.
 async fn stop(
     site: &ZenohSite,
     arms: Vec<ArmAt>,
@@ -116,6 +116,7 @@ async fn stop(
     let Some(first) = arms.first() else {
         return Vec::new();
     };
+    // Without an arm the station stops all of its arms.
     let params = if all {
         json!({})
     } else {
@@ -124,6 +125,7 @@ async fn stop(
     let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop", "params": params});
     let asked = timeout(PATIENCE, site.call(first, caller, request.to_string())).await;
     let answer = asked.unwrap_or(Err(SiteError::NoAnswer));
+    // An empty or malformed answer does not confirm a stop.
     let answer = answer.map(|answer| answer.unwrap_or_default());
     let answer = answer.map(|answer| serde_json::from_str::<Value>(&answer).unwrap_or_default());
     let why = |at: &ArmAt| {
@@ -132,7 +134,7 @@ async fn stop(
             Err(error) => return Some(error.to_string()),
         };
         let error = &answer["error"];
-        // An error names those that stand all the same.
+        // An error also lists the arms that did stop.
         let told = [&answer["result"], &error["data"]].map(|told| told["arms"].as_array());
         let mut told = told.into_iter().flatten().flatten();
         if told.any(|told| told["arm"] == at.arm.as_str() && told["stood"] == true) {

@@ -1,4 +1,4 @@
-//! `fleet studio`: the studio with the arms of all stations.
+//! `fleet studio`: serves the studio with the arms of all stations.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,7 +21,7 @@ use crate::serving::{say_ready, unix_time};
 use crate::verbs::{job, serve};
 use magician::stations::folder;
 
-/// Sockets say goodbye within this.
+/// Longest wait for sockets to close at the end. A choice.
 const STOPPING: Duration = Duration::from_secs(2);
 
 impl Studio {
@@ -31,7 +31,8 @@ impl Studio {
         caller: Caller,
         join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
     ) -> Result<(), Failure> {
-        // A page whose stop does nothing would be worse than none.
+        // Without a token the stations would refuse every request, and the page's stop button would
+        // do nothing.
         let token = caller.token.ok_or_else(no_token)?;
         let config = context.config()?;
         self.front.fill_in(&config);
@@ -52,9 +53,9 @@ impl Studio {
         context.alone(async |_, signals| {
             let listener = self.front.bind(tls).await?;
             let site = join().await?;
-            // A page that is opened now shows the arms at once; one that comes later is shown as well.
+            // A page opened now shows all arms at once; arms that appear later are added.
             let arms = gather(&site).await.map(|known| known.len());
-            // Read last: the hub counts from its start.
+            // Read last, because the hub counts its time from its start.
             station.unix_zero = unix_time().as_secs_f64();
             let hub = HubConfig {
                 station,

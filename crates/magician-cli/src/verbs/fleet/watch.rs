@@ -1,4 +1,4 @@
-//! `fleet watch`: the arms of a site as they are, until Ctrl-C.
+//! `fleet watch`: shows the state of all arms of a site until Ctrl-C.
 
 use std::io::{self, IsTerminal};
 use std::time::Duration;
@@ -13,9 +13,9 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// The table is drawn so often at most.
+/// Shortest time between two redraws of the table. A choice.
 const FRAME: Duration = Duration::from_millis(200);
-/// Back to the corner, and away with what stands there.
+/// Escape sequences: cursor to the corner, clear the screen.
 const CLEAR: &str = "\x1b[H\x1b[J";
 
 pub(super) fn run(
@@ -66,7 +66,7 @@ async fn lines(site: &ZenohSite, json: bool, out: &mut Output) -> Result<(), Fai
     }
 }
 
-/// What happened, as JSON.
+/// Returns an event as JSON.
 fn as_event(event: &SiteEvent) -> Value {
     let of = |event: &str, at, news| {
         let mut object = as_json(at, news, false);
@@ -81,7 +81,7 @@ fn as_event(event: &SiteEvent) -> Value {
     }
 }
 
-/// What happened, as people are told: nothing where what is told has not changed.
+/// Returns an event as a line of text; `None` if the text has not changed.
 fn as_line(
     event: &SiteEvent,
     shown: &mut std::collections::BTreeMap<magician_site::ArmAt, String>,

@@ -1,10 +1,10 @@
-//! The list of verbs, by what people come for.
+//! List of verbs in groups by purpose.
 
 use std::fmt::Write;
 
 use clap::Command;
 
-/// A heading, and its verbs in the order in which they are shown.
+/// Headings with their verbs, in the order of the list.
 const GROUPS: [(&str, &[&str]); 7] = [
     (
         "Find and look",
@@ -52,7 +52,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ),
 ];
 
-/// The same command line, whose help lists the verbs by groups.
+/// Returns the command with its verbs listed in groups.
 pub(crate) fn grouped(command: Command) -> Command {
     let template = format!(
         "{{before-help}}{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{}{{all-args}}{{after-help}}",
@@ -69,7 +69,7 @@ fn listed(command: &Command) -> String {
     let (header, literal) = (style.get_header(), style.get_literal());
     let mut text = String::new();
     for (heading, verbs) in GROUPS {
-        // Writing to a text cannot fail.
+        // Writing to a `StyledStr` cannot fail.
         let _ = writeln!(text, "{header}{heading}:{header:#}");
         for name in verbs {
             let verb = command.find_subcommand(name);

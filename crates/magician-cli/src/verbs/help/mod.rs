@@ -1,4 +1,4 @@
-//! `help`: verbs, commands of the protocol, and topics.
+//! `help`: explains verbs, commands of the protocol, and topics.
 
 mod groups;
 mod topics;
@@ -27,7 +27,7 @@ impl Help {
         let (first, second) = (self.words.first(), self.words.get(1));
         let Some(first) = first else {
             let mut help = grouped(description).render_help();
-            // Writing to a text cannot fail.
+            // Writing to a `StyledStr` cannot fail.
             let _ = write!(help, "{}", listed());
             return context.show_styled(&help);
         };
@@ -61,7 +61,7 @@ impl Help {
     }
 }
 
-/// The topics, as the end of the list of verbs.
+/// Returns the list of topics, which follows the list of verbs.
 fn listed() -> String {
     let line = |topic: &Topic| format!("  {:<12} {}\n", topic.name, topic.about);
     let lines: String = TOPICS.iter().map(line).collect();

@@ -1,9 +1,9 @@
-//! What `help` explains besides verbs and commands.
+//! Topics of `help`: subjects that concern several verbs.
 
-/// Something that is not one verb's alone.
+/// Topic of `help`.
 pub(super) struct Topic {
     pub(super) name: &'static str,
-    /// In a few words.
+    /// Short description for the list.
     pub(super) about: &'static str,
     pub(super) text: &'static str,
 }

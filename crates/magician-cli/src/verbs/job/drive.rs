@@ -1,4 +1,9 @@
-//! A running job, as a person at a terminal or a reader of its output sees it.
+//! Follows a running job at a terminal or as JSON output: progress, keys, suspension, recording.
+//!
+//! [`Drive::run`] starts the job and handles its events until it ends. With a recording the job is
+//! paused right after its checks, until the recorder runs, so that the file holds the complete
+//! motion. Failures of output, picture or recording never stop the arm: they are reported at the
+//! end.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -29,63 +34,65 @@ use crate::paint::Paint;
 use crate::saved::SavedSettings;
 use crate::serving::unix_time;
 
-/// Readings of a recording for a second of the arm's clock, and the most for one of ours.
+/// Default number of readings of a recording per second of the arm's clock, and the largest number
+/// per second of wall time.
 pub(super) const RATE: f64 = 20.0;
 const MOST: f64 = 500.0;
 
-/// Steps of a run that a station can go on with, at most: its plan is written before the arm moves.
+/// Largest program, in steps, that a station can resume after this program: the complete plan is
+/// written to disk before the arm moves. A choice.
 const MOST_STEPS: usize = 100_000;
 
-/// What is to run, and how.
+/// Job to run, with the options that concern its run.
 pub(super) struct Drive<'a> {
     pub(super) made: &'a PreparedJob,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
-    /// How far a burn that is resumed begins before the place where its light went out, mm.
+    /// Length of a resumed burn that is repeated before the place of the interruption, mm.
     pub(super) overlap: f64,
     pub(super) keep: bool,
-    /// Whether several commands may be under way on the line at a time.
+    /// True if several commands may be in flight.
     pub(super) windowed: bool,
     pub(super) require_homed: bool,
-    /// Whether an arm is taken that is not known to be homed.
+    /// True to accept an arm with unknown homing state.
     pub(super) unhomed: bool,
     pub(super) record: Option<&'a Path>,
-    /// Readings of it for a second of the arm's clock.
+    /// Readings of the recording per second of the arm's clock.
     pub(super) rate: f64,
-    /// Whether they have a line of units.
+    /// True if the recording gets a line with units.
     pub(super) units: bool,
     pub(super) json: bool,
-    /// Whether it goes on until it is stopped, which is its good end.
+    /// True if the job repeats until it is stopped, which is its regular end.
     pub(super) repeats: bool,
-    /// Whether it has the whole terminal, and what it is called there.
+    /// True if it uses the whole terminal. `verb` is its title there.
     pub(super) tui: bool,
     pub(super) verb: &'static str,
-    /// True if a station carries the line to the arm.
+    /// True if the arm is reached through a station.
     pub(super) at_station: bool,
-    /// Whether the arm outlives this program.
+    /// True if the arm exists longer than this program: not a virtual arm in this process.
     pub(super) lasting: bool,
-    /// How fast the arm's clock runs, if that is known.
+    /// Speed of the arm's clock as a factor of wall time; `None` if unknown.
     pub(super) pace: Option<f64>,
 }
 
-/// What a run has come to.
+/// Result of a run.
 #[derive(Debug)]
 pub(super) struct Done {
     pub(super) job: Arc<magician_job::Done>,
-    /// Why the recording that was asked for is not whole.
+    /// Reason why the recording is incomplete; `None` if it is complete or was not asked for.
     pub(super) unrecorded: Option<Failure>,
 }
 
-/// How a run has ended that went well.
+/// Successful end of a run.
 #[derive(Debug)]
 pub(super) enum Ran {
-    /// All of it is done.
+    /// Completed.
     Done(Done),
-    /// It was to go on until it was stopped.
+    /// Stopped, if it was to repeat until then.
     Stopped(StoppedReport),
 }
 
-/// Where an arm stands that was stopped, as JSON has it.
+/// Position at which a stopped arm stands, as JSON.
 #[derive(Debug, Serialize)]
 pub(super) struct StoppedReport {
     stopped: bool,
@@ -101,26 +108,26 @@ impl StoppedReport {
     }
 }
 
-/// What an object says of a line that was not obeyed.
+/// Line that is reported as ignored if resuming failed.
 const RESUME: &str = "{\"do\":\"resume\"}";
 
-/// A line that was not obeyed, as JSON has it.
+/// JSON object about an input line that was ignored.
 #[derive(Serialize)]
 struct Ignored<'a> {
     event: &'static str,
     line: &'a str,
-    /// Why, where it means something.
+    /// Reason, if the line was valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     message: Option<&'a str>,
 }
 
-/// Where a run goes on that was interrupted, as JSON has it.
+/// JSON object about the step at which an interrupted run resumes.
 #[derive(Serialize)]
 struct Starts {
     event: &'static str,
-    /// From 1.
+    /// Number of the step, from 1.
     step: u64,
-    /// Whether it goes on within the step, and not at its beginning.
+    /// True if the run resumes within the step.
     within: bool,
     burnt_twice_mm: f64,
 }
@@ -154,7 +161,8 @@ impl Drive<'_> {
             .saved(saved.clone())
     }
 
-    /// The journal of the run. What a station needs to go on with it is beside it, where the arm outlives this program.
+    /// Returns the journal of the run. If the arm outlives this program, the journal includes the
+    /// plan, so that a station can resume the job.
     fn journal(&self, arm: &Arm) -> FileJournal {
         let prepared = &self.made.prepared;
         let plan = prepared.program.plan();
@@ -176,7 +184,7 @@ impl Drive<'_> {
         }
     }
 
-    /// Runs it to its end.
+    /// Runs the job to its end.
     pub(super) async fn run(
         &self,
         arm: &Arm,
@@ -193,18 +201,22 @@ impl Drive<'_> {
         let mut run = UnderWay::of(job, signals, control, input, self.json);
         let (mut recorder, mut unrecorded) = (None, None);
         if self.record.is_some() {
-            // What is recorded begins before the arm moves, and after all is checked.
+            // Pauses the job once it is checked, so that the recording can begin before the arm
+            // moves.
             drop(run.job.pause(PauseReason::Person));
         }
         let from = self.checked(&mut run, out).await;
         if let (Some(path), JobState::Paused { .. }) = (self.record, run.job.state()) {
             match self.recorder(arm, path, &run.job).await {
                 Ok(begun) => recorder = Some(begun),
-                // The file is there and takes nothing: a full disk costs the recording, not the work.
+                // The file was opened but cannot be written (a full disk): the recording is lost,
+                // the job continues.
                 Err(failure) if failure.kind == Kind::Driver(ErrorKind::Closed) => {
                     unrecorded = Some(failure);
                 }
                 Err(failure) => {
+                    // Fails before the arm has moved. The outcome is awaited so that the job does
+                    // not outlive the failure.
                     run.job.stop();
                     let _ = run.job.outcome().await;
                     return Err(failure.into());
@@ -243,7 +255,7 @@ impl Drive<'_> {
         let ended = self.attend(&mut run, &teller, &mut recorder).await;
         drop(teller);
         if let Some(screen) = run.screen.take() {
-            // A terminal that takes nothing more is no failure of the work.
+            // A terminal that accepts no output is no failure of the job.
             let _ = screen.close();
         }
         if let Some(recorder) = recorder {
@@ -278,7 +290,8 @@ impl Drive<'_> {
         }
     }
 
-    /// Waits until it has been checked, and begins; the steps before its first. Nothing where it ends before that.
+    /// Waits until the job has been checked and starts. Returns the number of steps before its
+    /// first one, or `None` if the job ends earlier.
     async fn checked(&self, run: &mut UnderWay<'_>, out: &mut Output) -> Option<u64> {
         let mut from = 0;
         loop {
@@ -293,7 +306,7 @@ impl Drive<'_> {
                         out.note(&note, self.json);
                     }
                     JobEvent::Unkept(cause) => {
-                        // Output without a reader is no reason to stop.
+                        // Errors of output are ignored: a closed pipe must not stop the job.
                         let _ = out.note_at_once(&report::unkept(&cause), self.json);
                     }
                     JobEvent::Starts(starts) => {
@@ -313,14 +326,15 @@ impl Drive<'_> {
                         return None;
                     }
                 }
-                // The pause that begins a recording ends by itself: what is asked for before it waits for that.
+                // The pause for the recording ends by itself, so a request to suspend waits until
+                // then.
                 Next::Control(control) if self.record.is_some() => {
                     run.suspends = control == Control::Suspend;
                 }
                 Next::Control(control) => run.hears_early(control),
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
-                    // Output without a reader is no reason to stop.
+                    // Errors of output are ignored: a closed pipe must not stop the job.
                     Obeyed::Ignored(line) => {
                         let _ = out.event(&Ignored::of(&line)).and_then(|()| out.flush());
                     }
@@ -333,7 +347,7 @@ impl Drive<'_> {
         }
     }
 
-    /// Where a run goes on that was interrupted.
+    /// Reports where an interrupted run resumes.
     fn tell_start(&self, starts: StartsAt, out: &mut Output) {
         let step = starts.steps + 1;
         let twice = starts.burnt_twice;
@@ -344,7 +358,7 @@ impl Drive<'_> {
                 within: starts.within,
                 burnt_twice_mm: (twice * 100.0).round() / 100.0,
             };
-            // Output without a reader is no reason to stop.
+            // Errors of output are ignored: a closed pipe must not stop the job.
             let _ = out.event(&starts).and_then(|()| out.flush());
         }
         let burns = self.made.prepared.program.plan().burns();
@@ -385,7 +399,7 @@ impl Drive<'_> {
         }
     }
 
-    /// Shows how far it is, to its end.
+    /// Handles events and shows progress until the job ends.
     async fn attend(
         &self,
         run: &mut UnderWay<'_>,
@@ -393,7 +407,7 @@ impl Drive<'_> {
         recorder: &mut Option<Recorder>,
     ) -> Attended {
         let mut unrecorded = None;
-        // A pause from the time of the check; the one that begins a recording is not told.
+        // A pause since the check is reported, except the initial pause of a recording.
         let state = run.job.state();
         let mut paused = recorder.is_none() && matches!(state, JobState::Paused { .. });
         if let (true, JobState::Paused { reason, part }) = (paused, state) {
@@ -437,7 +451,7 @@ impl Drive<'_> {
                 Next::Resumed(resumed) => {
                     run.resuming = None;
                     match resumed {
-                        // A running job is resumed already.
+                        // The job runs already, so the line had its effect.
                         Ok(()) | Err(ResumeError::NotPaused) => run.stops_unanswered(),
                         Err(error) => {
                             let failure = self.wording().resume(&error);
@@ -460,7 +474,7 @@ impl Drive<'_> {
                         };
                     }
                 }
-                // A recording that cannot go on costs itself, and never the work.
+                // A failing recording ends alone; the job continues.
                 Next::Unrecorded(error) => {
                     let failure = Failure::from(error);
                     teller.say(&says_unrecorded(&failure));
@@ -478,9 +492,10 @@ impl Drive<'_> {
         }
     }
 
-    /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
+    /// Starts the recorder, whose rate counts in the arm's clock: a virtual arm's may be faster
+    /// than wall time.
     async fn recorder(&self, arm: &Arm, path: &Path, job: &JobHandle) -> Result<Recorder, Failure> {
-        // On an arm that runs as fast as it can the recorder's time is the arm's.
+        // At full speed the recorder follows the arm's clock itself.
         let pace = self.pace.filter(|pace| pace.is_finite()).unwrap_or(1.0);
         let rate = (self.rate * pace).clamp(self.rate, MOST);
         let plan = self.made.prepared.program.plan();
@@ -494,7 +509,7 @@ impl Drive<'_> {
         Ok(Recorder::begin(arm, path, options).await?)
     }
 
-    /// A time of the arm's clock in wall time; unknown where the arm runs as fast as it can.
+    /// Converts a duration by the arm's clock into wall time; `None` if the arm runs at full speed.
     fn of_wall(&self, time: Duration) -> Option<Duration> {
         match self.pace {
             None => Some(time),
@@ -503,19 +518,19 @@ impl Drive<'_> {
     }
 }
 
-/// How a job ended that was attended.
+/// End of a job whose events were handled.
 struct Attended {
-    /// None if unknown: the second stop does not wait for it.
+    /// Outcome; `None` after a second stop, which does not wait for it.
     outcome: Option<JobOutcome>,
     unrecorded: Option<Failure>,
 }
 
-/// Why a job is no faster and no slower.
+/// Returns the sentence for a change of speed that failed.
 fn as_fast_as_before(error: SpeedError) -> String {
     format!("speed unchanged: {error}")
 }
 
-/// A recording has ended before the work.
+/// Returns the warning that the recording ended before the job.
 fn says_unrecorded(failure: &Failure) -> String {
     let warning = Paint::for_stderr().note("warning:").to_string();
     format!(

@@ -1,4 +1,4 @@
-//! What a person types while a job runs: keys at a terminal, lines of JSON elsewhere.
+//! User input while a job runs: keys at a terminal, lines of JSON otherwise.
 
 use std::io::{self, BufRead, BufReader, IsTerminal, Read};
 use std::path::Path;
@@ -15,35 +15,36 @@ use crate::context::Context;
 #[cfg(unix)]
 use crate::terminal::FRAME;
 
-/// No line of ours is as long.
+/// Largest line, bytes; far above any valid one. Bounds the memory for input that has no line
+/// feeds.
 const LONGEST: u64 = 1 << 16;
 
-/// What is wanted.
+/// Order from the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Typed {
-    /// The key that pauses, and goes on.
+    /// Key that pauses or resumes.
     Toggle,
     Pause,
     Resume,
     Stop,
     Faster,
     Slower,
-    /// A line that means nothing.
+    /// Invalid order.
     Line(String),
-    /// There will be no more lines.
+    /// End of the input.
     End,
 }
 
-/// The source of the input.
+/// Source of the input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Source {
-    /// None: stdin is the file, or the screen has the keys.
+    /// No input: stdin is the file, or the full-screen picture reads the keys.
     Nowhere,
     Lines,
     Keys,
 }
 
-/// Where it comes from.
+/// Stream of orders.
 pub(super) struct Input {
     source: Source,
     typed: mpsc::UnboundedReceiver<Typed>,
@@ -52,7 +53,7 @@ pub(super) struct Input {
     reads: bool,
 }
 
-/// A line of JSON that is obeyed.
+/// Line of JSON.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ControlLine {
@@ -69,7 +70,7 @@ enum Order {
 }
 
 impl Job {
-    /// What can be listened to: stdin, where it is not the file.
+    /// Returns the input for this job: stdin, unless it is the file itself.
     pub(super) fn input(&self, context: &Context) -> Input {
         let source = if self.file.file == Path::new("-") || self.way.tui {
             Source::Nowhere
@@ -92,7 +93,7 @@ impl Job {
 }
 
 impl Input {
-    /// Whether somebody may answer a pause: at the keyboard, or by lines.
+    /// True if a pause may be answered, by a key or a line.
     pub(super) fn can_answer(&self, tui: bool) -> bool {
         match self.source {
             Source::Nowhere => tui,
@@ -101,7 +102,7 @@ impl Input {
         }
     }
 
-    /// Listens from now on, if there can be a person.
+    /// Begins to listen.
     pub(super) fn listen(&mut self) {
         let to = self.to.clone();
         match self.source {
@@ -111,10 +112,11 @@ impl Input {
             Source::Lines if self.reads => {}
             Source::Lines => {
                 self.reads = true;
-                // It ends with the process: nothing wakes a thread that reads a line.
+                // Never joined: nothing can wake a thread that is reading from stdin, so it ends
+                // with the process.
                 let read = move || {
                     lines(InFront(io::stdin()), &to);
-                    // The job may be over.
+                    // Fails if the job has ended meanwhile.
                     let _ = to.send(Typed::End);
                 };
                 let _ = thread::Builder::new().name("stdin".to_owned()).spawn(read);
@@ -122,12 +124,12 @@ impl Input {
         }
     }
 
-    /// Gives the terminal back until it listens again.
+    /// Restores the terminal until the next `listen`.
     pub(super) fn release(&mut self) {
         self.keys = None;
     }
 
-    /// The next input; pending for ever without a terminal or a pipe.
+    /// Waits for the next order; for ever without a terminal or a pipe.
     pub(super) async fn next(&mut self) -> Typed {
         match self.typed.recv().await {
             Some(typed) => typed,
@@ -136,8 +138,8 @@ impl Input {
     }
 }
 
-/// stdin; if that is a terminal, while this program is in the foreground: the system stops a background process that
-/// reads a terminal.
+/// Standard input that a background process does not read: the system would stop the process
+/// (SIGTTIN).
 struct InFront(io::Stdin);
 
 impl Read for InFront {
@@ -157,7 +159,7 @@ fn wait_in_front(stdin: &io::Stdin) -> io::Result<()> {
         let told = poll(&mut [PollFd::new(stdin, PollFlags::IN)], Some(&patience));
         match told {
             Ok(1..) if is_in_front() => return Ok(()),
-            // There is input for the foreground process.
+            // Readable, but the input belongs to the foreground process.
             Ok(1..) => thread::sleep(FRAME),
             Ok(0) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(error.into()),
@@ -170,7 +172,7 @@ const fn wait_in_front(_: &io::Stdin) -> io::Result<()> {
     Ok(())
 }
 
-/// Reads lines to their end.
+/// Reads lines to the end of the input.
 fn lines(from: impl Read, to: &mpsc::UnboundedSender<Typed>) {
     let mut from = BufReader::new(from);
     let mut line = Vec::new();

@@ -1,5 +1,7 @@
-//! Keys at a terminal while a job runs. They are read as the pads read them, on every system; the terminal stays in the mode in
-//! which Ctrl-C and Ctrl-Z are signals, and is only told not to wait for ends of lines and not to show what is typed.
+//! Keys at a terminal while a job runs.
+//!
+//! The terminal is not in raw mode: Ctrl-C and Ctrl-Z remain signals. Only line buffering and echo
+//! are switched off.
 
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
@@ -12,14 +14,15 @@ use tokio::sync::mpsc;
 use super::input::Typed;
 use crate::terminal::{FRAME, Keyboard, Waited};
 
-/// While it lasts, keys are heard as they are pressed; then the terminal is as it was.
+/// Listener for keys. Dropping it restores the terminal.
 pub(super) struct Keys {
     over: Arc<AtomicBool>,
     reads: Option<JoinHandle<()>>,
 }
 
 impl Keys {
-    /// Begins to hear them, if this program has a terminal. One in the background hears them when it is in front.
+    /// Begins to listen if this program has a terminal. In the background it waits until it is in
+    /// the foreground.
     pub(super) fn listen(to: mpsc::UnboundedSender<Typed>) -> Option<Self> {
         if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
             return None;
@@ -41,7 +44,8 @@ impl Keys {
 impl Drop for Keys {
     fn drop(&mut self) {
         self.over.store(true, Ordering::SeqCst);
-        // A moment: what waits for keys looks often whether it is over. A panic there has said all.
+        // Returns soon, since the thread checks the flag regularly. A panic in it has been printed
+        // already.
         let _ = self.reads.take().map(JoinHandle::join);
     }
 }
@@ -51,7 +55,7 @@ fn listen(over: &AtomicBool, to: &mpsc::UnboundedSender<Typed>, mut mode: Option
         return;
     };
     while !over.load(Ordering::SeqCst) {
-        // The system stops a background process that reads a terminal.
+        // The system stops a background process that reads a terminal (SIGTTIN).
         if !is_in_front() {
             thread::sleep(FRAME);
             continue;
@@ -73,7 +77,7 @@ fn listen(over: &AtomicBool, to: &mpsc::UnboundedSender<Typed>, mut mode: Option
     }
 }
 
-/// What a key means for a job.
+/// Returns the order that a key stands for; `None` if it has no meaning.
 pub(super) fn meaning(event: &Event) -> Option<Typed> {
     let Event::Key(KeyEvent {
         code,
@@ -84,7 +88,8 @@ pub(super) fn meaning(event: &Event) -> Option<Typed> {
     else {
         return None;
     };
-    // Shift is in the sign. A key that is held must not pause and go on in turn.
+    // Shift is part of the character. Repeated keys are ignored except for the speed: a held key
+    // would pause and resume in turn.
     let plain = modifiers.difference(KeyModifiers::SHIFT).is_empty();
     match (code, kind) {
         (_, KeyEventKind::Release) => None,
@@ -110,12 +115,13 @@ mod unix {
     use rustix::process::getpgrp;
     use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetpgrp, tcsetattr};
 
-    /// Whether this program has the terminal. One that does not control it is not stopped for reading it.
+    /// True if this process is in the foreground. A process without a controlling terminal may
+    /// always read.
     pub(in super::super) fn is_in_front() -> bool {
         tcgetpgrp(io::stdin()).map_or(true, |group| group == getpgrp())
     }
 
-    /// The terminal's mode while keys are read; the library's own takes Ctrl-C for a key.
+    /// Mode of the terminal while keys are read. crossterm's raw mode would turn Ctrl-C into a key.
     pub(super) struct Mode(Termios);
 
     impl Mode {
@@ -130,6 +136,7 @@ mod unix {
 
     impl Drop for Mode {
         fn drop(&mut self) {
+            // In the background the terminal belongs to another process.
             if is_in_front() {
                 let _ = tcsetattr(io::stdin(), OptionalActions::Now, &self.0);
             }
@@ -137,7 +144,7 @@ mod unix {
     }
 }
 
-/// A console gives its events in any mode, and shows none that are read so.
+/// Windows consoles deliver key events in any mode and do not echo them.
 #[cfg(not(unix))]
 struct Mode;
 
@@ -196,7 +203,7 @@ mod tests {
         assert_eq!(held(' '), None);
     }
 
-    /// Their sequences have letters in them that mean something alone.
+    /// Escape sequences of these keys contain letters that have a meaning alone.
     #[test]
     fn other_keys_mean_nothing() {
         for code in [

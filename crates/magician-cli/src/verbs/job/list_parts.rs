@@ -1,4 +1,4 @@
-//! `--list-parts`: what there is to choose from.
+//! `--list-parts`: lists the parts of a file that can be selected.
 
 use magician_job::report::clock;
 use magician_program::PartSummary;
@@ -10,14 +10,14 @@ use super::{Job, Where, notes};
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// The parts, as JSON has them.
+/// Parts as JSON.
 #[derive(Serialize)]
 struct Parts {
     parts: Vec<PartSummary>,
 }
 
 impl Job {
-    /// Shows the parts of a file.
+    /// Lists the parts of a file.
     pub(super) fn list_parts(&self, context: &mut Context) -> Result<(), Failure> {
         let Opened { source, mut file } = self.opened(&Where::Nowhere, context)?;
         let listed = file.list_parts();
@@ -36,7 +36,7 @@ impl Job {
     }
 }
 
-/// `2  outline  #ff0000  14 lines, 320 mm, 0:41`.
+/// Formats as `2  outline  #ff0000  14 lines, 320 mm, 0:41`.
 fn line(part: &PartSummary) -> String {
     let name = part.name.as_deref().unwrap_or("-");
     let color = part.color.as_deref().unwrap_or("-");

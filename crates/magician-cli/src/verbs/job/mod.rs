@@ -1,4 +1,9 @@
-//! What verbs that run a file have in common: read, place, check, and then look at it or run it.
+//! Common path of all verbs that run a file: read it, place it, check it, then show it or run it.
+//!
+//! A file is parsed before an arm is looked for, so that a wrong file is reported without one.
+//! Without a port, `--check` and the other previews assume an arm that was just homed; a port or a
+//! station supplies the arm's real position and settings. `sim` runs the program on a virtual arm
+//! of this process, with a real arm's checks.
 
 mod drive;
 mod input;
@@ -49,52 +54,52 @@ pub(crate) use setting::defaults;
 #[cfg(test)]
 pub(super) use tui::examples;
 
-/// As many notes are shown.
+/// Largest number of notes shown. A choice: the rest is counted.
 const NOTES: usize = 10;
 
-/// A file, and what is to be done with it.
+/// File with everything that flags say about it.
 #[derive(Debug)]
 pub(crate) struct Job {
     pub(crate) file: File,
-    /// The text that is written, instead of what is in the file.
+    /// Text or test grid from the command line, instead of the file's content.
     pub(crate) text: Option<String>,
     pub(crate) look: PreviewFlags,
     pub(crate) way: RunFlags,
-    /// How it is to be done: what its flags say.
+    /// Options of drawing and engraving from flags.
     pub(crate) options: SetupOptions,
-    /// Rest at the end of each loop, ms.
+    /// Pause at the end of each loop, ms.
     pub(crate) pause: u32,
-    /// Whether it is run or looked at, and not made another file of.
+    /// True if the job is run or previewed; false if it is converted into another file.
     pub(crate) runs: bool,
-    /// Whether it goes on until it is stopped, which is its good end.
+    /// True if it repeats until it is stopped, which is its regular end.
     pub(crate) repeats: bool,
-    /// What its preset tells people.
+    /// Note of the preset for people.
     preset_note: Option<Diagnostic>,
 }
 
-/// A file whose program is ready to be shown or run.
+/// File whose program is ready to be shown or run.
 struct PreparedJob {
     source: Source,
     prepared: PreparedProgram,
-    /// True if everything that is refused is shown.
+    /// True if every refused step is shown.
     verbose: bool,
 }
 
-/// Where a program is tried or run.
+/// Place where a program is checked or run.
 enum Where {
-    /// Nowhere: it is only looked at, as an arm would do it that was just homed.
+    /// No arm: checked for an arm that was just homed.
     Nowhere,
-    /// On a virtual arm of its own.
+    /// Virtual arm in this process.
     Stage(SimSpeed),
-    /// On an arm that is there.
+    /// Arm at a port or a station.
     Arm,
 }
 
 impl Job {
-    /// A file that is run, with what these flags say of it.
+    /// Creates the job of a file from its flags.
     ///
     /// # Errors
-    /// An option that is not taken.
+    /// Returns a usage error if an option is invalid.
     pub(crate) fn new<V>(
         work: impl Into<Option<WorkOption>>,
         file: File,
@@ -117,7 +122,7 @@ impl Job {
         })
     }
 
-    /// With what its preset says where its flags say nothing.
+    /// Applies the preset to options that no flag sets.
     fn preset(&mut self) -> Result<(), Failure> {
         let Some(name) = self.way.preset.take() else {
             return Ok(());
@@ -129,7 +134,7 @@ impl Job {
         Ok(())
     }
 
-    /// Does it.
+    /// Shows or runs the job.
     pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
         self.preset()?;
         let looks = self.look.is_wanted();
@@ -150,7 +155,7 @@ impl Job {
         let place = match place {
             Ok(place) => place,
             Err(no_arm) => {
-                // What is wrong with the file would be wrong with every arm.
+                // An error in the file would occur with any arm, so it is reported first.
                 self.prepared(opened, &Where::Nowhere, context)?;
                 return Err(no_arm);
             }
@@ -179,7 +184,7 @@ impl Job {
         }
     }
 
-    /// A job that waits for a person wants somebody who can go on with it.
+    /// Fails if the program pauses for the user and nobody can answer.
     fn check_pauses(
         &self,
         made: &PreparedJob,
@@ -204,7 +209,7 @@ impl Job {
         Err(Failure::usage(message).hint("run it at a terminal or with --json, or add --no-pause"))
     }
 
-    /// Whether the whole terminal can be had.
+    /// Fails if the job cannot have the whole terminal.
     fn check_terminal(&self, looks: bool, context: &Context) -> Result<(), Failure> {
         let refused = if looks {
             Some("--tui needs a run")
@@ -223,7 +228,7 @@ impl Job {
         }
     }
 
-    /// What it is called on the whole terminal.
+    /// Returns the title for the full-screen picture.
     fn verb(&self, made: &PreparedJob) -> &'static str {
         match self.options.work {
             _ if self.options.frame.is_some() => "frame",
@@ -235,7 +240,7 @@ impl Job {
         }
     }
 
-    /// Runs it on a virtual arm of its own.
+    /// Runs the job on a virtual arm in this process.
     fn run_on_stage(
         &self,
         made: &PreparedJob,
@@ -250,7 +255,8 @@ impl Job {
                 context.put_up(arm.clone());
                 (arm, times)
             }
-            // A recorder needs time to pass for itself too, not for the arm alone.
+            // A recorder samples by timers, so timers must run by virtual time too, not only the
+            // arm.
             SimSpeed::Max if self.way.record.is_some() => {
                 let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
                 context.put_up_in_arm_time(arm.clone());
@@ -267,7 +273,7 @@ impl Job {
             JobPolicy::Dark,
             context,
         );
-        // What was drawn is there however it ended.
+        // The picture shows the drawn part even if the job failed.
         let mut options = DrawingOptions::default().whole(self.way.whole);
         options.sheet = made.paper();
         let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing(), &options)));
@@ -276,7 +282,7 @@ impl Job {
         self.tell(&done, made, context)
     }
 
-    /// Runs it on an arm that is there.
+    /// Runs the job on the arm at a port or a station.
     fn run_on_arm(&self, made: &PreparedJob, context: &mut Context) -> Result<(), Failure> {
         let asks = if self.file.file == Path::new("-") {
             Asks::Never
@@ -306,7 +312,7 @@ impl Job {
         self.tell(&done, made, context)
     }
 
-    /// Reads it and makes a plan of it, for verbs that do not run it.
+    /// Reads the file and places it, for verbs that do not run it.
     pub(crate) fn plan(
         &mut self,
         context: &mut Context,
@@ -319,7 +325,8 @@ impl Job {
         Ok((source, prepared.program.into_plan(), prepared.notes))
     }
 
-    /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
+    /// Returns the place to check or run. A preview ignores a port from the settings file, so that
+    /// it works without the arm.
     fn place(&self, looks: bool, context: &mut Context) -> Result<Where, Failure> {
         if context.global.station.is_some() {
             return Ok(Where::Arm);
@@ -329,6 +336,7 @@ impl Job {
             .port
             .as_deref()
             .is_some_and(|port| !port.is_empty());
+        // A check needs no arm unless the user named one.
         if looks && !given && !context.is_connected() {
             return Ok(Where::Nowhere);
         }
@@ -339,7 +347,7 @@ impl Job {
         })
     }
 
-    /// The picture that was asked for, known to be writable.
+    /// Returns the picture to write, after checking that its path is writable.
     fn picture(&self, place: &Where, context: &Context) -> Result<Option<Picture>, Failure> {
         let Some(path) = &self.way.picture else {
             return Ok(None);
@@ -391,7 +399,7 @@ impl Job {
         }
     }
 
-    /// Runs it.
+    /// Runs the job under a policy.
     fn go(
         &self,
         drive: &Drive<'_>,
@@ -405,13 +413,14 @@ impl Job {
         })
     }
 
-    /// How it ended.
+    /// Reports how the job ended.
     fn tell(&self, ran: &Ran, made: &PreparedJob, context: &mut Context) -> Result<(), Failure> {
         let done = match ran {
             Ran::Done(done) => done,
             Ran::Stopped(stopped) => return stopped.show(context),
         };
-        // One that is not complete is told of as an error; the file of that name may be an older one.
+        // An incomplete recording is reported as an error; the file of that name may be an older
+        // one.
         let record = self.way.record.as_ref();
         let record = record.filter(|_| done.unrecorded.is_none());
         let files = [("picture", self.way.picture.as_ref()), ("record", record)];
@@ -425,7 +434,7 @@ impl Job {
 }
 
 impl PreparedJob {
-    /// The corners of the page or the sheet that it lies on, as far as one is known.
+    /// Returns the corners of the page or sheet under the drawing; `None` if unknown.
     fn paper(&self) -> Option<Vec<[f64; 2]>> {
         let page = self.prepared.placed.and_then(|placed| placed.page);
         let sheet = || {
@@ -437,7 +446,7 @@ impl PreparedJob {
         page.map(Vec::from).or_else(sheet)
     }
 
-    /// A virtual arm that is ready for it.
+    /// Creates a virtual arm prepared for this program.
     fn stage(&self) -> Result<Controller, Failure> {
         let mut options = RehearseOptions::default();
         let setup = &self.prepared.setup;
@@ -446,14 +455,14 @@ impl PreparedJob {
         Ok(stage(self.prepared.program.plan(), &options)?)
     }
 
-    /// What such an arm says of itself.
+    /// Returns position and settings of such a virtual arm.
     fn start_on_stage(&self) -> Result<Preflight, Failure> {
         let options = Options::default().fence(self.prepared.setup.fence);
         let arm = blocking::Arm::simulated(self.stage()?, options)?;
         Ok(arm.preflight_for(&self.prepared.program.kinds())?)
     }
 
-    /// What the arm at the port says of itself.
+    /// Returns position and settings of the arm at the port.
     fn start_here(&self, context: &mut Context) -> Result<Preflight, Failure> {
         let kinds = self.prepared.program.kinds();
         context.arm(StopPolicy::Look, async |arm, _| {
@@ -462,19 +471,19 @@ impl PreparedJob {
     }
 }
 
-/// A program that goes on where all depends on where it was begun needs to know that place.
+/// Failure of a resumed program that depends on its start position, if that is lost.
 fn needs_start() -> Failure {
     let message = "this program depends on where the tool was when it began, and the tool has \
         moved since";
     Failure::usage(message).hint("add --start X,Y,Z as printed by the interrupted run")
 }
 
-/// What was read in a certain way, for people: a line each, and with `-v` the place in the file.
+/// Prints notes on how a file was interpreted, one line each; with `-v` also the place in the file.
 pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
     if context.global.json {
         return;
     }
-    // In which order lines are drawn is of no use to most people.
+    // The order of drawing matters to few people, so this note appears only with `-v`.
     let all = context.global.verbose > 0;
     let is_told = |note: &&Diagnostic| all || note.code != DiagnosticCode::Reordered;
     let notes: Vec<_> = notes.iter().filter(is_told).collect();
@@ -495,18 +504,18 @@ fn line_of(source: &Source, note: &Diagnostic) -> String {
     format!("{} {}", paint.note("note:"), visible_lines(&text))
 }
 
-/// A closed stderr is no reason to stop.
+/// Prints a line to stderr. An unwritable stderr is ignored.
 fn say(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
 impl PreviewFlags {
-    /// Whether what the arm cannot do is a check that failed: a picture of it is asked for to see that.
+    /// True if steps that the arm cannot do are failed checks: a preview is asked for to see them.
     fn checks(&self) -> bool {
         self.check || self.preview.is_some()
     }
 
-    /// Whether anything is to be looked at.
+    /// True if a preview of any kind is asked for.
     pub(crate) fn is_wanted(&self) -> bool {
         let listed = self.list_parts;
         self.check || self.estimate || self.preview.is_some() || self.dry_run || listed

@@ -1,4 +1,4 @@
-//! Flags and keys: the same options, with the same meaning, refused with the same sentences.
+//! Flags and JSON keys of options have the same meaning and the same error messages.
 
 use std::collections::BTreeSet;
 
@@ -15,8 +15,8 @@ const BAD_OPTIONS: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../magician-program/tests/data/bad_options.json"
 );
-/// Entries of the table that no command line can say: null, objects, a switch with a value, pens
-/// without a file, a word as a number, and which work it is.
+/// Entries of the table that no command line can express: null, objects, a switch with a value,
+/// pens without a file, a word as a number, and `work`, which the verb decides.
 const UNSAYABLE: usize = 399;
 
 fn command<V: TakesOptions>() -> Command {
@@ -37,7 +37,7 @@ fn said<V: TakesOptions>(arguments: &[String]) -> Result<SetupOptions, Failure> 
     flags.map_err(|error| Failure::from(&error))?.options(false)
 }
 
-/// A value as the text of a flag; `None` if it has no such text.
+/// Returns a value as the text of a flag; `None` if it has no such text.
 fn text(row: &OptionSpec, value: &Value) -> Option<String> {
     let takes_words = row.kind == OptionKind::Choice || row.kind == OptionKind::Text;
     match (row.kind, value) {
@@ -47,7 +47,7 @@ fn text(row: &OptionSpec, value: &Value) -> Option<String> {
         (OptionKind::Text, Value::Number(number)) if !row.unit.is_empty() => {
             Some(number.to_string())
         }
-        // A number in quotes is a number on a command line.
+        // On the command line a quoted number is a number.
         (_, Value::String(text)) => {
             let is_number = text.parse::<f64>().is_ok_and(f64::is_finite);
             (takes_words || !is_number && !text.contains(',')).then(|| text.clone())
@@ -67,7 +67,7 @@ fn text(row: &OptionSpec, value: &Value) -> Option<String> {
     }
 }
 
-/// Options as flags; `None` if a flag cannot say one of them.
+/// Converts options into flags; `None` if one of them has no flag.
 fn arguments(options: &Map<String, Value>) -> Option<Vec<String>> {
     let mut arguments = Vec::new();
     for (key, value) in options {
@@ -114,7 +114,8 @@ fn bad_value_of_a_flag_has_the_sentence_of_every_door() {
                 let needs = need.to_string().replacen(need.name, &partner, 1);
                 assert_eq!(*message, format!("`{flag}` needs {needs}"));
             }
-            // What is no built-in font is a file, which is not there.
+            // Text other than the name of a built-in font is taken for a path, which does not exist
+            // here.
             _ if key == "font" => {
                 assert!(
                     message.starts_with(&format!("{flag}: {sentence}")),
@@ -127,7 +128,7 @@ fn bad_value_of_a_flag_has_the_sentence_of_every_door() {
     assert_eq!(unsayable, UNSAYABLE, "of {}", table.len());
 }
 
-/// A value that is taken, and what it needs beside it.
+/// Returns a valid value of an option, with the options it needs.
 fn example(row: &OptionSpec) -> Map<String, Value> {
     let value = match row.kind {
         OptionKind::Choice => json!(row.choices[row.choices.len() - 1]),

@@ -1,4 +1,4 @@
-//! The flags that verbs which run a file share.
+//! Flags shared by verbs that run a file.
 
 mod flags;
 mod preset_name;
@@ -98,7 +98,7 @@ pub(crate) struct RunFlags {
 }
 
 impl File {
-    /// What an argument or stdin says, of this format.
+    /// Creates a file that is given as an argument or on stdin, of this format.
     pub(crate) fn given(file: &str, format: Format) -> Self {
         Self {
             file: file.into(),
@@ -107,14 +107,14 @@ impl File {
     }
 }
 
-/// Readings a second: a line at 115200 baud carries about 50.
+/// Parses a rate in readings a second, 1 to 50: a line at 115,200 baud carries about 50.
 fn sample_rate(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| (1.0..=50.0).contains(value));
     value.ok_or_else(|| "expected 1 to 50 readings a second".to_owned())
 }
 
-/// 0 or above.
+/// Parses a number of at least 0.
 fn from_zero(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| value.is_finite() && *value >= 0.0);

@@ -1,4 +1,4 @@
-//! A file that is read, and becomes a program for the place where it is to run.
+//! Reads a file and prepares its program for the place where it is to run.
 
 use magician::commands::EndEffectorParams;
 use magician_program::{
@@ -12,14 +12,14 @@ use crate::failure::{Failure, Kind};
 use crate::permission::homed;
 use crate::source::Source;
 
-/// A file that is read.
+/// File that has been parsed.
 pub(super) struct Opened {
     pub(super) source: Source,
     pub(super) file: OpenedFile,
 }
 
 impl Job {
-    /// Reads the file, to be run there: what is wrong with it is told before an arm is looked for.
+    /// Reads and parses the file. Errors in it are reported before an arm is looked for.
     pub(super) fn opened(&self, place: &Where, context: &mut Context) -> Result<Opened, Failure> {
         let source = match &self.text {
             Some(text) if self.file.format == Some(Format::TestGrid) => Source::of_test_grid(text),
@@ -38,7 +38,7 @@ impl Job {
         request.defaults = match place {
             _ if !self.runs => defaults.for_conversion(),
             Where::Nowhere | Where::Stage(_) => defaults.on_virtual_arm(),
-            // Until the station says that its arm is none.
+            // A station's arm counts as virtual until the station reports that it is real.
             Where::Arm if context.global.station.is_some() => defaults.on_virtual_arm(),
             Where::Arm => defaults,
         };
@@ -53,7 +53,7 @@ impl Job {
         }
     }
 
-    /// Makes a program of the file, for the place that it was opened for, and tells how it was understood.
+    /// Prepares the program of the file for its place, and prints how the file was interpreted.
     pub(super) fn prepared(
         &self,
         opened: Opened,
@@ -89,7 +89,8 @@ impl Job {
             Err(error) => {
                 let is_run = matches!(place, Where::Arm) && !self.look.is_wanted();
                 if error.problem.lacks_surface() && is_run {
-                    // A surface is found with an arm that is homed: that comes first.
+                    // The surface is measured with the arm, whose position is valid only if it is
+                    // homed.
                     let unhomed = self.way.unhomed;
                     context.arm(StopPolicy::Look, async |arm, _| {
                         homed(arm, unhomed).await.map(drop)
@@ -117,7 +118,7 @@ impl Job {
         })
     }
 
-    /// Why there is no program, told with the notes up to there.
+    /// Reports why there is no program, with the notes so far.
     pub(super) fn refused(
         &self,
         source: &Source,
@@ -126,7 +127,7 @@ impl Job {
     ) -> Failure {
         notes(source, &error.notes, context);
         let mut failure = source.failure(&error.problem).noted(&error.notes);
-        // A drawing that does not fit is a finding of the check; an unknown surface is an error.
+        // A drawing that does not fit is a result of the check; an unknown surface is an error.
         let is_found = error.stage == PrepareStage::Place && !error.problem.lacks_surface();
         if self.look.checks() && is_found {
             failure.kind = Kind::CheckFailed;

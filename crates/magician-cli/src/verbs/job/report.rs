@@ -1,4 +1,4 @@
-//! What a check has found, for people and for programs.
+//! Results of a check, as text and as JSON.
 
 use magician::report::ErrorFigures;
 use magician::{ErrorKind, Given, Setting};
@@ -11,15 +11,15 @@ use super::PreparedJob;
 use crate::diagnostics::Severity;
 use crate::failure::{Failure, Kind};
 
-/// What a program does, for people.
+/// Summaries of a program for people.
 pub(super) trait ForPeople {
-    /// With which powers it burns.
+    /// Returns the range of laser powers; `None` if nothing burns.
     fn power_line(&self) -> Option<String>;
-    /// Time, steps and lengths.
+    /// Returns time, steps and lengths.
     fn line(&self) -> String;
-    /// Steps and lengths.
+    /// Returns steps and lengths.
     fn work(&self) -> String;
-    /// Where it is.
+    /// Returns the place on the table, if there is one.
     fn place(&self) -> Option<String>;
 }
 
@@ -78,14 +78,15 @@ fn length(mm: f64) -> String {
 }
 
 impl PreparedJob {
-    /// True if its coordinates are taken as the arm's, and the first that is refused is out of reach.
+    /// True if the file's coordinates are taken as the arm's and the first refused step is out of
+    /// reach: the file could then be placed elsewhere.
     fn could_be_placed(&self, report: &Report) -> bool {
         let first = report.refused_steps.first();
         let is_beyond = first.is_some_and(|refused_step| refused_step.beyond().is_some());
         self.prepared.is_raw() && is_beyond
     }
 
-    /// The hint for the user; a drawing that does not fit brings its own.
+    /// Returns the hint for the user; `None` if the note about a misfit has one already.
     fn told(&self, way_out: WayOut) -> Option<String> {
         if self.prepared.misfit.is_some() {
             return None;
@@ -106,8 +107,8 @@ impl PreparedJob {
     }
 }
 
-/// Why it is refused, as a failure: that it does not fit and the first complaints, drawn for people, the first of all for
-/// programs. Of kind `check` if it was only looked at.
+/// Converts a failed check into a failure: the misfit and the first complaints, drawn for people;
+/// the first complaint for programs. Its kind is `CheckFailed` if `check` is set.
 pub(super) fn failure(
     made: &PreparedJob,
     rest: &RemainingProgram,
@@ -115,6 +116,8 @@ pub(super) fn failure(
     check: bool,
 ) -> Failure {
     let prepared = &made.prepared;
+    // A G-code file with the origin of another machine is refused at many places. Its message
+    // contains the remedy, so no other is given.
     let foreign = (prepared.format == Format::Gcode && prepared.is_raw())
         .then(|| foreign_coordinates(prepared.program.plan(), report))
         .flatten();
@@ -181,7 +184,7 @@ pub(super) fn failure(
     }
 }
 
-/// What is wrong, with the step, in the words of the file where it has words.
+/// Describes a refused step, in the terms of the file's format if possible.
 fn sentence(made: &PreparedJob, report: &Report, refused_step: &RefusedStep) -> String {
     let error = &refused_step.error;
     let step = format!("step {}", report.number(refused_step.step));

@@ -1,4 +1,4 @@
-//! What environment and settings say of how a file is to be done.
+//! Defaults of drawing options from the environment and the settings file.
 
 use magician_program::SetupDefaults;
 
@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::mounted::usual_tool;
 use crate::numbers::numbers;
 
-/// Defaults of options, in the command and at the station that it serves.
+/// Returns the defaults for the command, and for a station that it serves.
 pub(crate) fn defaults(config: &Config) -> Result<SetupDefaults, Failure> {
     let mut defaults = SetupDefaults::default();
     defaults.tool = usual_tool(config)?;

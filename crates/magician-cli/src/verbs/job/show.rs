@@ -1,4 +1,4 @@
-//! What a look at a program shows, and what a run says at its end.
+//! Output of previews, and of a run's end.
 
 use std::path::Path;
 
@@ -24,28 +24,29 @@ use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::voice::Command;
 
-/// Resolution of a PNG: about 200 dots an inch.
+/// Resolution of PNG files: about 200 dots per inch.
 const PIXELS_PER_MM: f64 = 8.0;
 
-/// A program to be looked at.
+/// Program to preview.
 pub(super) struct Shown<'a> {
     pub(super) made: &'a PreparedJob,
-    /// The first step, from 0.
+    /// Index of the first step, from 0.
     pub(super) from: u64,
     pub(super) look: &'a PreviewFlags,
 }
 
-/// A command that would be sent, as JSON has it.
+/// Command of a dry run as JSON.
 #[derive(Serialize)]
 struct Order<'a> {
-    /// From 1; none for what comes before the first step.
+    /// Number of the step, from 1; `None` for commands before the first step.
     step: Option<u64>,
     command: &'static str,
     params: &'a magician_protocol::Description<'a>,
 }
 
 impl Shown<'_> {
-    /// Checks it from there, and shows what was asked for.
+    /// Checks the program for an arm in the state `start`, and prints the previews that flags ask
+    /// for.
     pub(super) fn show(&self, start: Preflight, context: &mut Context) -> Result<(), Failure> {
         let PreparedJob {
             source, prepared, ..
@@ -85,7 +86,7 @@ impl Shown<'_> {
     }
 
     fn lines(&self, answer: &CheckReport, is_good: bool, out: &mut Output) -> Result<(), Failure> {
-        // What is refused takes no time.
+        // A refused program has no duration.
         if is_good {
             out.line(format_args!(
                 "{}: {}",
@@ -136,7 +137,7 @@ impl Shown<'_> {
         write_whole(path, &bytes).map_err(|error| Failure::unwritable(path, &error))
     }
 
-    /// Every command that would be sent, up to the end of the first loop.
+    /// Prints all commands to be sent, up to the end of the first loop.
     fn commands(
         &self,
         rest: &RemainingProgram,
@@ -185,7 +186,7 @@ pub(super) fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
     ])
 }
 
-/// What a run has come to, and the files that it has left.
+/// Reports a completed run and the files that it has written.
 pub(super) fn done(
     done: &Done,
     made: &PreparedJob,

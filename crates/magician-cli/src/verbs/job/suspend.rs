@@ -1,52 +1,53 @@
-//! Ctrl-Z while a job runs: what is done when, without a terminal and without an arm.
+//! Ctrl-Z while a job runs, as a state machine without terminal and arm.
 //!
-//! The job pauses, the terminal is given back, this program stops. When it is continued the job goes on, unless a person had
-//! paused it before, or it burns: a laser is lit again by a person only.
+//! On a request to suspend, the job pauses, the terminal is restored, and the process stops. When
+//! it is continued, the job resumes, with two exceptions: it stays paused if the user had paused it
+//! before, or if it burns, because only a person may light the laser again.
 
 use magician_job::PauseError;
 
 use crate::interrupt::Control;
 
-/// What is to be done next.
+/// Next action of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Act {
     Nothing,
-    /// Pause the job; [`Suspension::paused`] wants to know what came of it.
+    /// Pause the job and report the result to [`Suspension::paused`].
     Pause,
-    /// Give the terminal back, and stop this program.
+    /// Restore the terminal and stop this process.
     Stop,
-    /// Take the terminal again, and let the job go on.
+    /// Take the terminal again and resume the job.
     GoOn,
     /// Take the terminal again; the job stays paused.
     Stay {
-        /// It would go on if it did not burn.
+        /// True if it stays paused only because it burns.
         dark: bool,
     },
-    /// It is ending by itself: there is nothing to pause any more, and this program ends with it.
+    /// No reaction: the job is ending, and this program with it.
     Ends,
 }
 
-/// How far a suspension has come.
+/// Progress of a suspension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Phase {
     #[default]
     Not,
-    /// The job is on its way to its pause.
+    /// The job has been asked to pause.
     Pausing,
-    /// The program has been stopped.
+    /// The process has been stopped.
     Stopped,
 }
 
-/// The suspension of a job.
+/// Suspension of a job.
 #[derive(Debug)]
 pub(super) struct Suspension {
     phase: Phase,
     burns: bool,
-    /// Whether a person wants the job to be paused, whatever becomes of this program.
+    /// True if the user wants the job paused, whatever happens to this process.
     held: bool,
-    /// Whether it was continued before it was stopped.
+    /// True if the process was continued before it had stopped.
     cancelled: bool,
-    /// Whether it is to be suspended again as soon as it is continued.
+    /// True if another request to suspend came after the process was stopped.
     again: bool,
 }
 
@@ -61,12 +62,12 @@ impl Suspension {
         }
     }
 
-    /// A person pauses the job, or wants it to go on.
+    /// Records that the user pauses or resumes the job.
     pub(super) const fn holds(&mut self, held: bool) {
         self.held = held;
     }
 
-    /// Something of job control has come; `paused` is whether the job is paused, or on its way to that.
+    /// Handles an event of job control. `paused` is true if the job is paused or pausing.
     pub(super) fn hears(&mut self, control: Control, paused: bool) -> Act {
         match (self.phase, control) {
             (Phase::Not, Control::Continue) => Act::Nothing,
@@ -92,7 +93,7 @@ impl Suspension {
         }
     }
 
-    /// The job is paused, or is not.
+    /// Handles the result of pausing.
     pub(super) fn paused(&mut self, paused: Result<(), PauseError>) -> Act {
         match paused {
             Err(_) => {
@@ -144,7 +145,7 @@ mod tests {
             assert_eq!(suspension.paused(Ok(())), Act::Stop);
             assert_eq!(suspension.hears(Continue, true), Act::Stay { dark });
         }
-        // Once a person has let it go on it is as at first.
+        // After the user has resumed the job, suspension works as at first.
         suspension.holds(false);
         assert_eq!(suspension.hears(Suspend, false), Act::Pause);
         assert_eq!(suspension.paused(Ok(())), Act::Stop);
@@ -152,7 +153,7 @@ mod tests {
 
         let mut suspension = Suspension::new(false);
         assert_eq!(suspension.hears(Suspend, false), Act::Pause);
-        // A line of JSON, on the way.
+        // The user pauses by a JSON line while the suspension is in progress.
         suspension.holds(true);
         assert_eq!(suspension.paused(Ok(())), Act::Stop);
         assert_eq!(suspension.hears(Continue, true), Act::Stay { dark: false });

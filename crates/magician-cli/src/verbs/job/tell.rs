@@ -1,4 +1,5 @@
-//! How far a run is: a bar on a terminal, a line every few seconds elsewhere, objects with `--json`.
+//! Progress of a run: a bar on a terminal, a line every few seconds elsewhere, objects with
+//! `--json`.
 
 use std::cell::{Cell, RefCell};
 use std::io::{self, Write};
@@ -18,25 +19,25 @@ use crate::output::Output;
 use crate::paint::{draws_on_stderr, obeys, tell};
 use crate::voice::Command;
 
-/// Between two lines where there is no bar.
+/// Interval between lines where there is no bar. A choice.
 const LINES: Duration = Duration::from_secs(3);
-/// Between two objects.
+/// Shortest interval between progress objects. A choice.
 const OBJECTS: Duration = Duration::from_millis(100);
-/// Runs shorter than this need no bar.
+/// Delay before the bar appears, so that short runs do not flash one. A choice.
 const PATIENCE: Duration = Duration::from_millis(300);
 
-/// Shows how far a run is.
+/// Reports the progress of a run.
 pub(super) struct ProgressReporter<'o> {
-    /// For the objects.
+    /// Output for JSON objects.
     out: RefCell<&'o mut Output>,
     json: bool,
     bar: Option<ProgressBar>,
-    /// Where a job has the whole terminal, what is shown there.
+    /// Model of the full-screen picture, if there is one.
     screen: Option<Shared>,
     told: Cell<Instant>,
     begun: Instant,
     steps: Option<u64>,
-    /// How fast it goes, percent.
+    /// Speed in percent of the program's.
     speed: Cell<u8>,
 }
 
@@ -46,14 +47,14 @@ struct Object {
     step: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     steps: Option<u64>,
-    /// From 1.
+    /// Loop, from 1.
     #[serde(rename = "loop")]
     round: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     share: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds_left: Option<f64>,
-    /// How long the arm has not answered, while it is waited for.
+    /// Time without an answer of the arm while the driver waits for one, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds_silent: Option<f64>,
 }
@@ -78,7 +79,7 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// `2:10 left, at 50 %`.
+    /// Formats as `2:10 left, at 50 %`.
     fn left(&self, left: Option<Duration>) -> Option<String> {
         let left = left.map(|left| format!("{} left", clock(left)));
         let speed = Some(self.speed.get()).filter(|speed| *speed != 100);
@@ -87,12 +88,13 @@ impl<'o> ProgressReporter<'o> {
         (!said.is_empty()).then(|| said.join(", "))
     }
 
-    /// The bar, while this program has the terminal: one that goes on in the background leaves the line to the shell.
+    /// Returns the bar if this process is in the foreground. In the background the line belongs to
+    /// the shell.
     fn bar_in_front(&self) -> Option<&ProgressBar> {
         self.bar.as_ref().filter(|_| is_in_front())
     }
 
-    /// It goes on at this speed, percent.
+    /// Reports a new speed, in percent.
     pub(super) fn speed(&self, percent: u8) {
         self.object(&json!({"event": "speed", "percent": percent}));
         self.speed.set(percent);
@@ -101,7 +103,7 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// Does this while the terminal is as it was.
+    /// Runs `work` while the bar is removed from the terminal.
     pub(super) fn suspended(&self, work: impl FnOnce()) {
         match &self.bar {
             Some(bar) => bar.suspend(work),
@@ -109,7 +111,7 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// It is so far, and the rest takes so long.
+    /// Reports the progress and the time left.
     pub(super) fn at(&self, progress: &JobProgress, left: Option<Duration>) {
         let JobProgress { step, silent, .. } = *progress;
         if let Some(screen) = &self.screen {
@@ -161,27 +163,27 @@ impl<'o> ProgressReporter<'o> {
         let _ = writeln!(io::stderr(), "{done}{more}");
     }
 
-    /// Says something to programs.
+    /// Writes a JSON object.
     pub(super) fn object(&self, object: &impl Serialize) {
-        // Output without a reader is no reason to stop an arm; the last object will fail.
+        // A missing reader must not stop the arm. The final object will report the failure.
         if let (true, Ok(mut out)) = (self.json, self.out.try_borrow_mut()) {
             let _ = out.event(object).and_then(|()| out.flush());
         }
     }
 
-    /// It is being stopped, or its end has come.
+    /// Reports that the job is stopping or has ended.
     pub(super) fn ends(&self, stopped: bool) {
         self.does(if stopped { "stopping" } else { "ending" });
     }
 
-    /// What it does, on the whole terminal.
+    /// Shows the job's activity on the full-screen picture.
     fn does(&self, what: &'static str) {
         if let Some(screen) = &self.screen {
             screen.borrow_mut().doing = what;
         }
     }
 
-    /// A pause is on its way.
+    /// Reports that the job is about to pause.
     pub(super) fn pausing(&self) {
         self.does("pausing ...");
         if let Some(bar) = self.bar_in_front() {
@@ -190,7 +192,7 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// Nothing moves until the job is resumed.
+    /// Reports that the job is paused.
     pub(super) fn paused(&self, reason: PauseReason, part: Option<u64>, text: Option<&str>) {
         let reason = reason.name();
         self.object(&json!({"event": "paused", "part": part, "reason": reason}));
@@ -214,7 +216,7 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// It goes on.
+    /// Reports that the job is resumed.
     pub(super) fn resumed(&self) {
         self.object(&json!({"event": "resumed"}));
         self.does("running");
@@ -225,19 +227,19 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// Tells a note.
+    /// Reports a note.
     pub(super) fn note(&self, note: &Diagnostic) {
         if !self.json {
             let text = advised(&Command, note.message.as_str().to_owned(), note);
             return self.say(&format!("note: {}", visible_lines(&text)));
         }
         if let Ok(mut out) = self.out.try_borrow_mut() {
-            // Output without a reader is no reason to stop an arm.
+            // A missing reader must not stop the arm.
             let _ = out.note_at_once(note, true);
         }
     }
 
-    /// Says something on a line of its own, to people.
+    /// Prints a message for people on a separate line.
     pub(super) fn say(&self, text: &str) {
         if self.json {
             return;
@@ -253,7 +255,7 @@ impl<'o> ProgressReporter<'o> {
     }
 }
 
-/// `waiting for the arm's reply, 4 s`.
+/// Formats as `waiting for the arm's reply, 4 s`; `None` below one second.
 fn waits(silent: Duration) -> Option<String> {
     let seconds = silent.as_secs();
     (seconds > 0).then(|| format!("waiting for the arm's reply, {seconds} s"))

@@ -1,4 +1,4 @@
-//! A job that is under way: all that can happen to it next, and what a person wants of it.
+//! Event loop of a running job: everything that can happen next, and the user's orders.
 
 use std::pin::Pin;
 
@@ -17,20 +17,20 @@ use crate::context::STAND_BY;
 use crate::interrupt::{Control, JobControl, Signal, Signals};
 use crate::progress::attended;
 
-/// What comes next.
+/// Next event.
 pub(super) enum Next {
-    /// A signal, or a key that stands for one; `None` if it changes nothing.
+    /// Signal or key that stands for one; `None` inside if the stop rule ignores it.
     Stop(Option<StopOrder>),
-    /// A key that stands for a signal, before the rule for stops has heard it.
+    /// Key that stands for a signal, before the stop rule has been applied.
     Pressed(Signal),
     Control(Control),
     Typed(Typed),
-    /// What came of the pause that a suspension begins with.
+    /// Result of the pause that begins a suspension.
     Paused(Result<(), PauseError>),
-    /// What came of the wish to go on.
+    /// Result of resuming.
     Resumed(Result<(), ResumeError>),
     Event(JobEvent),
-    /// The recording cannot go on.
+    /// The recording has failed.
     Unrecorded(RecordError),
     Over,
 }
@@ -38,12 +38,12 @@ pub(super) enum Next {
 type Resuming = Pin<Box<dyn Future<Output = Result<(), ResumeError>>>>;
 type Pausing = Pin<Box<dyn Future<Output = Result<(), PauseError>>>>;
 
-/// Between two speeds that keys choose, percent, and the least and the most of them.
+/// Step between the speeds that keys select, percent; then the lowest and the highest speed.
 const SPEEDS: u8 = 10;
 const SLOWEST: u8 = 10;
 const FASTEST: u8 = 100;
 
-/// A job that is under way.
+/// Running job with all sources of its events.
 pub(super) struct UnderWay<'a> {
     pub(super) job: JobHandle,
     pub(super) events: JobEvents,
@@ -51,17 +51,17 @@ pub(super) struct UnderWay<'a> {
     pub(super) input: Input,
     control: JobControl,
     pub(super) suspension: Suspension,
-    /// Whether it is to be suspended as soon as it is checked.
+    /// True if it shall be suspended as soon as it is checked.
     pub(super) suspends: bool,
-    /// What becomes of the pause that a suspension begins with.
+    /// Pending pause of a suspension.
     pub(super) pausing: Option<Pausing>,
-    /// What becomes of the wish to go on.
+    /// Pending resumption.
     pub(super) resuming: Option<Resuming>,
-    /// Whether nobody can answer a pause any more.
+    /// True if no input is left that could answer a pause.
     unanswered: bool,
-    /// The whole terminal, if it has it.
+    /// Full-screen picture, if there is one.
     pub(super) screen: Option<Screen>,
-    /// What is waited for, if that may take a while.
+    /// Reason of a wait that may be long, for the user.
     waits: Option<&'static str>,
     json: bool,
 }
@@ -131,6 +131,7 @@ impl UnderWay<'_> {
         };
         let next = async {
             tokio::select! {
+                // Stops come first, so that a stream of other events cannot delay them.
                 biased;
                 (_, order) = signals.next_order() => Next::Stop(Some(order)),
                 control = control.next() => Next::Control(control),
@@ -142,7 +143,7 @@ impl UnderWay<'_> {
                 },
                 resumed = resumed => Next::Resumed(resumed),
                 event = events.next() => event.map_or(Next::Over, Next::Event),
-                // After the events: the pause is shown before this program stops.
+                // After the job's events, so that the pause is shown before this process stops.
                 paused = paused => Next::Paused(paused),
                 error = unrecorded => Next::Unrecorded(error),
             }
@@ -162,7 +163,7 @@ impl UnderWay<'_> {
         matches!(state, JobState::Paused { .. } | JobState::Pausing)
     }
 
-    /// Does what was typed, if it means something.
+    /// Carries out a typed order.
     pub(super) fn obeys(&mut self, typed: Typed) -> Obeyed {
         match typed {
             Typed::Line(line) => return Obeyed::Ignored(line),
@@ -189,7 +190,7 @@ impl UnderWay<'_> {
         Obeyed::Yes
     }
 
-    /// Whether it waits for a person because the program says so.
+    /// True if the program itself has paused for the user.
     fn waits_for_person(&self) -> bool {
         let JobState::Paused { reason, .. } = self.job.state() else {
             return false;
@@ -204,14 +205,14 @@ impl UnderWay<'_> {
         }
     }
 
-    /// Stops it, if it is not being stopped: keys repeat themselves.
+    /// Stops the job unless it is stopping already: a held key repeats.
     fn stops_by_request(&mut self) {
         if self.signals.hears(Signal::Request).is_some() {
             self.stop();
         }
     }
 
-    /// Takes the terminal again.
+    /// Takes terminal and keyboard again.
     fn listens(&mut self) {
         self.input.listen();
         if let Some(screen) = &mut self.screen {
@@ -229,20 +230,22 @@ impl UnderWay<'_> {
         self.resuming = Some(Box::pin(self.job.resume()));
     }
 
-    /// Job control wants something.
+    /// Handles an event of job control.
     pub(super) fn hears_control(&mut self, control: Control, teller: &ProgressReporter<'_>) {
         let act = self.suspension.hears(control, self.is_paused());
         self.acts(act, teller);
     }
 
-    /// The same while it is checked: it is paused before anything is sent, and all else follows when it is.
+    /// Handles an event of job control during the check: the job is paused before it sends
+    /// anything, and the rest of the suspension follows after the pause.
     pub(super) fn hears_early(&mut self, control: Control) {
         if self.suspension.hears(control, self.is_paused()) == Act::Pause {
             self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person)));
         }
     }
 
-    /// What came of that while it is checked still: it ends before, or its pause is told next.
+    /// Handles the result of the pause during the check: either the job has ended, or the pause is
+    /// reported as the next event.
     pub(super) fn is_paused_early(&mut self, paused: Result<(), PauseError>) {
         self.pausing = None;
         if paused.is_ok() {
@@ -252,7 +255,7 @@ impl UnderWay<'_> {
         }
     }
 
-    /// Does what a suspension needs next.
+    /// Carries out the next action of a suspension.
     pub(super) fn acts(&mut self, act: Act, teller: &ProgressReporter<'_>) {
         match act {
             Act::Nothing => {}
@@ -275,7 +278,7 @@ impl UnderWay<'_> {
             }
             Act::GoOn => {
                 self.listens();
-                // What the program waits for is not done by that.
+                // The program waits for the user, so continuing the process is not an answer.
                 if !self.waits_for_person() {
                     self.resumes();
                 }
@@ -310,23 +313,23 @@ impl UnderWay<'_> {
         }
     }
 
-    /// Stops it; at once if it is being stopped.
+    /// Stops the job; a second call stops it at once.
     pub(super) fn stop(&mut self) {
         self.waits = Some("stopping");
         self.job.stop();
     }
 
-    /// Waits for the end after a second stop, which the job keeps short; `None` if it does not come.
+    /// Waits for the end after a second stop, which the job keeps short; `None` after a timeout.
     pub(super) async fn stopped_at_once(&mut self) -> Option<JobOutcome> {
         timeout(STAND_BY, self.job.outcome()).await.ok()
     }
 }
 
-/// What came of what was typed.
+/// Result of a typed order.
 pub(super) enum Obeyed {
     Yes,
-    /// It is a line that means nothing.
+    /// The line is not a valid order.
     Ignored(String),
-    /// It goes on as fast as before.
+    /// The speed could not be changed.
     Refused(SpeedError),
 }

@@ -1,4 +1,5 @@
-//! Jobs that are probably a mistake: a drawing scaled below a tenth or placed beside the arm, or more than two hours of work.
+//! Jobs that are probably a mistake: a drawing scaled below a tenth, one placed beside the arm, or
+//! more than two hours of work.
 
 use magician::preflight::Preflight;
 use magician::{JointAngles, ToolBias};

@@ -1,4 +1,4 @@
-//! Why a job did not come to its end, and how to go on, in the words of the command.
+//! Wording of a job's failures and of how to resume it, for the command line.
 
 use magician::{ErrorKind, Given, Setting};
 use magician_job::{
@@ -11,24 +11,24 @@ use super::{PreparedJob, needs_start, report};
 use crate::context::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place};
 use crate::failure::{Failure, Kind};
 
-/// What is said when a second stop was not waited for.
+/// Message after a second stop that was not confirmed.
 pub(super) const UNKNOWN: &str = "interrupted twice: the arm may still be moving";
 
-/// What was run, for the sentences about it.
+/// Context of the sentences: the job that ran.
 pub(super) struct Wording<'a> {
     pub(super) made: &'a PreparedJob,
-    /// True if a station carries the line to the arm.
+    /// True if the arm is reached through a station.
     pub(super) at_station: bool,
 }
 
 impl Wording<'_> {
-    /// `of 800`.
+    /// Formats as ` of 800`; empty if the number of steps is unknown.
     pub(super) fn of(&self) -> String {
         let steps = self.made.prepared.program.steps();
         steps.map_or_else(String::new, |steps| format!(" of {steps}"))
     }
 
-    /// A job that failed.
+    /// Converts the error of a job into a failure.
     pub(super) fn failure(&self, error: &JobError) -> Failure {
         let mut failure = self.fault(error);
         if error.all_done {
@@ -40,7 +40,7 @@ impl Wording<'_> {
         self.with_advice(failure, error)
     }
 
-    /// A run of the same that was cut off, and is not resumed by this one.
+    /// Returns the note about an earlier run of the same file that was cut off and is not resumed.
     pub(super) fn unfinished(&self, finished: u64, resumable: bool) -> Diagnostic {
         let of = self.of();
         let text = format!(
@@ -55,7 +55,7 @@ impl Wording<'_> {
         }
     }
 
-    /// A job that was stopped, and whether the arm is known to stand.
+    /// Returns the failure of a stopped job, and true if the arm is known to stand.
     pub(super) fn stopped(&self, error: &JobError) -> (Failure, bool) {
         let twice = matches!(error.fault, Fault::Stopped { twice: true });
         let cause = if error.line_ends {
@@ -89,7 +89,7 @@ impl Wording<'_> {
         (self.with_advice(failure, error), stands)
     }
 
-    /// A job that was to begin, or to go on, and does not.
+    /// Converts an error of starting or resuming into a failure.
     pub(super) fn resume(&self, error: &ResumeError) -> Failure {
         match error {
             ResumeError::Arm(error) | ResumeError::Refused(error) => Failure::from(&**error),
@@ -141,7 +141,7 @@ impl Wording<'_> {
         }
     }
 
-    /// That this was interrupted with other flags, if it was.
+    /// Returns a hint if the same file was interrupted with other flags.
     fn with_other_flags(&self, others: &[InterruptedJob]) -> Option<String> {
         let title = &self.made.prepared.program.plan().title;
         let job = others.iter().find(|job| job.title == *title)?;
@@ -158,7 +158,7 @@ impl Wording<'_> {
         ))
     }
 
-    /// How to go on.
+    /// Adds the advice how to resume.
     fn with_advice(&self, failure: Failure, error: &JobError) -> Failure {
         let command = format!("the same command with {}--resume", self.with_start());
         let advice = match error.left {
@@ -189,7 +189,7 @@ impl Wording<'_> {
         failure.hint(advice)
     }
 
-    /// How to go on with a job of which nothing is kept.
+    /// Returns the advice for a job whose progress was not saved.
     fn advice_unkept(&self, left: Left) -> String {
         let lost = "the progress could not be kept";
         let steps = match left {
@@ -260,7 +260,8 @@ impl Wording<'_> {
         )
     }
 
-    /// What has to be said besides, for a program that began where the tool stood.
+    /// Returns the `--start` flag that resuming needs; empty unless the program depends on its
+    /// start position.
     fn with_start(&self) -> String {
         match self.made.prepared.start {
             Some([x, y, z]) if self.made.prepared.program.depends_throughout() => {
@@ -271,7 +272,7 @@ impl Wording<'_> {
     }
 }
 
-/// What became of the pen, if something had to.
+/// Describes what happened to the pen; `None` if it needed nothing.
 fn lifted(lift: &PenLift) -> Option<String> {
     Some(match lift {
         PenLift::Lifted(lifted) => lifted.to_string(),

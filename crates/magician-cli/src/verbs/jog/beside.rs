@@ -1,4 +1,4 @@
-//! The arm and its pad beside something else.
+//! Arm and jog pad as a side panel of other pictures.
 
 use magician::commands::Pose;
 use magician_motion::ArmModel;
@@ -16,20 +16,19 @@ use super::view::{
 use crate::terminal::{Seen, Theme, panel};
 use magician_job::jog::Axis;
 
-/// From so many columns on there is room beside something else for the pad as it is alone.
+/// Smallest width, in columns, for the full pad beside something else.
 const WIDE: u16 = 120;
-/// On fewer columns than this the pad is below, not beside.
+/// Below this width, in columns, the pad goes below instead of beside.
 const NARROW: u16 = 80;
-/// From so many rows on the joints have bars.
+/// Smallest height, in rows, for joints with bars.
 const TALL: u16 = 28;
-/// Rows of the panel that has coordinates and joints.
+/// Rows of the panel with coordinates and joints.
 pub(crate) const TIGHT_ROWS: u16 = 7;
 
-/// What the panel is called that has both.
+/// Title of that panel.
 pub(super) const TITLE: &str = "tool: mm, joints: deg";
 
-/// Draws the arm and its pad at the right or, on a narrow terminal, below, and gives what is left of the area to something
-/// else.
+/// Draws arm and pad at the right, or below on a narrow terminal, and returns the rest of the area.
 pub(crate) fn beside(
     frame: &mut Frame<'_>,
     area: Rect,
@@ -71,7 +70,7 @@ pub(crate) fn beside(
     ])
     .areas(right);
     pad_panel(frame, pads, seen, pad, theme);
-    // Two lines of log in a frame, or none.
+    // A frame takes two rows; with less than eight rows left there is no room for a log.
     let alarms = match rest.height {
         0..8 => rest.height,
         8..14 => 4,
@@ -86,7 +85,7 @@ pub(crate) fn beside(
     left
 }
 
-/// The same below: coordinates and joints at the left, the pad and the alarms in one panel at the right.
+/// Draws them below: coordinates and joints at the left, pad and alarms in one panel at the right.
 fn below(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) -> Rect {
     let [top, bottom] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(TIGHT_ROWS)]).areas(area);
@@ -104,7 +103,7 @@ fn below(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
     top
 }
 
-/// Coordinates and joints as figures, with the keys of a pad.
+/// Draws coordinates and joints as numbers, with the keys of the pad.
 pub(crate) fn tight(
     frame: &mut Frame<'_>,
     area: Rect,
@@ -158,7 +157,7 @@ fn rows(pose: &Pose, rail: Option<f32>, pad: Option<&Pad>, theme: Theme) -> Vec<
     coordinates.into_iter().zip(joints).map(row).collect()
 }
 
-/// A figure, and the two keys that move what it is of.
+/// Formats a number with the two keys that change it.
 fn figure(
     text: String,
     axis: Option<Axis>,

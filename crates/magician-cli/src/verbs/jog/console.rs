@@ -1,4 +1,4 @@
-//! The arm at work, what is known of it, and a pad, for programs that have all three.
+//! Connection, observed state and jog pad, shared by programs with all three.
 
 use std::time::Instant;
 
@@ -17,28 +17,28 @@ use crate::output::Output;
 use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage, Told, take_log};
 
-/// What has happened.
+/// Event for a program with a jog pad.
 #[derive(Debug)]
 pub(crate) enum Happened {
     Key(KeyEvent),
-    /// Text, which is no row of keys.
+    /// Pasted text, which must not act as keys.
     Pasted(String),
-    /// What was ordered is done; the pad knows.
+    /// An order is complete; the pad has been informed.
     Done,
-    /// The arm was read, or something else is new.
+    /// New readings, or another change to show.
     News,
     Beat,
-    /// The window lost the focus.
+    /// The window has lost the focus.
     Away,
     /// The terminal is gone.
     Gone,
 }
 
-/// How a program at the console ends.
+/// Reason why the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     Quit,
-    /// Ctrl-C, or the terminal is gone.
+    /// Ctrl-C, or loss of the terminal.
     Interrupt,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct Console {
 }
 
 impl Console {
-    /// Reads what a pad has to know.
+    /// Connects a pad to the arm and reads its state.
     pub(crate) async fn open(arm: &Arm, saved: &SavedSettings) -> Result<Self, Failure> {
         let (session, pendant) = PendantSession::open(arm, saved).await?;
         let (_, places) = arm.stats().await?;
@@ -66,7 +66,7 @@ impl Console {
         })
     }
 
-    /// Waits for what happens next.
+    /// Waits for the next event.
     pub(crate) async fn next<M: Send + 'static>(
         &mut self,
         stage: &mut Stage<M>,
@@ -91,7 +91,7 @@ impl Console {
         Ok(happened)
     }
 
-    /// Takes what the arm tells.
+    /// Handles an event of the pendant.
     fn take(&mut self, event: PendantEvent) -> Happened {
         match event {
             PendantEvent::Done(done) => {
@@ -109,7 +109,7 @@ impl Console {
         Happened::News
     }
 
-    /// Lets the pad know what moves the arm, and the readings that something does.
+    /// Tells the pad and the observed state what moves the arm.
     fn note_motion(&mut self) {
         self.pad.pendant.activity = self.session.activity();
         if self.pad.pendant.activity.is_some() {
@@ -117,12 +117,12 @@ impl Console {
         }
     }
 
-    /// Time since the beginning, as the pad counts it.
+    /// Returns the time since the beginning, the pad's clock.
     pub(crate) fn now(&self) -> Duration {
         self.begun.elapsed()
     }
 
-    /// Does what a key came to.
+    /// Carries out the reply to a key.
     pub(crate) fn obey(&mut self, reply: Reply) -> Option<End> {
         match reply {
             Reply::Order(order) => {
@@ -139,7 +139,7 @@ impl Console {
         None
     }
 
-    /// What a pad does by itself with what happened: all but keys.
+    /// Handles events that need no decision of the program: everything except keys.
     pub(crate) fn attend(&mut self, happened: &Happened) -> Option<End> {
         match happened {
             Happened::Beat => {
@@ -155,7 +155,8 @@ impl Console {
         }
     }
 
-    /// Leaves the arm standing, its laser dark, and its settings as they were. A cup or gripper that stays on is told of.
+    /// Stops the arm, switches the laser off and restores its settings. Prints a note if suction or
+    /// gripper stays on.
     pub(crate) async fn leave(self, end: End, out: &mut Output, json: bool) -> Result<(), Failure> {
         let ended = match end {
             End::Quit => self
@@ -180,7 +181,7 @@ impl Console {
     }
 }
 
-/// The next reading, if anything is read at all.
+/// Waits for the next reading; `None` at once if nothing is polled.
 pub(crate) async fn next_of<T: Clone + Send + Sync + 'static>(
     polled: &mut Option<Polled<T>>,
 ) -> Option<T> {
@@ -190,7 +191,7 @@ pub(crate) async fn next_of<T: Clone + Send + Sync + 'static>(
     }
 }
 
-/// What the arm is called, and where it is.
+/// Returns the arm's name and place.
 pub(crate) async fn title(arm: &Arm) -> Result<String, Failure> {
     let name = device_name(arm).await?;
     Ok(if name.is_empty() {

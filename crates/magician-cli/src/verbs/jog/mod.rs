@@ -1,4 +1,4 @@
-//! `jog`: a pad for the arm on the terminal, or one checked step.
+//! `jog`: a pad for the arm on the terminal, or a single checked step.
 
 mod beside;
 mod console;
@@ -51,7 +51,7 @@ pub(crate) struct Jog {
     distance: Option<f32>,
 }
 
-/// A pad's virtual arm moves as fast as a real one, so that it can be watched.
+/// A pad's virtual arm runs in real time, so that the user can watch it.
 pub(super) const AT_SIGHT: Sim = Sim {
     speed: SimSpeed::Times(1.0),
     taken: Taken::IfAsked,
@@ -66,7 +66,7 @@ impl Jog {
     }
 }
 
-/// One step, checked before anything is sent.
+/// Makes one step, checked before anything is sent.
 fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
     let quiet = context.global.json;
     let pose = context.arm(StopPolicy::Move, async |arm, _| {
@@ -97,7 +97,7 @@ fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
     })
 }
 
-/// Refuses to begin without a person at a terminal.
+/// Fails unless a user at a terminal can hold keys.
 pub(super) fn for_a_person(what: &str, without: &str) -> Result<(), Failure> {
     if !io::stdin().is_terminal() {
         let message = format!("{what} needs a keyboard, and stdin is not a terminal");

@@ -1,4 +1,5 @@
-//! What keys mean on a pad, and what it shows of itself: nothing is done here.
+//! Jog pad: translates keys into orders and holds what the pad shows. It carries out nothing
+//! itself.
 
 use std::time::Duration;
 
@@ -11,7 +12,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use super::wording;
 use crate::terminal::Help;
 
-/// What has to be answered with y before it is done.
+/// Question to be answered with `y` before the order is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Question {
     Home,
@@ -27,24 +28,24 @@ impl Question {
     }
 }
 
-/// How good or bad a message is.
+/// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Tone {
     Plain,
     Bad,
 }
 
-/// What a key comes to for the program as a whole.
+/// Effect of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Reply {
-    /// Nothing more.
+    /// No further effect.
     Nothing,
-    /// The arm is to do something.
+    /// Order for the arm.
     Order(PendantOrder),
     Quit,
     /// Ctrl-C.
     Interrupt,
-    /// The key is none of the pad's.
+    /// Not a key of the pad.
     Unknown,
 }
 
@@ -54,23 +55,24 @@ impl Reply {
     }
 }
 
-/// A pendant on a terminal.
+/// Pendant on a terminal.
 #[derive(Clone, Debug)]
 pub(crate) struct Pad {
     pub(crate) pendant: Pendant,
     pub(crate) question: Option<Question>,
-    /// The list of keys, while it is shown.
+    /// List of keys while it is shown.
     pub(crate) help: Option<Help>,
-    /// From where the arm is seen: the arrows lead where they point.
+    /// Direction from which the user sees the arm: arrow keys move the tool where they point.
     pub(crate) view: TopView,
     pub(crate) message: Option<(Tone, String)>,
-    /// The last move that was refused, and why.
+    /// Last refused move with the reason.
     pub(crate) refusal: Option<String>,
 }
 
 impl Pad {
     pub(crate) fn new(mut pendant: Pendant) -> Self {
-        // Consoles of Windows always tell.
+        // Windows consoles always report key releases; other terminals show it with the first
+        // release.
         pendant.hold.set_reports_releases(cfg!(windows));
         Self {
             pendant,
@@ -82,7 +84,7 @@ impl Pad {
         }
     }
 
-    /// What a key comes to.
+    /// Returns the effect of a key.
     pub(crate) fn key(&mut self, key: KeyEvent, now: Duration) -> Reply {
         let pressed = key.kind != KeyEventKind::Release;
         if key.modifiers.contains(KeyModifiers::CONTROL) {
@@ -92,9 +94,12 @@ impl Pad {
             };
         }
         let direction = self.direction(key.code);
+        // Before all other uses of a key: a held jog must end even if a question has appeared
+        // meanwhile.
         if !pressed {
             return Reply::of(self.pendant.release(direction));
         }
+        // Space stops the arm in every state of the pad.
         if key.code == KeyCode::Char(' ') {
             return self.stop();
         }
@@ -102,6 +107,7 @@ impl Pad {
             self.help = help.after(key.code);
             return Reply::Nothing;
         }
+        // Any key answers the question, and only y agrees.
         if let Some(question) = self.question.take() {
             return self.answer(question, key.code);
         }
@@ -112,17 +118,18 @@ impl Pad {
         self.other(key.code)
     }
 
-    /// The terminal is well: what is held goes on, or ends when it was not seen held for too long.
+    /// Handles a beat: a held jog continues, or ends if the key has not been seen held for too
+    /// long.
     pub(crate) fn beat(&mut self, now: Duration) -> Reply {
         Reply::of(self.pendant.tick(now))
     }
 
-    /// The focus is lost: a held jog ends.
+    /// Handles the loss of the focus: a held jog ends.
     pub(crate) fn let_go(&mut self) -> Reply {
         Reply::of(self.pendant.release_all())
     }
 
-    /// Takes note of what came of something.
+    /// Handles the completion of an order.
     pub(crate) fn done(&mut self, done: &OrderDone) {
         self.pendant.done(done);
         let failure = match &done.outcome {
@@ -153,7 +160,7 @@ impl Pad {
         self.message = Some((tone, text.into()));
     }
 
-    /// What a key moves, in the frame in force.
+    /// Returns the direction in which a key moves the arm, in the current frame.
     pub(crate) fn direction(&self, code: KeyCode) -> Option<JogDirection> {
         let direction = |axis, forward| Some(JogDirection { axis, forward });
         let (cartesian, joint) = match code {
@@ -172,7 +179,7 @@ impl Pad {
         }
     }
 
-    /// An arrow leads where it points, as the arm is seen.
+    /// Returns the direction of an arrow key, as the user sees the arm.
     fn arrow(&self, code: KeyCode) -> Option<JogDirection> {
         let arrow = match code {
             KeyCode::Up => [0.0, 1.0],
@@ -190,8 +197,8 @@ impl Pad {
                     (Axis::Y, y > 0.0)
                 }
             }
-            // Joints have no direction on the ground. The arrows at the sides turn the base, as they move the tool to the
-            // sides for a person behind the arm.
+            // Joints have no direction on the ground. Left and right turn the base, which moves the
+            // tool sideways for a user behind the arm.
             JogFrame::Joints => match code {
                 KeyCode::Up | KeyCode::Down => (Axis::J2, code == KeyCode::Up),
                 _ => (Axis::J1, code == KeyCode::Left),
@@ -230,6 +237,7 @@ impl Pad {
             KeyCode::Char('q') => return Reply::Quit,
             KeyCode::Char('?') | KeyCode::F(1) => self.help = Some(Help::default()),
             KeyCode::Char('V') => {
+                // The arrows stand for other axes from now on, so a held jog ends.
                 self.view = self.view.turned();
                 return self.let_go();
             }
@@ -308,7 +316,7 @@ mod tests {
             forward: true,
         };
         assert_eq!(press(&mut pad, KeyCode::Left), step(base, 0.1));
-        // One after the other.
+        // A second order is ignored while a step runs.
         pad.pendant.activity = Some(Activity::Step(base));
         assert_eq!(press(&mut pad, KeyCode::Left), Reply::Nothing);
     }
@@ -339,11 +347,11 @@ mod tests {
                 assert_eq!(pad.view.project(way), arrow, "{code:?}");
             }
         }
-        // A key that is held leads elsewhere after the turn: it has to be pressed anew.
+        // After the view is turned, a held key would move elsewhere, so its jog ends.
         letter(&mut pad, 'm');
         press(&mut pad, KeyCode::Up);
         assert_eq!(letter(&mut pad, 'V'), Reply::Order(PendantOrder::EndJog));
-        // Joints are not of the ground.
+        // Joints do not depend on the view.
         press(&mut pad, KeyCode::Tab);
         assert_eq!(told(&pad), ["j2+", "j1+"]);
     }
@@ -384,7 +392,7 @@ mod tests {
         assert_eq!(pad.pendant.hold.direction(), None);
         press(&mut pad, KeyCode::Down);
         assert_eq!(pad.let_go(), Reply::Order(PendantOrder::EndJog));
-        // Whatever is asked or shown.
+        // Space stops whatever question or help is shown.
         for key in ['h', 'l', '?'] {
             letter(&mut pad, key);
             assert_eq!(letter(&mut pad, ' '), Reply::Order(PendantOrder::Stop));
@@ -400,7 +408,7 @@ mod tests {
         letter(&mut pad, 'h');
         assert_eq!(letter(&mut pad, 'y'), Reply::Order(PendantOrder::Home));
         letter(&mut pad, 'l');
-        // Arrows are no answer, and move nothing.
+        // Arrow keys do not answer a question and move nothing.
         assert_eq!(press(&mut pad, KeyCode::Up), Reply::Nothing);
         letter(&mut pad, 'l');
         assert!(matches!(
@@ -415,7 +423,7 @@ mod tests {
         let outcome = Ok(());
         pad.done(&OrderDone { activity, outcome });
         assert!(pad.pendant.tools.laser);
-        // Off without a question.
+        // Switching off needs no question.
         assert!(matches!(
             letter(&mut pad, 'l'),
             Reply::Order(PendantOrder::Tool(_))

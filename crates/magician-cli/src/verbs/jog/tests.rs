@@ -1,4 +1,4 @@
-//! The pad as it is seen.
+//! Pictures of the jog pad.
 
 use std::time::Instant;
 
@@ -20,7 +20,7 @@ fn model() -> Model {
     }
 }
 
-/// The pad in several states.
+/// Pad in several states.
 pub(in crate::verbs) fn examples() -> Vec<Example> {
     fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
         let shown = move |help| {

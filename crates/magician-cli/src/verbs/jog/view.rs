@@ -1,4 +1,4 @@
-//! How the pad looks.
+//! Layout of the jog pad.
 
 use magician_job::jog::{Activity, Axis, JogDirection, JogFrame, JogMode, ToolState};
 use magician_program::Grip;
@@ -13,14 +13,14 @@ use super::beside::{TIGHT_ROWS, TITLE, tight};
 use super::pad::{Pad, Tone};
 use crate::terminal::{Seen, Theme, fitted, lamp, mm, panel, said, thirds, wrapped};
 
-/// What is shown.
+/// Contents of a frame of the jog pad.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub(crate) seen: Seen,
     pub(crate) pad: Pad,
 }
 
-/// Keys that move, whatever the program.
+/// Keys that move the arm, common to all programs with a pad.
 pub(crate) const MOVES: [(&str, &str); 6] = [
     (
         "arrows  V",
@@ -71,7 +71,7 @@ const HINTS: [(&str, &str); 7] = [
     ("?", "all keys"),
 ];
 
-/// On fewer rows there is no room for bars of joints.
+/// Smallest height, in rows, for joints with bars.
 const LEAST_ROWS: u16 = 24;
 
 /// Draws one frame.
@@ -110,7 +110,7 @@ fn large(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
     log_panel(frame, log, seen, theme);
 }
 
-/// The joints as figures; what was refused last is in the log.
+/// Draws the joints as numbers, for small terminals. The last refusal is in the log there.
 fn small(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
     let [top, alarms, log] = Layout::vertical([
         Constraint::Length(TIGHT_ROWS),
@@ -126,7 +126,7 @@ fn small(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
     log_panel(frame, log, seen, theme);
 }
 
-/// Where the tool is, and the keys that move it.
+/// Draws the tool's position with the keys that move it.
 pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
     let mut lines = Vec::new();
     let cartesian = pad.pendant.frame == JogFrame::Cartesian;
@@ -168,13 +168,14 @@ fn row(axis: Axis, value: f32, key: &str, moves: bool, theme: Theme) -> Line<'st
     ])
 }
 
-/// The keys that move an axis forward and back, as the pad stands.
+/// Returns the keys that move an axis, in the current frame.
 fn keys(pad: &Pad, axis: Axis) -> String {
     let names: Vec<_> = key_names(pad, axis).map(|(name, _)| name).collect();
     names.join(" ")
 }
 
-/// The keys that move an axis forward and back, if any do: the name of each, and its sign of one column.
+/// Returns the keys that move an axis forward and back, with a name and a one-column symbol each;
+/// empty for an axis without keys.
 pub(super) fn key_names(
     pad: &Pad,
     axis: Axis,
@@ -199,20 +200,20 @@ pub(super) fn key_names(
     })
 }
 
-/// The joints between their limits.
+/// Draws the joints between their limits.
 pub(crate) fn joint_bars(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
     let block = panel("joints", theme);
     let lines = seen.joint_lines(block.inner(area).width, theme);
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// How keys move, what is done, what the tools do.
+/// Draws the panel with mode, activity and tools.
 pub(super) fn pad_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
     let lines = pad_lines(seen, pad, area.width.saturating_sub(2), theme);
     frame.render_widget(Paragraph::new(lines).block(panel("pad", theme)), area);
 }
 
-/// What was refused last, and why.
+/// Formats the last refusal.
 fn refusal(pad: &Pad, width: u16, theme: Theme) -> Vec<Line<'static>> {
     const REFUSED: &str = "refused ";
     let Some(why) = &pad.refusal else {
@@ -229,7 +230,7 @@ fn refusal(pad: &Pad, width: u16, theme: Theme) -> Vec<Line<'static>> {
     lines.into_iter().map(line).collect()
 }
 
-/// The same on lines so wide.
+/// Returns the lines of that panel for a width.
 pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec<Line<'static>> {
     let roomy = roomy_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
@@ -261,7 +262,7 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
     lines
 }
 
-/// How keys move, in a few words.
+/// Describes in a few words how keys move the arm.
 pub(super) fn mode_line(pad: &Pad, theme: Theme) -> Line<'static> {
     let frame = match pad.pendant.frame {
         JogFrame::Cartesian => "x y z r",
@@ -300,7 +301,7 @@ fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
     ])
 }
 
-/// What the arm does.
+/// Describes the arm's activity.
 pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
     match pad.pendant.activity {
         Some(Activity::Jog(direction)) => format!("jogs {direction}"),
@@ -314,7 +315,8 @@ pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
     }
 }
 
-/// What the tools do, on one line, or on two where it is narrow: a laser that is on is seen.
+/// Returns the state of the tools on one line, or on two if it is narrow, so that a laser that is
+/// on stays visible.
 pub(crate) fn tool_lines(tools: ToolState, width: u16, theme: Theme) -> Vec<Line<'static>> {
     let [suction, gripper, laser] = tool_spans(tools, theme);
     let line = Line::from(vec![suction.clone(), gripper.clone(), laser.clone()]);
@@ -355,7 +357,7 @@ fn tool_spans(tools: ToolState, theme: Theme) -> [Span<'static>; 3] {
     ]
 }
 
-/// The alarms that stand.
+/// Draws the active alarms.
 pub(crate) fn alarm_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
     let block = panel("alarms", theme);
     let inner = block.inner(area);
@@ -363,7 +365,7 @@ pub(crate) fn alarm_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme:
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// What has happened.
+/// Draws the log.
 pub(crate) fn log_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
     let block = panel("log", theme);
     let inner = block.inner(area);
@@ -371,7 +373,7 @@ pub(crate) fn log_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: T
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// What is asked, or was said last; else what the keys do.
+/// Returns the footer: a question, the last message, or the keys.
 pub(crate) fn foot(
     pad: &Pad,
     keys: &[(&str, &str)],

@@ -1,4 +1,4 @@
-//! What came of an order, in the words of the pads.
+//! Wording of an order's result, for the pads.
 
 use magician::ErrorKind;
 use magician_job::jog::{OrderError, ToolOrder};
@@ -7,7 +7,7 @@ use magician_program::Grip;
 
 use crate::failure::{Failure, Kind};
 
-/// Why an order was not carried out.
+/// Converts the error of an order into a failure.
 pub(super) fn failure(error: &OrderError) -> Failure {
     match error {
         OrderError::Arm(error) => Failure::from(&**error),
@@ -20,7 +20,7 @@ pub(super) fn failure(error: &OrderError) -> Failure {
     }
 }
 
-/// Why a program did not come to its end.
+/// Converts the error of a pad's program into a failure.
 fn program(error: &JobError) -> Failure {
     let refused = match &error.fault {
         Fault::Refused { report, .. } => report.refused_steps.first().map(|first| (report, first)),
@@ -43,7 +43,7 @@ fn program(error: &JobError) -> Failure {
     }
 }
 
-/// What a tool does now.
+/// Describes the new state of a tool.
 pub(super) const fn tool(order: ToolOrder) -> &'static str {
     match order {
         ToolOrder::Suction(true) => "suction on",

@@ -1,4 +1,4 @@
-//! What passes, and what becomes of endpoints and line, in lines or objects on stderr.
+//! Log of the proxy on stderr: frames, endpoints, clients and the line, as text or JSON.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -15,32 +15,32 @@ use crate::serving::serving;
 use crate::throttle::{Held, Throttle};
 use crate::verbs::decode::{hex, word};
 
-/// Columns of a name, unless there is a longer one.
+/// Smallest width of the column with names.
 const NAME: usize = 8;
-/// Columns of a direction, or what stands in its place.
+/// Width of the column with directions, or the words in their place.
 const WORD: usize = 11;
 
-/// How much is shown, and how.
+/// Amount and format of the output.
 pub(super) struct Style {
     pub(super) json: bool,
-    /// Whether frames are shown.
+    /// True if frames are shown.
     pub(super) frames: bool,
-    /// Ids of those that are; all if empty.
+    /// Ids of the commands shown; empty for all.
     pub(super) only: Vec<u8>,
     pub(super) verbose: u8,
 }
 
-/// Writes the log. What belongs together goes out together; a stderr that cannot be written to is
-/// no reason to stop.
+/// Log writer. Lines that belong together are written together; an unwritable stderr is ignored.
 pub(super) struct Log {
     style: Style,
-    /// What the line to the arm is called.
+    /// Name of the line to the arm.
     arm: String,
     paint: Paint,
     begun: u64,
     width: usize,
     text: String,
-    /// Lines of which there may be any number: what programs and the line do wrong, which clients connect and disconnect.
+    /// Rate limit for lines that peers can cause in any number: protocol errors, connecting and
+    /// disconnecting clients.
     floods: Throttle<&'static str>,
 }
 
@@ -57,17 +57,17 @@ impl Log {
         }
     }
 
-    /// Since this began.
+    /// Returns the time since the beginning.
     fn since(&self) -> Duration {
         Duration::from_micros(wall_clock().saturating_sub(self.begun))
     }
 
-    /// Whether one more line of this kind is shown.
+    /// True if one more line of this kind may be shown.
     fn passes(&mut self, kind: &'static str) -> bool {
         self.floods.passes(self.since(), kind, kind)
     }
 
-    /// Tells of what was not shown.
+    /// Prints summaries of suppressed lines.
     fn more(&mut self, held: Vec<Held>) {
         for Held {
             count,
@@ -86,7 +86,7 @@ impl Log {
         }
     }
 
-    /// Which computers may move the arm, if more than this one.
+    /// Warns about endpoints through which other computers can move the arm.
     pub(super) fn exposed(&self, endpoints: &[Endpoint]) {
         let arm = &self.arm;
         for endpoint in endpoints.iter().filter(|endpoint| endpoint.is_exposed()) {
@@ -144,7 +144,7 @@ impl Log {
         tell(line);
     }
 
-    /// Shows something that passed, or did not.
+    /// Prints a frame that passed or was rejected.
     fn event(&mut self, event: &Event, client: Option<&str>) {
         if !self.style.frames {
             return;
@@ -176,7 +176,7 @@ impl Log {
         });
         let only = &self.style.only;
         let wanted = only.is_empty() || only.contains(&shown.frame.id());
-        // Traffic is shown on request; errors may come at any rate.
+        // Valid traffic is limited by its clients' requests; errors may come at any rate.
         if wanted && (!shown.bad || self.passes(shown.word)) {
             if self.style.json {
                 self.object(shown.object(who))
@@ -284,7 +284,7 @@ impl Drop for Log {
     }
 }
 
-/// A frame to show.
+/// Frame to print.
 struct Shown<'a> {
     word: &'static str,
     frame: Frame<'a>,
@@ -327,7 +327,7 @@ impl<'a> Shown<'a> {
         }
     }
 
-    /// The fields as they are typed, or the bytes if they cannot be decoded.
+    /// Returns the fields in the notation that users type, or the bytes if they cannot be decoded.
     fn values(&self) -> String {
         let queued = if self.frame.ctrl().queued() {
             "  queued"
@@ -378,7 +378,7 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// Microseconds since 1970.
+/// Returns microseconds since 1970.
 fn wall_clock() -> u64 {
     let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
     u64::try_from(since.as_micros()).unwrap_or(u64::MAX)

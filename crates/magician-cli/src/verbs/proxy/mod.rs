@@ -1,4 +1,4 @@
-//! `proxy`: several programs at one arm.
+//! `proxy`: shares one arm between several programs.
 
 mod log;
 
@@ -72,7 +72,7 @@ pub(crate) struct Proxy {
     keep_going: bool,
 }
 
-/// Milliseconds, with or without the unit.
+/// Parses milliseconds, with or without the unit.
 fn milliseconds(text: &str) -> Result<Duration, String> {
     let value = text
         .strip_suffix("ms")
@@ -84,7 +84,7 @@ fn milliseconds(text: &str) -> Result<Duration, String> {
     Ok(Duration::from_secs_f64(value / 1000.0))
 }
 
-/// The id of a command that a person names.
+/// Returns the id of the command with this name.
 fn command(name: &str) -> Result<u8, String> {
     let row =
         Row::find(name).map_err(|error| format!("{error}; `magician commands` lists them"))?;
@@ -116,7 +116,7 @@ impl Proxy {
             };
             let log = Log::new(style, line.name());
             let mut proxy = ProxyServer::open(line, &endpoints, settings)?;
-            // After the endpoints: what cannot be served leaves an earlier trace as it was.
+            // After the endpoints: if one of them fails, an earlier trace is left unchanged.
             if let Some(path) = &self.trace {
                 proxy = proxy.traced(BufWriter::new(grow(path)?))?;
             }
@@ -133,7 +133,7 @@ impl Proxy {
         }
     }
 
-    /// An endpoint that is named twice would be two, and the first could not be found.
+    /// Fails if an endpoint is given twice: the second link would hide the first.
     fn refuse_twins(&self) -> Result<(), Failure> {
         #[cfg(unix)]
         for (at, path) in self.pty.iter().enumerate() {
@@ -145,7 +145,7 @@ impl Proxy {
         Ok(())
     }
 
-    /// The endpoints, and how many.
+    /// Returns the endpoints and their number.
     fn endpoints(&self) -> (Endpoints, usize) {
         let endpoints = Endpoints::new();
         #[cfg(unix)]

@@ -1,4 +1,5 @@
-//! `replay`: a recorded session on a virtual arm, or explained.
+//! `replay`: replays a recorded session on a virtual arm and compares the answers, or explains the
+//! session.
 
 mod session;
 mod tell;
@@ -22,10 +23,11 @@ use crate::options::number;
 use session::{Pace, attend};
 use tell::ReplayReporter;
 
-/// The new session, in a file.
+/// Writer for the new session.
 type Saved = ReplayWriter<Box<dyn Write + Send>>;
 
-/// A larger file is no trace of an arm: an hour of polling has 150 MB.
+/// Largest trace that is read, bytes. An hour of polling has 150 MB, so a larger file is probably
+/// no trace.
 const MOST_BYTES: u64 = 1 << 30;
 
 /// Replay a recorded session on a virtual arm and compare the answers
@@ -122,7 +124,7 @@ impl Replay {
         }
     }
 
-    /// The residue of the trace, or of a file of readings.
+    /// Computes the residue of the trace, or of a file of readings.
     fn law(&self, bytes: &[u8]) -> Result<LawReport, Failure> {
         let more = match &self.profile {
             Some(path) => {
@@ -198,6 +200,7 @@ impl Replay {
             let work = async {
                 loop {
                     if let Some(packet) = session.packets().get(play.done()) {
+                        // In real time differences are shown as they occur.
                         if pace.is_slow() {
                             teller.flush()?;
                         }
@@ -256,21 +259,21 @@ impl Replay {
                 }
                 Ok(())
             };
-            // What is shown tells how far it is.
+            // No progress bar: the explained packets show the progress.
             attend(signals, true, "", work).await?;
             packets.finish()
         })
     }
 }
 
-/// The residue of a file of readings against the law of motion.
+/// Computes the residue of a file of readings against the law of motion.
 pub(super) fn law_of_readings(path: &Path) -> Result<LawReport, Failure> {
     let wrong = |error| Failure::invalid(format!("{}: {error}", path.display()));
     let log = Samples::read(&read(path)?).map_err(wrong)?;
     Ok(LawReport::of_samples(&log, None))
 }
 
-/// The trace, whole: its blocks refer to each other.
+/// Reads the whole trace, since its blocks refer to each other.
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let name = path.display();
     let unreadable = |error: io::Error| Failure::invalid(format!("{name} cannot be read: {error}"));
@@ -287,7 +290,7 @@ fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// What a difference is called in the exit.
+/// Failure of a replay with differences.
 fn failed(message: String) -> Failure {
     Failure::new(Kind::CheckFailed, message)
 }

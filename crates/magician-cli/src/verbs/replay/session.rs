@@ -1,4 +1,4 @@
-//! The replay as it runs: its pace, its interruption.
+//! Pace of a replay, and its interruption.
 
 use std::future::Future;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use crate::failure::Failure;
 use crate::interrupt::Signals;
 use crate::progress::attended;
 
-/// Packets between two looks at signals and the clock.
+/// Packets between two checks for signals. A choice.
 const STRETCH: u64 = 256;
 
-/// Lets the trace's time pass, or not.
+/// Delays packets so that the trace replays at a factor of real time, or without delay.
 pub(super) struct Pace {
     times: Option<f64>,
     begin: u64,
@@ -35,15 +35,16 @@ impl Pace {
         }
     }
 
-    /// Whether findings are to be shown before the next packet.
+    /// True if findings shall be shown before the next packet.
     pub(super) fn is_slow(&self) -> bool {
         self.times.is_some()
     }
 
-    /// Waits until it is time for a packet.
+    /// Waits until a packet is due.
     pub(super) async fn wait(&mut self, time: u64) {
         self.packets += 1;
         let Some(times) = self.times else {
+            // Without delays nothing else yields to the runtime, so signals would not be seen.
             if self.packets.is_multiple_of(STRETCH) {
                 tokio::task::yield_now().await;
             }
@@ -54,12 +55,13 @@ impl Pace {
         let due = Duration::try_from_secs_f64(since).unwrap_or(Duration::MAX);
         match begun.checked_add(due) {
             Some(due) => sleep_until(due).await,
+            // A time beyond the range of the clock never comes.
             None => std::future::pending().await,
         }
     }
 }
 
-/// Does the work unless a signal comes.
+/// Runs the work until it ends or a signal comes.
 pub(super) async fn attend(
     signals: &mut Signals,
     quiet: bool,

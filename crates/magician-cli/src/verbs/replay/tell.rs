@@ -1,4 +1,4 @@
-//! What a replay came to, for people and as JSON.
+//! Results of a replay, as text and as JSON.
 
 use magician_protocol::{FieldValue, visible};
 use magician_record::replay::{Difference, Report, What};
@@ -8,7 +8,7 @@ use super::failed;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// Tells of differences as they are found.
+/// Reports differences as they are found.
 pub(super) struct ReplayReporter<'o> {
     out: &'o mut Output,
     json: bool,
@@ -16,7 +16,7 @@ pub(super) struct ReplayReporter<'o> {
 
 #[derive(Serialize)]
 struct Found<'a> {
-    /// Seconds since the trace began.
+    /// Seconds since the beginning of the trace.
     time: f64,
     #[serde(skip_serializing_if = "str::is_empty")]
     link: &'a str,
@@ -67,7 +67,7 @@ impl<'o> ReplayReporter<'o> {
         self.out.line(format_args!("{place}  {found}"))
     }
 
-    /// The end: a summary, and a failure if there was a difference.
+    /// Prints the summary. Fails if there was a difference.
     pub(super) fn end(&mut self, report: &Report) -> Result<(), Failure> {
         let summary = Summary {
             requests: report.requests,
@@ -113,7 +113,7 @@ impl<'a> Found<'a> {
     }
 }
 
-/// `120 requests, 118 answers the same in 540 fields; 2 unanswered in both`.
+/// Formats as `120 requests, 118 answers the same in 540 fields; 2 unanswered in both`.
 fn in_words(summary: &Summary) -> String {
     let several = |count: u64, what: &str| match count {
         1 => format!("1 {what}"),

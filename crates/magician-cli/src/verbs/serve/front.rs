@@ -1,4 +1,5 @@
-//! What a station and a hub have in common: where they listen, who is let in, and the library of programs.
+//! Options common to a station and a hub: addresses, admission, encryption and the library of
+//! programs.
 
 use std::io;
 use std::path::PathBuf;
@@ -49,7 +50,7 @@ pub(crate) struct FrontFlags {
 }
 
 impl FrontFlags {
-    /// What the settings say where no flag does.
+    /// Fills in settings that no flag sets.
     pub(crate) fn fill_in(&mut self, config: &Config) {
         let listen = || config.says("serve.listen").map(str::to_owned);
         self.listen = self.listen.take().or_else(listen);
@@ -65,7 +66,7 @@ impl FrontFlags {
         }
     }
 
-    /// The tokens of this machine, and those of the file.
+    /// Opens the token store of this machine, extended by the user's token file.
     pub(crate) fn tokens(&self) -> Result<TokenStore, Failure> {
         let store = tokens()?;
         Ok(match &self.token_file {
@@ -74,7 +75,7 @@ impl FrontFlags {
         })
     }
 
-    /// Certificate and key, if connections are encrypted.
+    /// Loads certificate and key; `None` if connections are not encrypted.
     pub(crate) fn tls(&self) -> Result<Option<Tls>, Failure> {
         Ok(match (&self.tls_cert, &self.tls_key) {
             (Some(certificate), Some(key)) => Some(Tls::from_files(certificate, key)?),
@@ -82,7 +83,7 @@ impl FrontFlags {
         })
     }
 
-    /// Listens, before anything is accepted.
+    /// Binds the addresses. Connections are accepted later.
     pub(crate) async fn bind(&self, tls: Option<Tls>) -> Result<Listener, Failure> {
         let listener = Listener::bind(self.listen.as_deref()).await;
         let listener = listener.map_err(taken)?;
@@ -92,7 +93,7 @@ impl FrontFlags {
         })
     }
 
-    /// The library of programs; none where the system names no place for one.
+    /// Opens the library of programs; `None` if the system has no folder for it.
     pub(crate) fn programs(&self) -> Result<Option<Arc<dyn ProgramStore>>, Failure> {
         let usual = || dirs::data().map(|data| data.join("programs"));
         let Some(folder) = self.programs.clone().or_else(usual) else {
@@ -106,7 +107,7 @@ impl FrontFlags {
         Ok(Some(Arc::new(ProgramFolder::at(folder))))
     }
 
-    /// Who is let in beside what is its own.
+    /// Returns the hosts and origins that are admitted besides the station's own.
     pub(crate) fn admission(&self) -> Admission {
         Admission {
             hosts: self.allow_host.clone(),
@@ -115,7 +116,7 @@ impl FrontFlags {
         }
     }
 
-    /// How it is on the network.
+    /// Returns the HTTP options.
     pub(crate) fn http(&self, tokens: TokenStore, pages: Pages) -> HttpOptions {
         HttpOptions {
             admission: self.admission(),
@@ -124,7 +125,7 @@ impl FrontFlags {
         }
     }
 
-    /// Tells a code, where one is wanted.
+    /// Prints a pairing code, if one is asked for.
     pub(crate) fn tell_code(&self, tokens: &TokenStore) -> Result<(), Failure> {
         if self.pair {
             let code = tokens.pair(magician_station::Role::Student)?;
@@ -136,8 +137,8 @@ impl FrontFlags {
     }
 }
 
-/// Why an address cannot be had, and what to do if another program has it: a station of this computer is
-/// named.
+/// Converts an error of binding into a failure. If the port is in use, the hint names the station
+/// of this computer that has it.
 fn taken(error: ListenError) -> Failure {
     let port = match &error {
         ListenError::Bind(address, why) if why.kind() == io::ErrorKind::AddrInUse => address.port(),

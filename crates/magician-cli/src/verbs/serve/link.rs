@@ -1,4 +1,4 @@
-//! Programs for DobotLink, beside the pages and the API.
+//! Interface for programs of the vendor's DobotLink, beside the pages and the API.
 
 use std::sync::Arc;
 
@@ -34,19 +34,20 @@ pub(super) struct LinkFlags {
     link_image: bool,
 }
 
-/// Where programs for DobotLink connect.
+/// Endpoint of programs for DobotLink.
 pub(super) struct Link {
     listener: LinkListener,
     image: Option<ImageStub>,
 }
 
 impl LinkFlags {
-    /// The settings ask for it.
+    /// Enables the link because the settings ask for it.
     pub(super) fn by_settings(&mut self) {
         self.link.get_or_insert(None);
     }
 
-    /// Refuses what says how programs are answered where none are. The settings may ask for the link, so that no flag can require another.
+    /// Fails if options of the link are given without it. Not a `requires` of clap, because the
+    /// settings may enable the link.
     pub(super) fn check(&self) -> Result<(), Failure> {
         let given = [
             (self.link_empty_connect, "--link-empty-connect"),
@@ -64,7 +65,7 @@ impl LinkFlags {
         }
     }
 
-    /// Listens, where it is asked for.
+    /// Binds the endpoint; `None` if the link is disabled.
     pub(super) async fn bind(&self) -> Result<Option<Link>, Failure> {
         let Some(address) = &self.link else {
             return Ok(None);
@@ -85,7 +86,7 @@ impl LinkFlags {
         Ok(Some(Link { listener, image }))
     }
 
-    /// Answers them.
+    /// Creates the service that answers the programs.
     pub(super) fn service(&self, station: &RunningStation) -> LinkService {
         let mut options = LinkOptions::default();
         options.strict = self.link_strict;
@@ -97,19 +98,19 @@ impl LinkFlags {
     }
 }
 
-/// Tells the calls of programs.
+/// Returns the source of the report on programs' calls.
 pub(super) fn calls(service: LinkService) -> LinkCalls {
     LinkCalls(Arc::new(move || service.report()))
 }
 
 impl Link {
-    /// Where it is.
+    /// Returns the address of the endpoint.
     pub(super) fn url(&self) -> String {
         let address = self.listener.addresses().first().map(ToString::to_string);
         format!("ws://{}", address.unwrap_or_default())
     }
 
-    /// Serves programs until `over` says so.
+    /// Serves programs until `over` is true.
     pub(super) async fn serve(
         self,
         service: LinkService,

@@ -1,4 +1,8 @@
-//! `serve`: one or more arms for many programs, people and pages.
+//! `serve`: shares one or more arms between many programs, people and pages.
+//!
+//! Order of the start: addresses are bound first, since other programs may hold them, then the arms
+//! are opened, then requests are accepted. At the end the station ends its runs, so that each
+//! holder can stop its own work; a second signal skips that.
 
 mod front;
 mod link;
@@ -52,7 +56,7 @@ pub(crate) use studio::Studio;
 pub(crate) use studio::{open_in_browser, pages};
 pub(crate) use window::is_started_by_hand;
 
-/// How long listeners and a site get to close at the end.
+/// Longest wait for listeners and a site to close at the end. A choice.
 const STOPPING: Duration = Duration::from_secs(2);
 
 /// Share arms on the network: many look, one moves, anybody stops
@@ -98,20 +102,20 @@ pub(crate) struct Serve {
     shown: Shown,
 }
 
-/// How the page is shown when everything accepts connections.
+/// How the page is shown once connections are accepted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Shown {
     #[default]
     No,
-    /// By its address alone: those who want it open it.
+    /// Its address is printed.
     AsAddress,
-    /// In the browser of the system.
+    /// In the system's browser.
     InBrowser,
-    /// In a window of its own, with which the station ends.
+    /// In a window of its own; the station ends when it is closed.
     InWindow,
 }
 
-/// What a station keeps, and reads programs with.
+/// Data that a station keeps, and the reader of programs.
 struct Kept {
     tokens: TokenStore,
     reader: FormatReader,
@@ -124,19 +128,20 @@ struct Kept {
     lines: Vec<Arc<FrameRing>>,
 }
 
-/// The last ten minutes of each arm.
+/// Recording of the last ten minutes of each arm.
 #[derive(Clone, Copy)]
 struct Ring {
-    /// Readings a second of an arm that moves; 0 for those that others have asked for alone.
+    /// Readings a second while an arm moves; 0 to use only readings that clients ask for.
     rate: u32,
     save_on_alarm: bool,
 }
 
 impl Ring {
+    /// Default rate of readings while an arm moves, Hz: one per control period (model section 7).
     const RATE: f64 = 50.0;
 
     fn of(config: &Config) -> Self {
-        // There is no place for files where the system names none.
+        // Without a state folder of the system there is no place for the files.
         let asked = config.number("serve.ring").unwrap_or(Self::RATE);
         Self {
             rate: dirs::state().map_or(0, |_| asked as u32),
@@ -145,7 +150,7 @@ impl Ring {
     }
 }
 
-/// `NAME=PORT`.
+/// Parses `NAME=PORT`.
 fn named(text: &str) -> Result<(String, String), String> {
     let pair = text.split_once('=').filter(|(_, port)| !port.is_empty());
     let (name, port) = pair.ok_or("expected NAME=PORT")?;
@@ -155,7 +160,7 @@ fn named(text: &str) -> Result<(String, String), String> {
 const NAME_RULE: &str =
     "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
 
-/// What an arm may be called.
+/// Fails if this is no valid name for an arm.
 fn check_name(name: &str) -> Result<(), Failure> {
     if magician_station::is_name(name) {
         Ok(())
@@ -240,7 +245,8 @@ impl Serve {
         let json = context.global.json;
         context.let_go()?;
         context.alone(async |_, signals| {
-            // First what others may hold, then the arms.
+            // Addresses first: another program may hold them, and then no arm should have been
+            // opened.
             let listener = self.front.bind(tls).await?;
             let link = self.link.bind().await?;
             let mut connected = Vec::new();
@@ -271,13 +277,13 @@ impl Serve {
         })
     }
 
-    /// Whether nothing says which arm is served, or where.
+    /// True if neither the arm nor the address is given.
     fn is_as_usual(&self, context: &Context) -> bool {
         let port = context.global.port.as_deref().unwrap_or_default();
         self.arm.is_empty() && self.front.listen.is_none() && port.is_empty()
     }
 
-    /// What the settings say where no flag does.
+    /// Fills in settings that no flag sets.
     fn fill_in(&mut self, config: &Config) {
         self.front.fill_in(config);
         if config.says("serve.link") == Some("true") {
@@ -285,7 +291,8 @@ impl Serve {
         }
     }
 
-    /// The arms that are meant, by name: those of the flags, else those that the settings name, else the one of every verb.
+    /// Returns the arms by name: those of the flags, else those of the settings, else the default
+    /// arm.
     fn targets(&self, context: &mut Context) -> Result<Vec<(String, Target)>, Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
@@ -367,12 +374,13 @@ impl Serve {
             config.recordings = Arc::new(RecordingFolder::at(state.join("recordings")));
         }
         let journal = folder().map(|folder| JournalFile::at(folder.join("journal.jsonl")));
+        // A line that cannot be written is logged, and the station continues.
         let sink = Box::new(move |line| {
             if let Some(journal) = &journal {
                 journal.write(&line);
             }
         });
-        // Read last: the station counts from its start, and tells every time by this.
+        // Read last: the station counts time from its start and dates all times by this.
         config.unix_zero = unix_time().as_secs_f64();
         let station = RunningStation::start(config, arms.clone(), sink);
         let joined = self.site.join(&entries, &station, &store).await?;
@@ -387,7 +395,7 @@ impl Serve {
         } else {
             studio::pages()
         };
-        // Of this machine alone, so not for the site.
+        // Valid on this machine only, so the site does not get it.
         let (store_here, own) = store.clone().with_own()?;
         let mut options = self.front.http(store_here, pages);
         options.link = service.clone().map(link::calls);
@@ -442,6 +450,7 @@ impl Serve {
             closed = window::closed(&station), if self.shown == Shown::InWindow => never_shown = closed.err(),
         }
         let stopping = async {
+            // Leaving the site runs in parallel, so that a slow network does not delay the stops.
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
             let ended = station.end_runs().await;
             for CutOff { arm, holder, .. } in ended.cut_off {
@@ -449,9 +458,11 @@ impl Serve {
                     "{arm} was stopped while {holder} had it, which did not stop it itself: a pen may be down"
                 ));
             }
+            // The arms stand from here on, so errors and timeouts of the cleanup are ignored.
             if let Some(leaving) = leaving {
                 let _ = timeout(STOPPING, leaving).await;
             }
+            // The servers end after the runs, so that clients receive the last states.
             let _ = over.send(true);
             let _ = timeout(STOPPING, serving).await;
             if let Some(linking) = linking {
@@ -461,16 +472,18 @@ impl Serve {
         };
         let unconfirmed = tokio::select! {
             unconfirmed = stopping => unconfirmed,
-            // A second stop: nothing more moves.
+            // Second stop: end without waiting for the holders.
             _ = signals.next() => {
                 let _ = station.end_runs().await;
                 return Err(Failure::interrupted());
             }
         };
+        // A stalled disk must not delay the end of the program for long. 500 ms is a choice.
         let _ = timeout(Duration::from_millis(500), station.close_recordings()).await;
         station.flush().await;
         drop(station);
         for arm in arms {
+            // Nor must an arm that does not answer.
             let _ = timeout(Duration::from_millis(500), arm.close()).await;
         }
         drop((holder, announced));
@@ -481,7 +494,7 @@ impl Serve {
     }
 }
 
-/// Serial numbers of the arms; empty where one reports none.
+/// Returns the arms' serial numbers; empty for an arm that reports none.
 async fn serials(arms: &[Arm]) -> Vec<String> {
     let mut serials = Vec::new();
     for arm in arms {
@@ -492,7 +505,7 @@ async fn serials(arms: &[Arm]) -> Vec<String> {
     serials
 }
 
-/// Where an arm is, as a person would write it.
+/// Returns a target in the notation that users type.
 pub(crate) fn port_of(target: &Target) -> String {
     match target {
         Target::Sim(SimSpeed::Times(speed)) if *speed == 1.0 => "sim".to_owned(),
@@ -500,7 +513,8 @@ pub(crate) fn port_of(target: &Target) -> String {
     }
 }
 
-/// Failure of a station that could not stop these arms, with the cause of each. `None` without one.
+/// Returns the failure of a station that could not stop these arms, each with a reason; `None` if
+/// all were stopped.
 fn not_stopped(unconfirmed: &[(String, String)]) -> Option<Failure> {
     if unconfirmed.is_empty() {
         return None;

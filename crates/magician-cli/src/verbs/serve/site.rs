@@ -1,4 +1,4 @@
-//! `--site`: the station as one of many.
+//! `--site`: the station as a member of a site.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ pub(crate) struct SiteFlags {
     site_config: Option<PathBuf>,
 }
 
-/// The name of a site.
+/// Parses the name of a site.
 pub(crate) fn name_of_site(text: &str) -> Result<String, &'static str> {
     if magician_station::is_name(text) {
         Ok(text.to_owned())
@@ -32,14 +32,14 @@ pub(super) use without::Joined;
 #[cfg(not(feature = "site"))]
 pub(crate) use without::unsupported;
 
-/// A build without sites says so, and how to get one with them.
+/// Replacement in builds without sites: fails and names a build with them.
 #[cfg(not(feature = "site"))]
 mod without {
     use magician::ErrorKind;
 
     use crate::failure::{Failure, Kind};
 
-    /// There is no such thing.
+    /// Never constructed in such a build.
     #[derive(Debug)]
     pub(in super::super) enum Joined {}
 
@@ -52,7 +52,7 @@ mod without {
 
 #[cfg(not(feature = "site"))]
 impl SiteFlags {
-    /// Before anything is opened.
+    /// Fails before anything is opened.
     pub(super) fn check(&self) -> Result<(), Failure> {
         match self.site {
             Some(_) => Err(unsupported()),
@@ -89,7 +89,7 @@ impl Joined {
     }
 }
 
-/// On a site.
+/// Membership in a site.
 #[cfg(feature = "site")]
 #[derive(Debug)]
 pub(super) struct Joined {
@@ -103,7 +103,8 @@ impl SiteFlags {
         Ok(())
     }
 
-    /// The name of an only arm that was given none: that of its machine, because a name is on a site once.
+    /// Returns the default name of a station's only arm on a site: the machine's name, because
+    /// names must be unique on the site.
     pub(super) fn name_of_only_arm(&self) -> Option<String> {
         self.site.as_ref()?;
         magician_site::keys::name_like(&crate::mdns::host_name())
@@ -152,7 +153,7 @@ impl SiteFlags {
     }
 }
 
-/// Says once what is wrong with this build.
+/// Prints a known flaw of this build, if it has one.
 #[cfg(feature = "site")]
 pub(crate) fn tell_flaw() {
     if let Some(flaw) = magician_site::carrier::LINGER_FLAW {

@@ -1,4 +1,4 @@
-//! `studio`: serves, and shows the page in a browser; or writes the page's files.
+//! `studio`: serves the page and shows it in a browser, or writes its files.
 
 use std::fs;
 use std::io;
@@ -18,9 +18,9 @@ use crate::failure::Failure;
 use crate::paint::tell;
 use magician::stations::{LocalStation, stations};
 
-/// Limits of a page that is built without its WebAssembly modules.
+/// Limits of a page that was built without its WebAssembly modules.
 const NO_MODULES: &str = "this build has no WebAssembly modules: its page works over a station, but has no virtual arm of its own and no Web Serial";
-/// The file of a folder that a web server shows.
+/// File that a web server shows for a folder.
 const START_PAGE: &str = "index.html";
 const BUILD_MODULES: &str =
     "run `cargo xtask generate modules` in a checkout and build again, or take a release";
@@ -71,7 +71,7 @@ impl Studio {
         if !self.app {
             return self.serve.run(context);
         }
-        // A second double click.
+        // Second double click: show the page of the running station.
         if self.serve.is_as_usual(context)
             && let Some(LocalStation { url, .. }) = stations().into_iter().next()
         {
@@ -83,7 +83,7 @@ impl Studio {
     }
 }
 
-/// The page for browsers.
+/// Returns the page for browsers.
 pub(crate) fn pages() -> Pages {
     Pages::new(files())
 }
@@ -96,7 +96,7 @@ fn files() -> impl Iterator<Item = PageFile> {
     })
 }
 
-/// What was written.
+/// Result of an export.
 #[derive(Serialize)]
 struct Exported<'a> {
     folder: &'a Path,
@@ -104,7 +104,7 @@ struct Exported<'a> {
     bytes: usize,
 }
 
-/// Writes the page to a folder that holds nothing yet: nobody's files are written over.
+/// Writes the page into a folder that is empty or new, so that no file is overwritten.
 fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
     if !magician_studio::works_without_server() {
         return Err(Failure::usage(NO_MODULES).hint(BUILD_MODULES));
@@ -120,8 +120,8 @@ fn export(folder: &Path, context: &mut Context) -> Result<(), Failure> {
     })
 }
 
-/// Writes the files of a page, its start page last: a folder that was not finished is no page. What an
-/// error leaves is removed.
+/// Writes the files of a page, the start page last, so that an unfinished folder shows no page.
+/// After an error the files are removed.
 fn write_pages(
     folder: &Path,
     files: impl Iterator<Item = PageFile>,
@@ -149,7 +149,7 @@ fn write_pages(
         Ok(())
     });
     if let Err(error) = written {
-        // Folders go only if they are empty: what others put there meanwhile stays.
+        // Only empty folders are removed, in case other files were added meanwhile.
         for path in others.iter().map(|file| place(folder, file)) {
             let _ = fs::remove_file(&path);
             let _ = path
@@ -165,7 +165,7 @@ fn write_pages(
     Ok(exported)
 }
 
-/// Returns the path at which a file of the page is written.
+/// Returns the path for a file of the page.
 fn place(folder: &Path, file: &PageFile) -> PathBuf {
     folder.join(match file.path {
         "/" => START_PAGE,
@@ -173,8 +173,8 @@ fn place(folder: &Path, file: &PageFile) -> PathBuf {
     })
 }
 
-/// Shows the page as it is wanted; where that fails the address is enough. A build whose page needs a
-/// server says so once.
+/// Shows the page as chosen. If that fails the printed address has to suffice. Notes once that a
+/// build's page needs a server.
 pub(super) fn show(how: Shown, url: &str) {
     if how != Shown::No && !magician_studio::works_without_server() {
         tell(format_args!("note: {NO_MODULES}; {BUILD_MODULES}"));
@@ -189,16 +189,18 @@ pub(super) fn show(how: Shown, url: &str) {
     }
 }
 
-/// Opens a page in the system's browser; where that fails the address is enough.
+/// Opens a page in the system's browser, without reporting errors: the address is printed anyway.
 #[cfg(feature = "site")]
 pub(crate) fn open_in_browser(url: &str) {
     show(Shown::InBrowser, url);
 }
 
-/// An address of a station as other computers have it: one that listens at all addresses is told by the one that the computer has to others.
+/// Returns a station's address for other computers: a wildcard address is replaced by this
+/// computer's outgoing one.
 pub(super) fn seen_from_elsewhere(url: &str) -> String {
     let outward = || -> io::Result<IpAddr> {
-        // Nothing is sent: the system only says from where it would be.
+        // Connecting a UDP socket sends nothing; it only makes the system choose a source address.
+        // 192.0.2.1 is reserved for documentation (RFC 5737).
         let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
         socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
         Ok(socket.local_addr()?.ip())
@@ -213,10 +215,10 @@ pub(super) fn seen_from_elsewhere(url: &str) -> String {
     }
 }
 
-/// An address for the camera of a tablet. It holds no token.
+/// Prints an address as a QR code for a tablet's camera. It holds no token.
 pub(super) fn show_address(url: &str) {
     let Ok(code) = QrCode::new(url) else { return };
-    // Dark signs on a light ground, which most terminals do not have.
+    // Colours are swapped: QR codes are dark on light, and most terminals are dark.
     let drawn = { code.render::<Dense1x2>() }
         .dark_color(Dense1x2::Light)
         .light_color(Dense1x2::Dark)
@@ -231,7 +233,7 @@ pub(super) fn show_address(url: &str) {
 mod tests {
     use super::*;
 
-    /// "page", packed.
+    /// `page`, compressed with gzip.
     const PAGE: &[u8] = &[
         31, 139, 8, 0, 0, 0, 0, 0, 2, 3, 43, 72, 76, 79, 5, 0, 32, 182, 10, 20, 4, 0, 0, 0,
     ];
@@ -257,7 +259,7 @@ mod tests {
             if is_there {
                 fs::create_dir(&folder).unwrap();
             }
-            // Before it fails it has no start page, which would not be removed.
+            // The start page is written last, so it is not among the files removed.
             assert!(write_pages(&folder, broken("/assets/b.js")).is_err());
             assert_eq!(folder.exists(), is_there);
             assert_eq!(fs::read_dir(&folder).map_or(0, Iterator::count), 0);

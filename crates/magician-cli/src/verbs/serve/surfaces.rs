@@ -1,12 +1,12 @@
-//! The measured work surfaces: that of the only real arm is the one of the settings, as `calibrate`
-//! keeps it.
+//! Store for measured work surfaces: the surface of the only real arm is kept in the settings, as
+//! `calibrate` does.
 
 use magician_job::{WorkSurface, keep_surface, kept_surface};
 use magician_station::{ArmEntry, KnownSurface, MemorySurfaces, SurfaceStore};
 
-/// Keeps the surface of the only real arm in the settings, where every verb reads it. A virtual arm
-/// and a real table say nothing about each other, and of several real arms each has a table of its
-/// own, while the settings have one: those are kept as long as the station runs.
+/// Keeps the surface of the only real arm in the settings, where every verb reads it. Other
+/// surfaces last as long as the station: the settings have room for one, several real arms have a
+/// table each, and a virtual arm's table says nothing about a real one.
 pub(super) struct Surfaces {
     touched: MemorySurfaces,
     is_only_real: bool,
@@ -35,7 +35,7 @@ impl SurfaceStore for Surfaces {
         if arm.is_virtual {
             return Ok(KnownSurface::Unknown);
         }
-        // As they are now: another program may have changed them.
+        // Read anew, since another program may have changed the settings.
         let kept = kept_surface()?;
         Ok(kept.map_or(KnownSurface::Unknown, KnownSurface::Measured))
     }

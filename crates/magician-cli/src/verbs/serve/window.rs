@@ -1,4 +1,9 @@
-//! The page in a window of its own, for people who do not use a terminal: which browser shows it, and when the last has closed it.
+//! Studio in a separate browser window, for users without a terminal: finds a browser, opens the
+//! window, and notices that it was closed.
+//!
+//! The browser's process does not show that a window was closed, because it may hand the page to a
+//! running process. So the station's sockets are watched instead: no open socket for ten seconds
+//! means closed.
 
 use std::env;
 use std::ffi::OsString;
@@ -16,14 +21,14 @@ use tokio::time::interval;
 use crate::failure::{Failure, Kind};
 use crate::paint::Paint;
 
-/// How often it is looked whether the page is still there.
+/// Interval of checking whether the page is still open.
 const LOOK: Duration = Duration::from_secs(1);
-/// Looks without a page after which it counts as closed: a page that is loaded again is away for less.
+/// Checks without an open socket after which the page counts as closed. A reload takes less.
 const CLOSED: u32 = 10;
-/// Looks within which the first page has to come.
+/// Checks within which the page must appear first.
 const FIRST: u32 = 60;
 
-/// Browsers that show a page without the rest of a browser, by the names of their programs.
+/// Chromium-based browsers, which can show a page as an application window, by program name.
 #[cfg(not(any(windows, target_os = "macos")))]
 const PROGRAMS: [&str; 7] = [
     "chromium",
@@ -50,7 +55,7 @@ const PROGRAMS: [&str; 4] = [
     "Brave Browser.app/Contents/MacOS/Brave Browser",
 ];
 
-/// Folders in which a browser may be.
+/// Returns the folders that may contain a browser.
 fn folders() -> Vec<PathBuf> {
     let from = |name: &str| env::var_os(name).map(PathBuf::from);
     if cfg!(windows) {
@@ -67,7 +72,7 @@ fn folders() -> Vec<PathBuf> {
     }
 }
 
-/// The first browser of the list that is there.
+/// Returns the first browser of the list that exists.
 fn browser(folders: &[PathBuf]) -> Option<PathBuf> {
     let in_folders = |name| folders.iter().map(move |folder| folder.join(name));
     PROGRAMS
@@ -76,9 +81,10 @@ fn browser(folders: &[PathBuf]) -> Option<PathBuf> {
         .find(|place| place.is_file())
 }
 
-/// Where the window keeps what a browser keeps: apart from the person's own browser, which would show the page as a tab of its own.
+/// Returns the profile folder for the window. Separate from the user's own profile, which would
+/// show the page as a tab.
 fn profile(browser: &Path) -> Option<PathBuf> {
-    // A browser from a snap may write nowhere else.
+    // A browser installed as a snap may write nowhere else.
     if fs::canonicalize(browser).is_ok_and(|real| real.starts_with("/snap"))
         || browser.starts_with("/snap")
     {
@@ -88,10 +94,11 @@ fn profile(browser: &Path) -> Option<PathBuf> {
     Some(dirs::state()?.join("studio-window"))
 }
 
-/// Shows an address in a window of its own; where no browser can do that, in the browser of the system.
+/// Opens an address in a separate browser window, or in the system's default browser if no
+/// supported browser is found.
 ///
 /// # Errors
-/// [`io::Error`] when no browser starts.
+/// [`io::Error`] if no browser starts.
 pub(super) fn open(url: &str) -> io::Result<()> {
     let own = browser(&folders()).and_then(|browser| Some((profile(&browser)?, browser)));
     let Some((profile, browser)) = own else {
@@ -100,6 +107,8 @@ pub(super) fn open(url: &str) -> io::Result<()> {
     let mut profile_word = OsString::from("--user-data-dir=");
     profile_word.push(&profile);
     let mut window = Command::new(browser);
+    // `--app` shows no tabs or address bar. The other options suppress questions of a fresh
+    // profile, and give the window a size and a name.
     window.arg(format!("--app={url}")).arg(profile_word).args([
         "--no-first-run",
         "--no-default-browser-check",
@@ -109,10 +118,10 @@ pub(super) fn open(url: &str) -> io::Result<()> {
     start(&mut window).or_else(|_| open_in_browser(url))
 }
 
-/// Shows an address in the browser of the system.
+/// Opens an address in the system's browser.
 ///
 /// # Errors
-/// [`io::Error`] when none starts.
+/// [`io::Error`] if none starts.
 pub(super) fn open_in_browser(url: &str) -> io::Result<()> {
     let (program, words): (_, &[&str]) = if cfg!(windows) {
         ("rundll32", &["url.dll,FileProtocolHandler"])
@@ -131,8 +140,8 @@ fn start(browser: &mut Command) -> io::Result<()> {
     browser.spawn().map(drop)
 }
 
-/// Whether the person has started the program without a terminal: by a double click, say. A script that runs it is not meant: it reads what is
-/// written, or has no screen.
+/// True if the user started the program without a terminal, for example by a double click. False
+/// for scripts, which read the output or have no screen.
 pub(crate) fn is_started_by_hand() -> bool {
     #[cfg(windows)]
     {
@@ -152,33 +161,33 @@ pub(crate) fn is_started_by_hand() -> bool {
     }
 }
 
-/// Whether there is a screen to show a window on.
+/// True if there is a screen for a window.
 #[cfg(not(windows))]
 fn has_screen(is_set: impl Fn(&str) -> bool) -> bool {
     cfg!(target_os = "macos") || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }
 
-/// Whether a stream of ours is a file or a pipe, which a script gives to programs that it runs.
+/// True if a standard stream is a file or a pipe, as in a program started by a script.
 #[cfg(not(windows))]
 fn is_read(stream: &str) -> bool {
     use std::os::unix::fs::FileTypeExt;
     fs::metadata(stream).is_ok_and(|stream| stream.is_file() || stream.file_type().is_fifo())
 }
 
-/// Says in a window why there is no studio: nobody reads a terminal.
+/// Shows the reason why there is no studio in a window, for users without a terminal.
 pub(super) fn show_failure(failure: &Failure) {
     let Some(folder) = dirs::state() else { return };
     let path = folder.join("studio-window.html");
     let shown = fs::create_dir_all(&folder)
         .and_then(|()| fs::write(&path, failure_page(failure)))
         .and_then(|()| open_in_browser(&path.to_string_lossy()));
-    // The terminal has it in any case.
+    // Errors are dropped: the failure is printed to stderr in any case.
     drop(shown);
 }
 
 fn failure_page(failure: &Failure) -> String {
     let mut text = Vec::new();
-    // Memory takes all of it.
+    // Writing to memory cannot fail.
     let _ = failure.write_text(&mut text, Paint::plain());
     let text = String::from_utf8_lossy(&text);
     let harmless = markup(text);
@@ -190,7 +199,8 @@ fn failure_page(failure: &Failure) -> String {
     )
 }
 
-/// Who looks at the page, by how many sockets are open at each look, and how many have been so far: a page may come and go between two looks.
+/// Counts the checks without an open socket. `visits` is the total number of sockets so far: a page
+/// may come and go between two checks.
 #[derive(Debug, Default)]
 struct Audience {
     visits: u64,
@@ -198,7 +208,7 @@ struct Audience {
 }
 
 impl Audience {
-    /// Whether the page was closed; a failure if it never came.
+    /// Returns true if the page was closed. Fails if it never appeared.
     fn look(&mut self, sockets: usize, visits: u64) -> Result<bool, Failure> {
         if sockets > 0 || visits > self.visits {
             (self.visits, self.empty) = (visits, 0);
@@ -216,10 +226,10 @@ impl Audience {
     }
 }
 
-/// Waits until the page was closed.
+/// Waits until the page is closed.
 ///
 /// # Errors
-/// [`Failure`] when it never came.
+/// [`Failure`] if the page never appeared.
 pub(super) async fn closed(station: &RunningStation) -> Result<(), Failure> {
     let (mut audience, mut looks) = (Audience::default(), interval(LOOK));
     loop {

@@ -1,4 +1,4 @@
-//! What Tab offers: verbs, their options and words, commands of the protocol and their fields.
+//! Completion with Tab: verbs, options and their values, commands of the protocol and their fields.
 
 use magician_protocol::{FieldType, LayoutInfo, Row, TABLE};
 use rustyline::completion::{Completer, Pair};
@@ -9,7 +9,7 @@ use rustyline::{Context, Helper};
 
 use crate::catalogue::letters;
 
-/// Lines that are no verbs, and verbs that a shell has no use for.
+/// Words of the shell itself, then verbs and options that do not work in a shell.
 const ENDS: [&str; 2] = ["exit", "quit"];
 const ELSEWHERE: [&str; 5] = ["shell", "sim", "demo", "completions", "man"];
 const OPTIONS_ELSEWHERE: [&str; 2] = ["port", "version"];
@@ -20,12 +20,12 @@ pub(super) struct Words {
 }
 
 impl Words {
-    /// Of this command line.
+    /// Creates a completer for this command line.
     pub(super) fn new(description: clap::Command) -> Self {
         Self { description }
     }
 
-    /// What the word may become, given the words before it.
+    /// Returns the possible completions of `word` after the words `before`.
     fn candidates(&self, before: &[&str], word: &str) -> Vec<String> {
         let Some((first, rest)) = before.split_first() else {
             return self.verbs();
@@ -68,14 +68,14 @@ impl Words {
     }
 }
 
-/// The long options of a verb.
+/// Returns the long options of a verb.
 fn options(verb: &clap::Command) -> Vec<String> {
     let names = verb.get_arguments().filter_map(clap::Arg::get_long);
     let names = names.filter(|name| !OPTIONS_ELSEWHERE.contains(name));
     names.map(|name| format!("--{name}")).collect()
 }
 
-/// The words that a verb goes on with: `status`, `on`.
+/// Returns the subcommands and fixed values of a verb, such as `status` or `on`.
 fn choices(verb: &clap::Command) -> Vec<String> {
     let actions = verb.get_subcommands().map(clap::Command::get_name);
     let values = verb
@@ -90,7 +90,7 @@ fn names_of(wanted: impl Fn(&Row) -> bool) -> Vec<String> {
     rows.map(|row| row.name.to_owned()).collect()
 }
 
-/// `key=` for the fields that are not there yet; behind it the names of an enum's values.
+/// Returns `key=` for fields not given yet, or the names of an enum's values after `key=`.
 fn fields(layout: &LayoutInfo, given: &[&&str], word: &str) -> Vec<String> {
     if let Some((key, _)) = word.split_once('=') {
         let field = layout.fields.iter().find(|field| field.name == key);

@@ -1,4 +1,4 @@
-//! Lines that a person types: with editing, completion, and a history that lasts.
+//! Line editor of the shell, with completion and a persistent history.
 
 use std::fs;
 use std::io::{self, IsTerminal};
@@ -13,29 +13,29 @@ use super::complete::Words;
 use super::input::Input;
 
 const PROMPT: &str = "magician> ";
-/// Lines of history that are kept.
+/// Largest number of lines kept in the history.
 const KEPT: usize = 1000;
 
-/// A line editor on the terminal.
+/// Line editor on the terminal.
 pub(super) struct Typing {
     editor: Editor<Words, FileHistory>,
     history: Option<PathBuf>,
 }
 
 impl Typing {
-    /// Completes words of this command line.
+    /// Opens an editor that completes words of this command line.
     pub(super) fn open(description: clap::Command) -> io::Result<Self> {
         let config = Config::builder()
             .max_history_size(KEPT)
             .map_err(plain)?
             .history_ignore_space(true)
             .completion_type(rustyline::CompletionType::List)
-            // Every line of what is pasted is a line to do.
+            // Pasted lines are executed one by one.
             .bracketed_paste(false)
             .behavior(if io::stdout().is_terminal() {
                 Behavior::Stdio
             } else {
-                // The output goes elsewhere; the line is still edited here.
+                // The output is redirected, but the line is still edited on the terminal.
                 Behavior::PreferTerm
             })
             .build();
@@ -43,7 +43,7 @@ impl Typing {
         editor.set_helper(Some(Words::new(description)));
         let history = dirs::state().map(|state| state.join("history"));
         if let Some(path) = &history {
-            // No history, none that can be read, no place for one: a shell works without.
+            // Errors are ignored: the shell works without a history.
             let _ = path.parent().map(fs::create_dir_all);
             let _ = editor.load_history(path);
         }
@@ -59,7 +59,7 @@ impl Typing {
             }
             Err(ReadlineError::Eof) => Ok(Input::End),
             Err(ReadlineError::Interrupted) => Ok(Input::Abandoned),
-            // The window changed its size: the line begins anew.
+            // The window changed its size: the line starts again.
             Err(ReadlineError::Signal(_)) => Ok(Input::Abandoned),
             Err(error) => Err(plain(error)),
         }

@@ -1,4 +1,4 @@
-//! The lines of a shell, from a terminal or a script.
+//! Input of a shell: lines from a terminal or a script, and signals.
 
 use std::io::{self, BufRead, IsTerminal};
 use std::sync::mpsc;
@@ -10,18 +10,18 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
 
-/// What came from the input.
+/// Input of a shell.
 pub(super) enum Input {
     Line(String),
-    /// The person at the terminal gave the line up.
+    /// The user at the terminal abandoned the line.
     Abandoned,
     End,
-    /// From outside: Ctrl-C in a script, or SIGTERM.
+    /// Signal from outside: Ctrl-C in a script, or SIGTERM.
     Signal(Signal),
 }
 
-/// The lines, read on a thread of their own so that signals and the connection are served
-/// meanwhile. A line is read when it is asked for, not before: a verb may want the terminal.
+/// Lines, read on a thread of their own so that signals and the connection are handled meanwhile. A
+/// line is read only on request, since the previous verb may use the terminal.
 pub(super) struct Lines {
     wanted: mpsc::Sender<()>,
     lines: channel::Receiver<io::Result<Input>>,
@@ -31,7 +31,8 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// Those of a script; or what a person types, completed by the words of a command line.
+    /// Opens a script on stdin or, with `typed`, a line editor that completes the words of this
+    /// command line.
     pub(super) fn open(typed: Option<clap::Command>) -> Self {
         let (wanted, wishes) = mpsc::channel();
         let (sender, lines) = channel::channel(1);
@@ -52,7 +53,7 @@ impl Lines {
         }
     }
 
-    /// The next line.
+    /// Returns the next input.
     pub(super) fn next(&mut self, context: &mut Context) -> Result<Input, Failure> {
         if !self.asked {
             self.asked = self.wanted.send(()).is_ok();
@@ -65,7 +66,8 @@ impl Lines {
         })?;
         match read {
             Some(Ok(Input::Signal(signal))) => Ok(Input::Signal(signal)),
-            // What a closed terminal ends is no person's end of the input: its signal may come later.
+            // The end of a closed terminal is not an end that the user asked for; its SIGHUP may
+            // come later.
             None | Some(Ok(Input::End) | Err(_)) if self.is_hung_up() => {
                 Ok(Input::Signal(Signal::HangUp))
             }
@@ -78,18 +80,18 @@ impl Lines {
         }
     }
 
-    /// True if the lines came from a terminal, and that is closed.
+    /// True if the lines came from a terminal that has been closed.
     fn is_hung_up(&self) -> bool {
         #[cfg(unix)]
         let typed = self.terminal.is_some();
-        // A console that is closed ends its programs by an event.
+        // A closed Windows console ends its programs by an event instead.
         #[cfg(not(unix))]
         let typed = false;
         typed && !io::stdin().is_terminal()
     }
 }
 
-/// A shell that ends while a line is being typed leaves the terminal as it found it.
+/// Restores the terminal's mode if the shell ends while a line is being typed.
 #[cfg(unix)]
 impl Drop for Lines {
     fn drop(&mut self) {
@@ -100,7 +102,7 @@ impl Drop for Lines {
     }
 }
 
-/// Reads a line each time it is called.
+/// Returns a function that reads one line per call.
 fn reader(typed: Option<clap::Command>) -> Box<dyn FnMut() -> io::Result<Input>> {
     if let Some(description) = typed {
         let mut typing = Typing::open(description);

@@ -1,4 +1,4 @@
-//! `shell`: the verbs, line by line, over one connection.
+//! `shell`: runs verbs line by line over one connection.
 
 mod complete;
 mod editor;
@@ -46,7 +46,7 @@ impl Shell {
         }
     }
 
-    /// Does the lines of a script.
+    /// Runs the lines of a script.
     fn follow(&self, session: &Global, context: &mut Context) -> Result<(), Failure> {
         let mut lines = Lines::open(None);
         let mut first = None;
@@ -65,6 +65,7 @@ impl Shell {
             };
             failure.message = format!("line {number}: {}", failure.message);
             context.out.flush()?;
+            // An interruption ends the shell even with `--keep-going`.
             if !self.keep_going || failure.kind == Kind::Interrupted {
                 return Err(failure);
             }
@@ -75,7 +76,7 @@ impl Shell {
     }
 }
 
-/// Does what a person types.
+/// Runs the lines that a user types.
 fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
     let mut lines = Lines::open(Some((context.command_line.description)()));
     if !session.json {
@@ -86,6 +87,7 @@ fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
         let line = match lines.next(context)? {
             Input::Line(line) if ends(&line) => return Ok(()),
             Input::Line(line) => line,
+            // Like other shells, an interactive one survives Ctrl-C, but no other signal.
             Input::Abandoned | Input::Signal(Signal::Interrupt) => continue,
             Input::Signal(signal) => return Err(context.interrupt(signal)?),
             Input::End => return Ok(()),
@@ -105,7 +107,7 @@ fn ends(line: &str) -> bool {
     matches!(line.trim(), "exit" | "quit")
 }
 
-/// Does one line.
+/// Runs one line.
 fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failure> {
     let words = words::split(line)?;
     if words.is_empty() {

@@ -1,8 +1,8 @@
-//! Words of a line.
+//! Splits a line into words.
 
 use crate::failure::Failure;
 
-/// The words of a line: separated by spaces, kept together by quotes, up to a `#`.
+/// Splits a line at spaces. Quotes keep words together, and `#` begins a comment.
 pub(super) fn split(line: &str) -> Result<Vec<String>, Failure> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;

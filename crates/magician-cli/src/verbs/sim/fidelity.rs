@@ -1,4 +1,4 @@
-//! What the answers rested on, told at the end.
+//! Report at the end: facts and assumptions on which the virtual arm's answers were based.
 
 use std::fmt::Write as _;
 
@@ -6,18 +6,18 @@ use magician::serve::Handle;
 use magician_sim::fidelity::{Assumption, Confidence, Fidelity};
 use serde_json::json;
 
-/// Where the numbers lead that stand in the third column.
+/// Explanation of the sources in the third column.
 const LEGEND: &str = "\
 in the repository: model N is section N of docs/reference/MODEL.md, errata are in docs/reference/ERRATA.md, letters \
     and the whole list in docs/reference/FIDELITY.md
 ";
 
-/// What there is to say of each arm: lines, or with `json` an object for each.
+/// Returns the report on each arm: as lines, or with `json` as one object each.
 pub(super) async fn report(arms: &[Handle], numbered: bool, json: bool) -> String {
     let mut report = String::new();
     for (number, arm) in (1..).zip(arms) {
         let fidelity = arm.with(|runner| runner.controller().fidelity().clone());
-        // An arm that is not served any more has been told of already.
+        // The end of an arm that is no longer served has been reported already.
         let Ok(fidelity) = fidelity.await else {
             continue;
         };
@@ -34,7 +34,7 @@ pub(super) async fn report(arms: &[Handle], numbered: bool, json: bool) -> Strin
     report
 }
 
-/// Facts, then choices; of each kind what was used most first.
+/// Returns facts, then choices, each sorted by use.
 fn lines(fidelity: &Fidelity, number: Option<u32>) -> String {
     let arm = number.map_or_else(String::new, |number| format!("arm {number}: "));
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! What the virtual arm does, in lines on stderr or in the picture.
+//! Log of a virtual arm, as lines on stderr or in the picture.
 
 use std::mem::{Discriminant, discriminant};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::paint::tell;
 use crate::serving::serving;
 use crate::throttle::Throttle;
 
-/// What kind of arm is served.
+/// Describes the kind of arm that is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
     let [major, minor, revision] = identity.version;
     let speed = match speed {
@@ -24,29 +24,29 @@ pub(super) fn title(identity: &Identity, speed: Speed) -> String {
     format!("virtual arm \"{name}\", firmware {major}.{minor}.{revision}, speed {speed}")
 }
 
-/// Writes the log; how much is the user's choice.
+/// Log writer with the user's verbosity.
 #[derive(Clone)]
 pub(super) struct Log {
     verbose: u8,
-    /// The arm's world, where objects have names.
+    /// World of the arm, for the names of objects.
     scenario: Arc<Scenario>,
     to: To,
     floods: Floods,
 }
 
-/// Where lines go.
+/// Destination of the lines.
 #[derive(Clone, Default)]
 struct To {
-    /// What a line begins with, where several arms write lines.
+    /// Prefix of each line if there are several arms.
     arm: String,
-    /// Takes them if stderr shows a picture.
+    /// Receives the lines if stderr shows a picture.
     feed: Option<Feed>,
 }
 
-/// What kind of thing a line is about.
+/// Kind of a line, for the rate limit.
 type About = (Discriminant<Notice>, Option<Discriminant<Event>>);
 
-/// Lines of which there may be any number: what clients cause.
+/// Rate limit for lines that clients can cause in any number.
 #[derive(Clone)]
 struct Floods {
     throttle: Throttle<About>,
@@ -83,7 +83,7 @@ impl Drop for Floods {
 }
 
 impl To {
-    /// A stderr that cannot be written to is no reason to stop serving.
+    /// Writes a line. An unwritable stderr must not end the service.
     fn say(&self, line: &str) {
         match &self.feed {
             Some(feed) => feed.say(visible(line).to_string()),
@@ -102,7 +102,7 @@ impl Log {
         }
     }
 
-    /// The same for one arm of several.
+    /// Returns the log of one arm of several.
     pub(super) fn numbered(self, number: u32) -> Self {
         let arm = format!("arm {number}: ");
         let to = To { arm, ..self.to };
@@ -113,7 +113,7 @@ impl Log {
         }
     }
 
-    /// The same for a picture, which has room for more than stderr.
+    /// Returns a log for a picture, which has room for more lines than stderr.
     pub(super) fn pictured(self, feed: Feed) -> Self {
         let feed = Some(feed);
         let to = To { feed, ..self.to };
@@ -125,7 +125,7 @@ impl Log {
         }
     }
 
-    /// Says what is served where.
+    /// Reports the endpoints.
     pub(super) fn doors(&self, title: &str, endpoints: &[Endpoint]) {
         if let Some(feed) = &self.to.feed {
             feed.doors(endpoints.iter().map(Endpoint::to_string).collect());
@@ -149,12 +149,13 @@ impl Log {
             Notice::Arm(event) => Some(event),
             _ => None,
         };
-        // Events of every command are shown only on request, and then all of them.
+        // Events of every command appear only if asked for, and then without a rate limit.
         let daily = event.is_some_and(Event::is_daily);
         let about = (discriminant(&notice), event.map(discriminant));
         let line = match notice {
             Notice::Arm(event) => self.event(event),
-            // A command line opens and closes the port for every verb, and the picture shows the clients.
+            // Every verb of a command line opens and closes the port, so this would be noise; the
+            // picture lists the clients anyway.
             Notice::Connected(_) | Notice::Left(_)
                 if self.verbose < 1 + u8::from(self.to.feed.is_some()) =>
             {
@@ -188,14 +189,14 @@ impl Log {
         }
     }
 
-    /// An event in words, if it is worth a line.
+    /// Describes an event; `None` if it does not matter at this verbosity.
     fn event(&self, event: Event) -> Option<String> {
         let quiet = match event {
             Event::Accepted { .. } | Event::Started { .. } | Event::Assumes { .. } => {
                 self.verbose < 2
             }
             Event::Finished { .. } => self.verbose < 1,
-            // Told when the endpoints have followed.
+            // Reported once the endpoints have followed.
             Event::Cable { .. } => true,
             _ => false,
         };

@@ -1,4 +1,4 @@
-//! `sim`: a virtual arm for other programs.
+//! `sim`: serves a virtual arm to other programs.
 
 mod fidelity;
 mod log;
@@ -30,7 +30,7 @@ use tui::{Dashboard, Feed, Subject};
 #[cfg(test)]
 pub(super) use tui::examples;
 
-/// Recordings under way, and the names that people gave them.
+/// Open recordings with the paths that the user gave.
 type Recordings = Vec<(PathBuf, WholeFile)>;
 
 /// Serve a virtual arm to other programs
@@ -199,7 +199,7 @@ impl Sim {
                 }
             };
             let served = serve_all(servers, end).await;
-            // One that could not be recorded to its end leaves the file of before.
+            // If recording failed, the earlier file is kept.
             if !matches!(served, Err(ServeError::Record(_))) {
                 for (path, file) in recordings {
                     file.finish()
@@ -210,9 +210,9 @@ impl Sim {
             drawn?;
             Ok(seen)
         });
-        // Whatever there is to say now is said on the terminal as it was.
+        // Restored first, so that the following output appears on the regular screen.
         let finished = dashboard.finish();
-        // A stderr that cannot be written to is no reason to fail.
+        // An unwritable stderr is ignored.
         let _ = io::stderr().lock().write_all(rested_on.as_bytes());
         let signal = outcome?;
         finished?;
@@ -222,13 +222,13 @@ impl Sim {
         }
     }
 
-    /// What leads from each arm to the picture, if there is one.
+    /// Creates the feeds to the picture, one per arm; none without a picture.
     fn feeds(&self) -> Vec<Feed> {
         let count = if self.tui { self.arms.unwrap_or(1) } else { 0 };
         (0..count).map(|_| Feed::new()).collect()
     }
 
-    /// What the picture shows: nothing without feeds.
+    /// Returns the subjects of the picture; none without feeds.
     fn subjects(
         &self,
         profile: &Profile,
@@ -254,8 +254,8 @@ impl Sim {
         arms.map(subject).collect()
     }
 
-    /// One server for each arm, each in a world of its own; `verbose` is how much they log, if at all, and `feeds` is
-    /// where, if not on stderr.
+    /// Creates a server per arm, each in its own world. `verbose` is their verbosity, `None` for no
+    /// log; `feeds` replace stderr.
     fn servers(
         &self,
         profile: &Profile,
@@ -290,7 +290,7 @@ impl Sim {
         (1..=count).map(numbered).collect()
     }
 
-    /// The server of an arm, whose files have its `own` paths.
+    /// Creates the server of an arm, whose files are at its `own` paths.
     fn server(
         &self,
         profile: Profile,
@@ -344,7 +344,7 @@ impl Sim {
         Ok(server)
     }
 
-    /// Has a server log what it does, and say that all are ready if it is the `last`.
+    /// Makes a server log its notices. The `last` one reports that all are ready.
     fn reporting(
         &self,
         server: Server,
@@ -369,12 +369,12 @@ impl Sim {
     }
 }
 
-/// The firmware profile with a name, else in a file, or the usual one.
+/// Returns the firmware profile of this name, or of a file; the default without either.
 pub(crate) fn profile_of(path: Option<&Path>) -> Result<Profile, Failure> {
     let Some(path) = path else {
         return Ok(Profile::default());
     };
-    // A file may be named so as well: `./continuous` is one.
+    // A file with the name of a profile can be given as `./NAME`.
     if let Some(profile) = path.to_str().and_then(Profile::named) {
         return Ok(profile);
     }
@@ -385,7 +385,7 @@ pub(crate) fn profile_of(path: Option<&Path>) -> Result<Profile, Failure> {
     })
 }
 
-/// The scenario in a file, a built-in one by its name, or the empty one.
+/// Returns the scenario of a file or a built-in one; empty without either.
 pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
     let Some(path) = path else {
         return Ok(Scenario::default());
@@ -408,17 +408,17 @@ pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
         .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
 }
 
-/// Names of the scenarios that need no file.
+/// Lists the built-in scenarios.
 fn built_in_names() -> String {
     Scenario::BUILT_IN.map(|(name, _)| name).join(", ")
 }
 
-/// A file of the user.
+/// Reads a file of the user.
 fn read(path: &Path) -> Result<String, Failure> {
     read_text(path).map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
 }
 
-/// What a file keeps; it is made if it is not there.
+/// Opens the flash file of an arm, or creates it.
 fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
     let wrong = |error: FlashFileError| {
         let failure = Failure::invalid(error.to_string());

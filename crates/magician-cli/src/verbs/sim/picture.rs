@@ -1,4 +1,4 @@
-//! What pen and laser have drawn, as a file at the end.
+//! Picture of everything that pen and laser have drawn, written at the end.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -11,13 +11,14 @@ use magician_sim::world::Drawing;
 
 use crate::failure::Failure;
 
-/// Resolution of a PNG: 254 dots an inch, at which a laser's lines, 0.2 mm apart, are whole pixels and do not beat with them.
+/// Resolution of PNG files: 254 dots per inch. Laser lines 0.2 mm apart are whole pixels then,
+/// which avoids moiré.
 const PIXELS_PER_MM: f64 = 10.0;
 
-/// Names that are tried for a picture that cannot be written where it belongs.
+/// Number of names tried for a picture that cannot be written to its own path.
 const ATTEMPTS: u32 = 100;
 
-/// Where the picture goes, and as what.
+/// Path and format of a picture.
 #[derive(Clone, Debug)]
 pub(crate) struct Picture {
     path: PathBuf,
@@ -31,7 +32,7 @@ enum Format {
 }
 
 impl Picture {
-    /// The end of the name says what it is.
+    /// Creates a picture whose format follows from the extension. Fails for others.
     pub(crate) fn at(path: PathBuf) -> Result<Self, &'static str> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let format = match end.as_deref().and_then(|end| end.to_str()) {
@@ -42,8 +43,8 @@ impl Picture {
         Ok(Self { path, format })
     }
 
-    /// Checks that the files can be written, as far as possible before there is anything to write: an error after an hour
-    /// of drawing would be too late. `arms` is how many there are, if they are numbered.
+    /// Checks that the files can be written, before an hour of drawing makes an error expensive.
+    /// `arms` is the number of arms if their files are numbered.
     pub(crate) fn check(&self, arms: Option<u32>) -> Result<(), Failure> {
         match arms {
             None => probe(&self.path),
@@ -51,7 +52,8 @@ impl Picture {
         }
     }
 
-    /// Writes what the arms have drawn, a file for each. What cannot be written where it belongs is saved elsewhere.
+    /// Writes the drawings of all arms. A file that cannot be written to its path is saved
+    /// elsewhere.
     pub(super) async fn write(
         &self,
         arms: &[Handle],
@@ -61,7 +63,7 @@ impl Picture {
         let mut outcome = Ok(());
         for (number, arm) in (1..).zip(arms) {
             let drawing = arm.with(|runner| runner.controller().drawing());
-            // An arm that is not served any more has been told of already.
+            // The end of an arm that is no longer served has been reported already.
             let Ok(drawing) = drawing.await else {
                 continue;
             };
@@ -70,7 +72,7 @@ impl Picture {
             } else {
                 self.path.clone()
             };
-            // The other arms have drawn too.
+            // After an error the other arms' drawings are still written.
             outcome = outcome.and(self.save(&drawing, options, &path));
         }
         outcome
@@ -99,7 +101,7 @@ impl Picture {
         })
     }
 
-    /// `drawing.3.svg` for arm 3: the end still says what it is.
+    /// Returns `drawing.3.svg` for arm 3; the extension stays last.
     fn numbered(&self, number: u32) -> PathBuf {
         let end = self.path.extension().unwrap_or_default();
         let mut name = serve::numbered(&self.path.with_extension(""), number).into_os_string();
@@ -112,7 +114,7 @@ impl Picture {
         let Format::Png = self.format else {
             return Ok(drawing_svg(drawing, options).into_bytes());
         };
-        // One along a rail, for instance.
+        // Drawings along a rail may be too large for full resolution.
         let too_large = |error: &_| matches!(error, PictureError::Size(_));
         fitting(PIXELS_PER_MM, too_large, |scale| {
             drawing_png(drawing, scale, options)
@@ -120,8 +122,8 @@ impl Picture {
     }
 }
 
-/// Saves what cannot be written where it belongs as a new file in a folder that others may write to as well: whatever is
-/// there under its name, a link that leads elsewhere among that, is left alone.
+/// Saves a file into a shared temporary folder as a new file. Never follows or replaces anything
+/// that exists there, such as a link planted by another user.
 fn elsewhere(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut options = OpenOptions::new();
@@ -134,7 +136,7 @@ fn elsewhere(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
             Ok(mut file) => {
                 let written = file.write_all(bytes);
                 if written.is_err() {
-                    // Half a picture is of no use.
+                    // An incomplete picture is useless.
                     let _ = std::fs::remove_file(&path);
                 }
                 return written.map(|()| path);

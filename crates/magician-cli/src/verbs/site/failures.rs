@@ -1,4 +1,4 @@
-//! Errors about certificates, with what to do.
+//! Errors of certificates, with hints.
 
 use magician::ErrorKind;
 use magician_site::certificates::{CertificateError, JoinError, Refusal};

@@ -1,4 +1,4 @@
-//! The sites that this machine has something of.
+//! Folders of the sites that this machine belongs to.
 
 use std::fs;
 use std::io;
@@ -11,12 +11,12 @@ use crate::failure::Failure;
 use crate::paint::tell;
 use crate::serving::unix_time;
 
-/// In the folder of states.
+/// Folder below the state folder.
 const FOLDERS: &str = "site";
-/// A certificate that ends within this time is told of: 60 days, seconds.
+/// Remaining validity below which a certificate is reported: 60 days, in seconds.
 const SOON: i64 = 60 * 86_400;
 
-/// The folder with a folder for each site.
+/// Returns the folder that contains one folder per site.
 pub(super) fn folders() -> Result<PathBuf, Failure> {
     let state = magician::dirs::state().ok_or_else(|| {
         let message = "there is no place for certificates: neither XDG_STATE_HOME nor HOME is set";
@@ -25,7 +25,7 @@ pub(super) fn folders() -> Result<PathBuf, Failure> {
     Ok(state.join(FOLDERS))
 }
 
-/// The names of the sites, sorted.
+/// Returns the names of the sites, sorted.
 pub(super) fn sites() -> Result<Vec<String>, Failure> {
     let folders = folders()?;
     let unreadable =
@@ -43,7 +43,7 @@ pub(super) fn sites() -> Result<Vec<String>, Failure> {
     Ok(names)
 }
 
-/// The authority that is meant: of the site that is named, else the only one on this machine.
+/// Opens the authority of the named site, or of the only one on this machine.
 pub(super) fn authority(site: Option<&str>) -> Result<Authority, Failure> {
     let folders = folders()?;
     if let Some(site) = site.filter(|site| !site.is_empty()) {
@@ -73,7 +73,8 @@ pub(super) fn authority(site: Option<&str>) -> Result<Authority, Failure> {
     }
 }
 
-/// What this machine has of a site; `None` if nothing. Tells its user if the certificate ends soon.
+/// Opens this machine's identity on a site; `None` if it has none. Warns the user if the
+/// certificate expires soon.
 pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
     let Some(state) = magician::dirs::state() else {
         return Ok(None);
@@ -105,7 +106,7 @@ pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
     Ok(identity)
 }
 
-/// The name of this machine: its host name, as far as that is a name on a site.
+/// Returns this machine's name on a site: its host name, if that is a valid name.
 pub(super) fn own_name() -> Option<String> {
     name_like(&crate::mdns::host_name()).filter(|name| is_machine_name(name))
 }

@@ -1,4 +1,4 @@
-//! `site invite`.
+//! `site invite`: accepts a new machine by a code.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
@@ -31,6 +31,8 @@ impl Invite {
                 .map_err(|error| cannot_listen(self.listen, &error))?;
             self.tell_code(&invitation, at, out, json)?;
             let until = Instant::now() + Duration::from_secs(self.minutes * 60);
+            // A broken pipe must not end the invitation: the first error of output is reported at
+            // the end.
             let mut told = Ok(());
             let tell = |event| {
                 let now = tell(&event, out, json);
@@ -45,7 +47,7 @@ impl Invite {
         self.ended(&invitation, end)
     }
 
-    /// Prints the line to type.
+    /// Prints the command to type on the other machine.
     fn tell_code(
         &self,
         invitation: &Invitation,
@@ -114,7 +116,7 @@ impl Invite {
     }
 }
 
-/// Prints what happened.
+/// Prints an event of the invitation.
 fn tell(event: &InvitationEvent, out: &mut Output, json: bool) -> Result<(), Failure> {
     match event {
         InvitationEvent::Joined {
@@ -161,7 +163,8 @@ fn cannot_listen(at: SocketAddr, error: &io::Error) -> Failure {
         .hint("--listen 0.0.0.0:0 takes any free port")
 }
 
-/// Where other machines reach a listener: the address by which this machine goes to others first.
+/// Returns the addresses by which other machines reach a listener, this machine's outgoing address
+/// first.
 fn seen_from_elsewhere(at: SocketAddr) -> Vec<SocketAddr> {
     if !at.ip().is_unspecified() {
         return vec![at];
@@ -178,7 +181,7 @@ fn seen_from_elsewhere(at: SocketAddr) -> Vec<SocketAddr> {
         .chain(own)
         .filter(is_of_use)
         .collect();
-    // The same machine at least.
+    // Last resort, for a second site member on the same machine.
     addresses.push(Ipv4Addr::LOCALHOST.into());
     let mut seen = std::collections::HashSet::new();
     addresses.retain(|ip| seen.insert(*ip));
@@ -190,9 +193,10 @@ fn seen_from_elsewhere(at: SocketAddr) -> Vec<SocketAddr> {
         .collect()
 }
 
-/// The address from which this machine goes to others.
+/// Returns this machine's outgoing address.
 fn outward() -> io::Result<IpAddr> {
-    // Nothing is sent: the system only says from where it would be.
+    // Connecting a UDP socket sends nothing; it only makes the system choose a source address.
+    // 192.0.2.1 is reserved for documentation (RFC 5737).
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
     socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
     Ok(socket.local_addr()?.ip())

@@ -1,4 +1,4 @@
-//! `site list`.
+//! `site list`: lists the sites of this machine.
 
 use magician_site::certificates::{Authority, Identity, day_of};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 use crate::serving::unix_time;
 
-/// A site as this machine knows it.
+/// Site as this machine knows it.
 struct Known {
     folder: std::path::PathBuf,
     identity: Identity,

@@ -1,4 +1,4 @@
-//! `site init`, `site join`, `site revoke`.
+//! `site init`, `site join`, `site revoke`: create a site, join one, and remove a machine.
 
 use magician_site::carrier::tell_revoked;
 use magician_site::certificates::{Authority, JoinCode, day_of, join};
@@ -50,7 +50,8 @@ impl Join {
                 .hint("`magician site invite` prints it at the machine that made the site")
         })?;
         let folders = folders()?;
-        // A machine that is on the site has a name there: its host name does not matter.
+        // A machine that is already on the site keeps its name there, so an unusable host name is
+        // no error yet.
         let usual = own_name().unwrap_or_default();
         let name = self.name;
         let joined = context.attending(async |_| {
@@ -90,7 +91,7 @@ impl Join {
     }
 }
 
-/// Shuts a machine out.
+/// Revokes the certificate of a machine.
 pub(super) fn revoke(
     machine: &str,
     site: Option<&str>,
@@ -101,7 +102,7 @@ pub(super) fn revoke(
     let site = authority.site();
     let identity = authority.identity()?;
     let name = site.parse().map_err(Failure::usage)?;
-    // It is revoked whether they hear it now or when they start.
+    // The revocation is stored. Members that are absent now learn of it when they start.
     let told = context.attending(async |_| Ok(tell_revoked(name, None, &identity).await))?;
     context.show(&json!({"site": site, "revoked": machine, "told": told.is_ok()}), |out| {
         out.line(format_args!("{machine} is revoked on the site {site}; its name is not given again"))?;

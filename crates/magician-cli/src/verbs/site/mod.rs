@@ -1,4 +1,4 @@
-//! `site`: the machines of a site and their certificates.
+//! `site`: manages the machines of a site and their certificates.
 
 #[cfg(feature = "site")]
 mod failures;

@@ -1,4 +1,4 @@
-//! Where a lesson is kept: its file, and beside it what has not been saved yet.
+//! File of a lesson, and the rescue file with unsaved changes beside it.
 
 use std::fs;
 use std::io;
@@ -11,10 +11,10 @@ use magician_program::{Content, Format, Plan, ReadOptions};
 use crate::failure::Failure;
 use crate::source::Source;
 
-/// What a lesson without a file is called.
+/// Default name of a lesson's file.
 pub(super) const UNNAMED: &str = "lesson.playback";
 
-/// The format of a file that can be taught, by its name.
+/// Returns the format of a file from its name. Fails if it cannot be taught.
 pub(super) fn format(path: &Path) -> Result<Format, Failure> {
     match Format::of(&path.to_string_lossy(), b"") {
         Some(format @ (Format::Playback | Format::Plan)) => Ok(format),
@@ -28,7 +28,7 @@ pub(super) fn format(path: &Path) -> Result<Format, Failure> {
     }
 }
 
-/// What a file teaches; nothing if there is none.
+/// Reads the lesson of a file; `None` if the file does not exist.
 pub(super) fn read(path: &Path) -> Result<Option<Plan>, Failure> {
     if !path.try_exists()? {
         return Ok(None);
@@ -43,7 +43,7 @@ pub(super) fn read(path: &Path) -> Result<Option<Plan>, Failure> {
     }
 }
 
-/// Writes a plan as its file's name says; what has to be known of it.
+/// Writes a plan in the format of the file's name. Returns a note if something was left out.
 pub(super) fn write(path: &Path, plan: &Plan) -> Result<Option<String>, Failure> {
     let (text, note) = match format(path)? {
         Format::Playback => {
@@ -63,14 +63,14 @@ pub(super) fn write(path: &Path, plan: &Plan) -> Result<Option<String>, Failure>
     Ok(note)
 }
 
-/// What keeps a lesson while it is not saved: a plan file beside its own.
+/// Rescue file: holds unsaved changes as a plan, beside the lesson's file.
 #[derive(Clone, Debug)]
 pub(super) struct Rescue {
     path: PathBuf,
 }
 
 impl Rescue {
-    /// For the lesson of a file.
+    /// Returns the rescue file of a lesson.
     pub(super) fn beside(path: &Path) -> Self {
         let mut name = path.as_os_str().to_owned();
         name.push("~");
@@ -81,21 +81,21 @@ impl Rescue {
         &self.path
     }
 
-    /// What was left there, if something was that can be read.
+    /// Reads the rescue file; `None` if it does not exist or is not readable.
     pub(super) fn find(&self) -> Option<Plan> {
         let bytes = fs::read(&self.path).ok()?;
         let plan = Plan::from_json(&bytes).ok()?;
         (!plan.steps.is_empty()).then_some(plan)
     }
 
-    /// Keeps the lesson as it is now.
+    /// Writes the lesson's current state.
     pub(super) fn keep(&self, plan: &Plan) -> io::Result<()> {
         replace(&self.path, &plan.to_json())
     }
 
-    /// It is not needed any more.
+    /// Removes the rescue file.
     pub(super) fn forget(&self) {
-        // One that was never kept is none; one that cannot be removed is offered again.
+        // Errors are ignored: the file may not exist, and if it remains, it is offered again.
         let _ = fs::remove_file(&self.path);
     }
 }

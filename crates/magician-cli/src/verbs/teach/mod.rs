@@ -1,4 +1,4 @@
-//! `teach`: points that a person shows the arm, as a file to play.
+//! `teach`: stores positions that a user shows the arm, and writes a file to play.
 
 mod file;
 mod pad;
@@ -90,9 +90,9 @@ struct Session {
     teach: TeachPad,
     path: Option<PathBuf>,
     rescue: Rescue,
-    /// What was left the last time.
+    /// Unsaved lesson of an earlier session.
     left: Option<Plan>,
-    /// What the rescue file has.
+    /// Steps in the rescue file.
     kept: Arc<Vec<TeachStep>>,
     hand: Option<Polled<Pose>>,
     stage: Stage<Model>,
@@ -107,6 +107,7 @@ impl Session {
         known: Option<Plan>,
     ) -> Result<Self, Failure> {
         let mut console = Console::open(arm, saved).await?;
+        // The option takes precedence over the tool stored in the file.
         let wanted = tool.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
         if let Some(bias) = wanted {
             arm.set_any(&build::tool(bias)).await?;
@@ -209,14 +210,14 @@ impl Session {
         let (order, playing) = self.teach.editor.play(from);
         let before = self.console.pad.pendant.activity;
         self.console.obey(Reply::Order(order));
-        // One that plays already goes on, and this one was refused.
+        // If a program plays already, it continues and the new one was refused.
         if before.is_none() && self.console.pad.pendant.activity == Some(Activity::Run) {
             self.teach.editor.playing_began(playing);
             self.console.pad.say(Tone::Plain, "playing; space stops it");
         }
     }
 
-    /// The row that is being played, while something is.
+    /// Marks the row that is being played.
     fn follow_program(&mut self) {
         let session = &self.console.session;
         self.teach.editor.follow(session.activity(), session.step());
@@ -242,7 +243,7 @@ impl Session {
         self.kept = Arc::clone(self.teach.editor.program.steps());
     }
 
-    /// Saves the lesson; whether that went well.
+    /// Saves the lesson. Returns true on success.
     fn save(&mut self) -> bool {
         let Some(path) = self.path.clone() else {
             self.teach.prompt = Some(Prompt::File(UNNAMED.to_owned()));
@@ -270,9 +271,9 @@ impl Session {
         }
     }
 
-    /// Keeps what is not saved, if it has changed since it was kept last.
+    /// Writes unsaved changes to the rescue file, if there are new ones.
     fn keep(&mut self) {
-        // What was left the last time stays until it is known whether it is wanted.
+        // The earlier rescue file stays until the user has decided about it.
         if self.left.is_some() {
             return;
         }
@@ -319,7 +320,7 @@ impl Session {
     }
 }
 
-/// What a file is called.
+/// Returns the name of a file without its folder.
 fn title(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()

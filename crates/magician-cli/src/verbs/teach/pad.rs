@@ -1,4 +1,4 @@
-//! What keys mean while something is taught: nothing is done here.
+//! Translates keys into actions while teaching. Carries out none of them.
 
 use std::time::Duration;
 
@@ -10,30 +10,31 @@ use super::file::UNNAMED;
 use super::wording::{pause, refusal};
 use crate::verbs::jog::{Pad, Reply, Tone};
 
-/// So soon after a stop, space is meant to stop again, not to store.
+/// Time after a stop during which Space stops again instead of storing a point. A choice: about the
+/// time for a nervous second press.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// What is being typed or answered.
+/// Prompt that is being answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Prompt {
-    /// The name of the row.
+    /// Name of the row.
     Name(String),
-    /// How long it stays there, seconds.
+    /// Pause at the position, s.
     Pause(String),
-    /// The file to save to.
+    /// File to save to.
     File(String),
-    /// Write over this file, which already exists?
+    /// Confirmation to overwrite this file.
     Replace(String),
-    /// Leave with what is not saved?
+    /// Confirmation to leave with unsaved changes.
     Leave,
-    /// Go on with what was left the last time?
+    /// Question whether to continue an unsaved lesson.
     Recover,
 }
 
-/// What a key comes to.
+/// Effect of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Turn {
-    /// What the pad does with it.
+    /// Handled by the jog pad.
     Pad(Reply),
     /// Play from this row on.
     Play(usize),
@@ -41,26 +42,26 @@ pub(super) enum Turn {
     Save,
     /// Save to this file from now on.
     SaveAs(String),
-    /// The same, whether it is there or not.
+    /// The same, even if the file exists.
     Replace(String),
-    /// Save, and leave if that went well.
+    /// Save, and leave if that succeeds.
     SaveAndLeave,
     /// Leave without saving.
     Leave,
-    /// Take what was left the last time, or drop it.
+    /// Continue the unsaved lesson, or drop it.
     Recover(bool),
-    /// Store points that a hand teaches, or no more.
+    /// Start or stop storing positions that a hand shows.
     Follow,
 }
 
-/// The lesson, and what the keyboard is for.
+/// Lesson and prompt.
 #[derive(Clone, Debug)]
 pub(super) struct TeachPad {
     pub(super) editor: TeachEditor,
     pub(super) prompt: Option<Prompt>,
-    /// Whether the lesson has a file.
+    /// True if the lesson has a file.
     pub(super) has_file: bool,
-    /// When something was stopped last.
+    /// Time of the last stop.
     stopped: Option<Duration>,
 }
 
@@ -74,7 +75,8 @@ impl TeachPad {
         }
     }
 
-    /// What a key comes to while the arm is there; `still` if it was seen to stand. Where it is not known, there is no pose.
+    /// Returns the effect of a key. `pose` is `None` if the position is unknown; `still` is true if
+    /// the arm was seen to stand.
     pub(super) fn key(
         &mut self,
         key: KeyEvent,
@@ -111,7 +113,7 @@ impl TeachPad {
             KeyCode::Enter | KeyCode::Char(' ') if key.kind == KeyEventKind::Press => {
                 self.store(pad, pose, still)
             }
-            // A key that is held stores once.
+            // A held key stores only once.
             KeyCode::Enter | KeyCode::Char(' ') => Turn::Pad(Reply::Nothing),
             KeyCode::Char('q') if self.editor.program.is_saved() => Turn::Leave,
             KeyCode::Char('q') => self.asks(Prompt::Leave),
@@ -119,14 +121,14 @@ impl TeachPad {
         }
     }
 
-    /// What is pasted is typed, where something is.
+    /// Adds pasted text to the current prompt.
     pub(super) fn pasted(&mut self, text: &str) {
         let signs = text.chars().filter(|sign| !sign.is_control());
         self.prompt = (self.prompt.take())
             .map(|prompt| signs.fold(prompt, |prompt, sign| typed(prompt, KeyCode::Char(sign))));
     }
 
-    /// Stores where a hand has left the arm.
+    /// Stores the position at which a hand has left the arm.
     pub(super) fn taught(&mut self, pad: &mut Pad, pose: &Pose) {
         if let Some(name) = self.editor.store_guided(pose) {
             pad.say(
@@ -254,7 +256,7 @@ impl TeachPad {
     }
 }
 
-/// Says what an edit came to; nothing where the text is empty.
+/// Reports the result of an edit; says nothing on success if `text` is empty.
 fn told(pad: &mut Pad, edit: Result<(), TeachError>, text: &str) -> Turn {
     match edit {
         Ok(()) if text.is_empty() => pad.message = None,
@@ -264,7 +266,7 @@ fn told(pad: &mut Pad, edit: Result<(), TeachError>, text: &str) -> Turn {
     Turn::Pad(Reply::Nothing)
 }
 
-/// Says whether there was something to do.
+/// Prints `text` if something was done, else `otherwise`.
 fn said(pad: &mut Pad, done: bool, text: &str, otherwise: &str) -> Turn {
     if done {
         pad.say(Tone::Plain, text);
@@ -274,7 +276,7 @@ fn said(pad: &mut Pad, done: bool, text: &str, otherwise: &str) -> Turn {
     Turn::Pad(Reply::Nothing)
 }
 
-/// A line after one more key.
+/// Returns a prompt after one more key.
 fn typed(mut prompt: Prompt, code: KeyCode) -> Prompt {
     if let Prompt::Name(text) | Prompt::Pause(text) | Prompt::File(text) = &mut prompt {
         match code {
@@ -287,7 +289,7 @@ fn typed(mut prompt: Prompt, code: KeyCode) -> Prompt {
 }
 
 impl Prompt {
-    /// What is asked, and what has been typed.
+    /// Returns the question with the text typed so far.
     pub(super) fn text(&self) -> String {
         match self {
             Self::Name(text) => format!("name: {text}_"),
@@ -362,7 +364,7 @@ mod tests {
         console.still = false;
         console.press(KeyCode::Enter);
         assert_eq!(console.rows(), 2);
-        // While it moves, and for a moment after, space is a stop.
+        // While the arm moves, and shortly after, Space stops it.
         let stop = Turn::Pad(Reply::Order(PendantOrder::Stop));
         assert_eq!(console.press(KeyCode::Char(' ')), stop);
         console.still = true;
@@ -377,7 +379,7 @@ mod tests {
         let mut console = Console::new();
         console.press(KeyCode::Enter);
         let before = console.teach.editor.program.steps().clone();
-        // A step was ordered, and no reading has seen it yet.
+        // A step was ordered, but no reading shows it yet.
         console.pad.pendant.activity = Some(Activity::Run);
         for key in [KeyCode::Enter, KeyCode::Char('r'), KeyCode::Char('v')] {
             console.press(key);

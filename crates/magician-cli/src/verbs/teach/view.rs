@@ -1,4 +1,4 @@
-//! How a lesson looks: the list at the left, the arm at the right.
+//! Layout of teaching: the list of steps at the left, the arm at the right.
 
 use magician_job::teach::TeachStep;
 use magician_program::{Action, Grip, Travel};
@@ -11,7 +11,7 @@ use super::pad::TeachPad;
 use crate::terminal::{Seen, Theme, panel, said, thirds, wrapped};
 use crate::verbs::jog::{MOVES, Pad, beside, foot};
 
-/// What is shown.
+/// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) seen: Seen,
@@ -57,7 +57,7 @@ const HINTS: [(&str, &str); 8] = [
     ("q", "quit"),
     ("?", "all keys"),
 ];
-/// A list this wide has room for long names and rotations.
+/// Smallest width of the list, in columns, for long names and rotations.
 const ROOMY: u16 = 64;
 
 /// Draws one frame.
@@ -99,11 +99,11 @@ fn list(frame: &mut Frame<'_>, area: Rect, teach: &TeachPad, theme: Theme) {
     let chosen = chosen.map_or_else(Vec::new, |row| {
         whole(row, lesson.selected(), width, area.width >= ROOMY)
     });
-    // Rows that have a place beside what is begun and what the one that is chosen takes more.
+    // Rows left for the list beside a begun arc and the additional lines of the selected row.
     let more = chosen.len().saturating_sub(1) + usize::from(lesson.via().is_some());
     let height = usize::from(inner.height).saturating_sub(more);
     let mut lines = Vec::new();
-    // The row that is chosen stays in sight, with all that there is to say of it.
+    // Scrolls so that the selected row stays visible with all of its lines.
     let first = (lesson.selected() + 1).saturating_sub(height.max(1));
     for (nth, row) in lesson.steps().iter().enumerate().skip(first).take(height) {
         let texts = if nth == lesson.selected() {
@@ -145,7 +145,7 @@ fn numbered(nth: usize, text: &str) -> String {
     format!("{:>2} {text}", nth + 1)
 }
 
-/// A row with its whole name and place, on more lines where one is too narrow.
+/// Returns a row with its full name and position, on several lines if necessary.
 fn whole(row: &TeachStep, nth: usize, width: usize, roomy: bool) -> Vec<String> {
     let kept = if roomy { LONG } else { SHORT };
     let short = numbered(nth, &describe(row, roomy));
@@ -161,18 +161,18 @@ fn whole(row: &TeachStep, nth: usize, width: usize, roomy: bool) -> Vec<String> 
     lines.enumerate().map(line).collect()
 }
 
-/// Letters of a name that a row shows, where there is little room and where there is more.
+/// Letters shown of a name, in narrow and in wide lists.
 const SHORT: usize = 7;
 const LONG: usize = 16;
 
-/// A row in a line: name, way, place, what is done there.
+/// Returns a row on one line: name, motion, position, action.
 fn describe(row: &TeachStep, roomy: bool) -> String {
     let kept = if roomy { LONG } else { SHORT };
     let name: String = row.name.chars().take(kept).collect();
     format!("{name:<kept$} {}", motion(row, roomy))
 }
 
-/// How its place is reached, where it is, what is done there.
+/// Returns motion, position and action of a row.
 fn motion(row: &TeachStep, roomy: bool) -> String {
     let way = |by: &Travel| match by {
         Travel::Joints => "MOVJ",

@@ -1,8 +1,8 @@
-//! What teaching comes to, in the words of the command.
+//! Wording of results of teaching.
 
 use magician_job::teach::TeachError;
 
-/// Why nothing was changed.
+/// Returns the reason why nothing was changed.
 pub(super) const fn refusal(error: TeachError) -> &'static str {
     match error {
         TeachError::Empty => "no points yet: Enter stores the arm's position",
@@ -15,7 +15,7 @@ pub(super) const fn refusal(error: TeachError) -> &'static str {
     }
 }
 
-/// A pause in ms, of what was typed in seconds.
+/// Parses a pause in seconds. Returns milliseconds.
 pub(super) fn pause(text: &str) -> Result<u32, &'static str> {
     let text = text.trim().trim_end_matches('s').trim_end();
     let seconds = if text.is_empty() {

@@ -1,4 +1,4 @@
-//! A state on one line, for people.
+//! State of an arm on one line.
 
 use magician::{ArmOutputs, GripperState, Link, Status};
 
@@ -6,7 +6,7 @@ use magician::report::PoseReport;
 
 use crate::verbs::pose::ShowPose;
 
-/// A state in words.
+/// Formats a state.
 pub(super) fn plain(status: &Status, outputs: &ArmOutputs) -> String {
     let pose = PoseReport::from(status.pose).line();
     let (done, free) = (status.current.0, status.left_space);

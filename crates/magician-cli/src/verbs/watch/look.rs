@@ -1,4 +1,4 @@
-//! What is read of an arm that is watched, beside its state.
+//! Readings of a watched arm beside its state: pins, tools, and counters of the connection.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -10,19 +10,19 @@ use magician_job::jog::ToolState;
 
 use crate::verbs::io::{self, PINS, Pin};
 
-/// A pin is read so often; those that do something take every second turn.
+/// Interval of reading one pin. Pins with a function take every second turn.
 const PIN: Duration = Duration::from_millis(100);
-/// Tools and the line's counts are read so often.
+/// Interval of reading tools and counters.
 const AROUND: Duration = Duration::from_millis(500);
 
-/// What is not in the arm's state.
+/// Readings outside the arm's state.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::verbs) struct Around {
     pub(in crate::verbs) tools: ToolState,
     pub(in crate::verbs) stats: Stats,
 }
 
-/// Reads tools and counts again and again.
+/// Polls tools and counters.
 pub(in crate::verbs) fn around(arm: &Arm) -> Polled<Around> {
     let arm = arm.clone();
     Polled::every(AROUND, move || {
@@ -35,7 +35,7 @@ pub(in crate::verbs) fn around(arm: &Arm) -> Polled<Around> {
     })
 }
 
-/// Reads laser and tools again and again.
+/// Polls laser and tools.
 pub(super) fn outputs(arm: &Arm) -> Polled<ArmOutputs> {
     let arm = arm.clone();
     Polled::every(AROUND, move || {
@@ -44,10 +44,10 @@ pub(super) fn outputs(arm: &Arm) -> Polled<ArmOutputs> {
     })
 }
 
-/// Whose turn it is.
+/// Round robin that decides which pin is read next.
 #[derive(Debug)]
 pub(super) struct Rota {
-    /// Those that have a function.
+    /// Addresses of pins with a function.
     busy: Vec<u8>,
     turn: usize,
 }
@@ -60,7 +60,7 @@ impl Rota {
         }
     }
 
-    /// The next pin to read: by turns any, and one that does something.
+    /// Returns the next pin to read: alternately any pin and one with a function.
     pub(super) fn next(&mut self) -> u8 {
         self.turn = self.turn.wrapping_add(1);
         let (turn, any) = (self.turn / 2, self.turn.is_multiple_of(2));
@@ -85,7 +85,7 @@ impl Rota {
     }
 }
 
-/// Reads the pins one by one, again and again.
+/// Polls the pins one by one.
 pub(super) fn pins(arm: &Arm) -> Polled<Pin> {
     let arm = arm.clone();
     let rota = Arc::new(Mutex::new(Rota::new()));

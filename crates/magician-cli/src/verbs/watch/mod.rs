@@ -1,4 +1,4 @@
-//! `watch`: an arm at work, on the terminal, or line by line.
+//! `watch`: shows an arm at work, as a picture or line by line.
 
 mod line;
 mod look;
@@ -68,7 +68,7 @@ impl Watch {
         }
     }
 
-    /// Records while it is shown; what ends the watching ends the recording.
+    /// Records while the arm is shown. Both end together.
     fn recorded(
         &self,
         file: &Path,
@@ -82,6 +82,8 @@ impl Watch {
                 let options = Options::new(SystemTime::now(), rate);
                 let mut recorder = Recorder::begin(arm, file, options).await?;
                 let watched = tokio::select! {
+                    // The requested end takes precedence over a recording that fails at the same
+                    // time.
                     biased;
                     () = over => Ok(()),
                     error = recorder.failed() => return Err(Failure::from(error)),
@@ -89,6 +91,7 @@ impl Watch {
                 };
                 let summary = recorder.finish().await?;
                 match watched {
+                    // Ctrl-C is the regular end of a recording.
                     Err(failure) if failure.kind != Kind::Interrupted => Err(failure),
                     _ => Ok(summary),
                 }
@@ -97,7 +100,7 @@ impl Watch {
     }
 }
 
-/// A line a reading.
+/// Prints one line per reading.
 async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(), Failure> {
     let mut state = arm.state(rate)?;
     let mut outputs = look::outputs(arm);
@@ -111,7 +114,7 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
             }
             status = state.changed() => status?,
         };
-        // While there is no line it is not known what another program switches.
+        // While the line is broken another program may switch outputs, so nothing is claimed.
         let told = match status.link {
             Link::Up => known,
             _ => ArmOutputs::default(),
@@ -125,7 +128,7 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
     }
 }
 
-/// The picture, until a key ends it.
+/// Shows the picture until a key ends it.
 async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
     let (_, places) = arm.stats().await?;
     let seen = Seen::new(title(arm).await?, places).reading(rate);
@@ -166,7 +169,7 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
     }
 }
 
-/// What a key comes to.
+/// Effect of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Press {
     Nothing,

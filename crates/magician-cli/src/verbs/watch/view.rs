@@ -1,4 +1,4 @@
-//! How an arm that is watched looks.
+//! Layout of a watched arm.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -11,14 +11,14 @@ use crate::terminal::{Help, Seen, Theme, fitted, lamp, panel, sparkline};
 use crate::verbs::io::{self, PINS, Pin};
 use crate::verbs::jog::{TIGHT_ROWS, alarm_panel, joint_bars, log_panel, tight, tool_lines};
 
-/// What is shown.
+/// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) seen: Seen,
     pub(super) around: Around,
-    /// The pins as far as they have been read, in their order.
+    /// Pins in order of their address; `None` if not read yet.
     pub(super) pins: Vec<Option<Pin>>,
-    /// The list of keys, while it is shown.
+    /// List of keys while it is shown.
     pub(super) help: Option<Help>,
 }
 
@@ -32,7 +32,7 @@ impl Model {
         }
     }
 
-    /// Takes note of a pin.
+    /// Stores the reading of a pin.
     pub(super) fn note(&mut self, pin: Pin) {
         let place = usize::from(pin.address).checked_sub(1);
         if let Some(known) = place.and_then(|place| self.pins.get_mut(place)) {
@@ -57,9 +57,9 @@ const KEYS: [(&str, &str); 7] = [
     ("2-3", "J2 - J3, which the parallelogram limits"),
 ];
 const HINTS: [(&str, &str); 2] = [("q", "quit"), ("?", "help")];
-/// From here on the pins are a list.
+/// Smallest width, in columns, for the pins as a list.
 const WIDE: u16 = 120;
-/// On fewer rows the joints are figures, and alarms and log share a panel.
+/// Smallest height, in rows, for joints with bars and separate panels for alarms and log.
 const LEAST_ROWS: u16 = 24;
 
 /// Draws one frame.
@@ -124,7 +124,7 @@ fn small(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     alarms_and_log(frame, rest, &model.seen, theme);
 }
 
-/// Alarms and log in one panel.
+/// Draws alarms and log in one panel.
 pub(in crate::verbs) fn alarms_and_log(
     frame: &mut Frame<'_>,
     area: Rect,
@@ -199,7 +199,7 @@ fn pose_title(model: &Model) -> &'static str {
     }
 }
 
-/// The queue, what the tools do, and, if wanted, what went over the line.
+/// Draws queue and tools and, if `with_line` is set, the counters of the connection.
 pub(in crate::verbs) fn queue_panel(
     frame: &mut Frame<'_>,
     area: Rect,
@@ -230,7 +230,7 @@ pub(in crate::verbs) fn queue_panel(
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// What went over the line, and how well.
+/// Returns the counters of the connection.
 fn line_lines(around: Around) -> Vec<Line<'static>> {
     let stats = around.stats;
     vec![
@@ -272,7 +272,7 @@ fn row(
     ])
 }
 
-/// The pins as lamps, five in a row.
+/// Draws the pins as lamps, five in a row.
 fn lamps(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let lines: Vec<Line<'static>> = model
         .pins
@@ -292,7 +292,7 @@ fn lamps(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     frame.render_widget(Paragraph::new(lines).block(panel("io", theme)), area);
 }
 
-/// The pins in words, one a row.
+/// Draws the pins as text, one per row.
 fn list(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let lines = model.pins.iter().zip(1..).map(|(pin, address): (_, u8)| {
         let text = match pin {

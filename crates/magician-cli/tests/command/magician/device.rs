@@ -1,4 +1,4 @@
-//! Something at the end of a serial line that is no arm.
+//! Foreign device on a serial line.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// A pseudo-terminal whose other end answers whatever comes, on a thread that ends with the tests.
+/// Pseudo-terminal whose other end answers anything, on a thread that ends with the tests.
 pub(crate) struct Device {
     pub(crate) path: String,
     /// Keeps the line open between programs.

@@ -14,7 +14,7 @@ pub(crate) const PAPER: f64 = -50.0;
 pub(crate) const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
                    <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
 
-/// The arm, and a directory of its own with a drawing.
+/// Arm, and a directory with a drawing.
 pub(crate) struct Place {
     pub(crate) dir: tempfile::TempDir,
     served: Served,
@@ -31,7 +31,7 @@ impl Place {
         place
     }
 
-    /// The same, as if it had been homed.
+    /// Creates a place whose arm counts as homed.
     pub(crate) fn homed(speed: &str) -> Self {
         let place = Self::new(speed);
         assert!(place.run(&["alarms", "--clear"]).status.success());
@@ -45,7 +45,7 @@ impl Place {
         std::fs::write(self.dir.path().join(name), text).expect("written");
     }
 
-    /// Port of the arm.
+    /// Returns the port of the arm.
     pub(crate) fn door(&self) -> String {
         self.served.door("tcp")
     }
@@ -54,7 +54,7 @@ impl Place {
         self.command_at(&["--port", &self.door()], arguments)
     }
 
-    /// A command at another way to the arm.
+    /// Returns a command that reaches the arm by other flags.
     fn command_at(&self, at: &[&str], arguments: &[&str]) -> Command {
         let mut command = command();
         command.args(at);
@@ -63,18 +63,18 @@ impl Place {
         command
     }
 
-    /// Draws two long lines slowly.
+    /// Returns the command that draws two long lines slowly.
     pub(crate) fn draw(&self, more: &[&str]) -> Command {
         self.draw_at(&["--port", &self.door()], more)
     }
 
-    /// The same at another way to the arm.
+    /// Returns the same with other flags to reach the arm.
     pub(crate) fn draw_at(&self, at: &[&str], more: &[&str]) -> Command {
         let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
         self.command_at(at, &[&draw, more].concat())
     }
 
-    /// Waits until the pen is on the paper and has gone so far along it, mm.
+    /// Waits until the pen is on the paper and has moved this far along it, mm.
     pub(crate) fn until_drawn(&self, mm: f64) {
         let mut began = None;
         for _ in 0..10_000 {
@@ -82,7 +82,7 @@ impl Place {
             let [x, y, z] = ["x", "y", "z"].map(|axis| pose[axis].as_f64().expect("a number"));
             let down = z < PAPER + 0.1;
             let went = |(from_x, from_y): (f64, f64)| (x - from_x).hypot(y - from_y);
-            // An arm that has hardly moved counts as one that stands where it did.
+            // Barely moved counts as resting at the start.
             if down && began.is_some_and(|began| went(began) > mm) {
                 return;
             }
@@ -97,7 +97,7 @@ impl Place {
         output.expect("it runs")
     }
 
-    /// Settings of the arm that a drawing changes.
+    /// Returns settings of the arm that a drawing changes.
     pub(crate) fn settings(&self) -> Vec<Value> {
         let names = [
             "CPParams",
@@ -109,13 +109,13 @@ impl Place {
         names.map(get).to_vec()
     }
 
-    /// Files of settings that ended commands have left to be restored.
+    /// Returns the number of files with settings to restore.
     pub(crate) fn debts(&self) -> usize {
         let folder = self.dir.path().join("state/magician/debts");
         std::fs::read_dir(folder).map_or(0, Iterator::count)
     }
 
-    /// Runs that can be resumed.
+    /// Returns the number of runs that can be resumed.
     pub(crate) fn journals(&self) -> usize {
         let folder = self.dir.path().join("state/magician/runs");
         std::fs::read_dir(folder).map_or(0, Iterator::count)
@@ -126,7 +126,7 @@ impl Place {
     }
 }
 
-/// The last object that a command has said.
+/// Returns the last JSON object of a command's output.
 pub(crate) fn last(output: &Output) -> Value {
     let text = String::from_utf8_lossy(&output.stdout);
     let last = text.lines().last().unwrap_or_default();

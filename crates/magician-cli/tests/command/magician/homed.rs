@@ -1,4 +1,4 @@
-//! An arm that was homed, without the half minute that it takes at real speed.
+//! Marks an arm as homed, without the half minute of homing at real speed.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,8 @@ use std::time::SystemTime;
 
 use serde_json::{Value, json};
 
-/// Leaves the record that a homing leaves, for commands made by this one: `command` is given the port and nothing else.
+/// Writes the record of a homing for commands made from this one. `command` must have no arguments;
+/// the port is passed separately.
 pub(crate) fn as_if_homed(mut command: Command, port: &str) {
     let state = command
         .get_envs()
@@ -32,7 +33,7 @@ pub(crate) fn as_if_homed(mut command: Command, port: &str) {
         "port": port,
         "powered_up": now - uptime,
         "seen": now,
-        // At whatever speed it runs.
+        // Valid for an arm at any speed.
         "clock": "slower",
     });
     let name = format!("{serial}-{port}").replace(|sign: char| !sign.is_ascii_alphanumeric(), "_");

@@ -20,7 +20,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-/// What a run of the command left.
+/// Result of a run.
 #[derive(Debug)]
 pub(crate) struct Run {
     pub(crate) status: i32,
@@ -28,7 +28,7 @@ pub(crate) struct Run {
     pub(crate) err: String,
 }
 
-/// The command, without the tester's environment.
+/// Returns the command without the tester's environment.
 pub(crate) fn command() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_magician"));
     for variable in [
@@ -39,9 +39,9 @@ pub(crate) fn command() -> Command {
     ] {
         command.env_remove(variable);
     }
-    // An empty settings file.
+    // Empty settings file.
     command.env("MAGICIAN_CONFIG", "/dev/null");
-    // What commands leave for each other is the test's alone: arms of other tests have the same serial number.
+    // A state folder per test: arms of other tests have the same serial number.
     let state = format!(
         "{}/state-{}-{:?}",
         env!("CARGO_TARGET_TMPDIR"),
@@ -53,7 +53,7 @@ pub(crate) fn command() -> Command {
     command
 }
 
-/// Runs the command with these arguments and nothing on stdin.
+/// Runs the command with these arguments and an empty stdin.
 pub(crate) fn run(arguments: &[&str]) -> Run {
     run_with(arguments, b"")
 }
@@ -84,7 +84,7 @@ impl Run {
         }
     }
 
-    /// The objects on stdout, one a line.
+    /// Returns the JSON objects on stdout, one per line.
     pub(crate) fn objects(&self) -> Vec<Value> {
         let lines = self.out.lines();
         lines
@@ -92,21 +92,21 @@ impl Run {
             .collect()
     }
 
-    /// The one object on stdout.
+    /// Returns the only JSON object on stdout.
     pub(crate) fn object(&self) -> Value {
         let mut objects = self.objects();
         assert_eq!(objects.len(), 1, "{self:?}");
         objects.remove(0)
     }
 
-    /// The error object on stderr, which holds nothing else.
+    /// Returns the error object, the only content of stderr.
     pub(crate) fn error(&self) -> Value {
         let object: Value = serde_json::from_str(&self.err).unwrap_or_else(|_| panic!("{self:?}"));
         object["error"].clone()
     }
 }
 
-/// Sends a signal, `-INT` for one.
+/// Sends a signal, such as `-INT`.
 #[cfg(unix)]
 pub(crate) fn signal(name: &str, child: &std::process::Child) {
     let id = child.id().to_string();
@@ -114,7 +114,7 @@ pub(crate) fn signal(name: &str, child: &std::process::Child) {
     assert!(kill.expect("kill runs").success());
 }
 
-/// A sample of the program crate, as a path.
+/// Returns the path of a sample file of the program crate.
 pub(crate) fn sample(name: &str) -> String {
     let root = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let path = root.join("../magician-program/samples").join(name);

@@ -1,4 +1,4 @@
-//! A virtual arm or a proxy served by the command, for the tests that need one in another process.
+//! Virtual arm, proxy or station that the command serves in another process.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
@@ -7,30 +7,30 @@ use std::time::{Duration, Instant};
 
 use super::command;
 
-/// A virtual arm in a process of its own.
+/// Server process.
 pub(crate) struct Served {
     pub(crate) child: Child,
     pub(crate) stdout: BufReader<ChildStdout>,
-    /// What stderr said before it was ready.
+    /// Lines on stderr before it was ready.
     pub(crate) doors: Vec<String>,
-    /// What it says from then on.
+    /// Lines on stderr from then on.
     log: Receiver<String>,
-    /// What of that has been looked at.
+    /// Lines that have been read from the log.
     seen: Vec<String>,
 }
 
 impl Served {
-    /// A virtual arm with so many doors.
+    /// Starts a virtual arm with this many endpoints.
     pub(crate) fn start(arguments: &[&str], doors: usize) -> Self {
         Self::verb("sim", arguments, doors + 1)
     }
 
-    /// A verb that says so many lines before it is ready.
+    /// Starts a verb that prints this many lines before it is ready.
     pub(crate) fn verb(verb: &str, arguments: &[&str], lines_first: usize) -> Self {
         Self::of(command(), verb, arguments, lines_first)
     }
 
-    /// The same, in an environment.
+    /// Starts it with the environment of a command.
     pub(crate) fn of(
         mut command: Command,
         verb: &str,
@@ -54,7 +54,7 @@ impl Served {
             .lines()
             .map(|line| line.expect("UTF-8"));
         let doors = lines.by_ref().take(lines_first).collect();
-        // The output has to be read, or the arm would wait for it.
+        // The output must be read, or the process would block once the pipe is full.
         let (sender, log) = channel();
         std::thread::spawn(move || lines.try_for_each(|line| sender.send(line)));
         Self {
@@ -66,7 +66,7 @@ impl Served {
         }
     }
 
-    /// The address after `serving udp:`.
+    /// Returns the address after `serving udp:` and the like.
     pub(crate) fn door(&self, scheme: &str) -> String {
         let prefix = format!("serving {scheme}:");
         let found = self
@@ -79,13 +79,13 @@ impl Served {
         )
     }
 
-    /// Ends it with a signal; its status and the rest of its stdout.
+    /// Ends the process with a signal. Returns its status and the rest of stdout.
     pub(crate) fn end(self, signal: &str) -> (ExitStatus, String) {
         let (status, rest, _) = self.end_telling(signal);
         (status, rest)
     }
 
-    /// As [`end`](Self::end), with what it has said on stderr since it was ready.
+    /// Like [`end`](Self::end), but also returns the output on stderr since it was ready.
     pub(crate) fn end_telling(mut self, signal: &str) -> (ExitStatus, String, String) {
         let kill = Command::new("kill")
             .args([signal, &self.child.id().to_string()])
@@ -99,9 +99,9 @@ impl Served {
         (status, rest, said.join("\n"))
     }
 
-    /// Waits until it says this; the line.
+    /// Waits for a line that matches, and returns it.
     pub(crate) fn until(&mut self, what: impl Fn(&str) -> bool) -> String {
-        // A test that waits for what never comes should fail, not hang.
+        // A deadline, so that the test fails instead of hanging.
         let deadline = Instant::now() + Duration::from_secs(120);
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -114,7 +114,7 @@ impl Served {
         }
     }
 
-    /// Ends it with SIGTERM; what stderr said since it was ready.
+    /// Ends it with SIGTERM. Returns its output on stderr since it was ready.
     pub(crate) fn log(self) -> Vec<String> {
         let (_, _, said) = self.end_telling("-TERM");
         said.lines().map(str::to_owned).collect()

@@ -1,4 +1,4 @@
-//! The command at a terminal, for the tests that play a person.
+//! Runs the command on a terminal, for tests that act as a user.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -10,14 +10,14 @@ use rustix::process::{Pid, Signal, kill_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
-/// How a screen begins that is drawn anew.
+/// Beginning of a complete redraw.
 const CLEARED: &str = "\x1b[2J";
 
-/// A program on a terminal of its own.
+/// Program on its own pseudo-terminal.
 pub(crate) struct Terminal {
     pub(crate) child: Child,
     pub(crate) screen: File,
-    /// Kept open, so that what the program leaves can still be read, and how it leaves the terminal be seen.
+    /// Kept open, so that the last output and the terminal's final mode can be read.
     pub(crate) line: File,
     seen: String,
 }
@@ -28,9 +28,9 @@ impl Terminal {
         Self::with_stdout(command, None)
     }
 
-    /// The same with another stdout.
+    /// Runs it with another stdout.
     pub(crate) fn with_stdout(mut command: Command, stdout: Option<Stdio>) -> Self {
-        // A program that had this end, too, would keep a terminal that is closed open.
+        // CLOEXEC: a child that inherited this end would keep the terminal open after it is closed.
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
         let screen = openpt(flags).expect("a terminal");
         grantpt(&screen)
@@ -66,7 +66,7 @@ impl Terminal {
         }
     }
 
-    /// Reads up to where this is written.
+    /// Reads until this text has been written.
     pub(crate) fn until(&mut self, text: &str) {
         self.read_until(text, |seen| {
             let at = seen.find(text)?;
@@ -74,14 +74,14 @@ impl Terminal {
         });
     }
 
-    /// Reads until this is seen in a line, by whatever leaps of the cursor it is written.
+    /// Reads until this text is visible in a line, however the cursor moved to write it.
     pub(crate) fn until_seen(&mut self, text: &str) {
         self.read_until(text, |seen| {
             plain(seen).contains(text).then_some(seen.len())
         });
     }
 
-    /// Reads until the progress shows this step or a later one: a busy machine leaves steps out.
+    /// Reads until the progress shows this step or a later one; a busy machine skips steps.
     pub(crate) fn until_step(&mut self, step: u32) {
         self.read_until("a step that is done", |seen| {
             let text = plain(seen);
@@ -94,7 +94,7 @@ impl Terminal {
         });
     }
 
-    /// Reads until both were shown, the first before the second; they may come at once.
+    /// Reads until both texts were shown, the first before the second; they may come together.
     pub(crate) fn until_both_seen(&mut self, [first, second]: [&str; 2]) {
         self.read_until(second, |seen| {
             let text = plain(seen);
@@ -103,20 +103,21 @@ impl Terminal {
         });
     }
 
-    /// Has everything drawn anew, with Ctrl-L, until this is seen: for what changes by itself, where only the difference is
-    /// drawn.
+    /// Redraws with Ctrl-L until this text is visible. For parts that change by themselves, of
+    /// which only the difference is drawn.
     pub(crate) fn until_drawn(&mut self, text: &str) {
         self.until_drawn_with("", text);
     }
 
-    /// The same, with keys typed each time: for an order that a stop may overtake, and that may be given twice.
+    /// Does the same, typing keys each time. For an order that a stop may overtake and that may be
+    /// given twice.
     pub(crate) fn until_drawn_with(&mut self, keys: &str, text: &str) {
         let deadline = Instant::now() + Duration::from_secs(120);
         self.seen.clear();
         while Instant::now() < deadline {
             self.types(keys);
             self.types("\x0c");
-            // A frame or two; one that takes longer is read on with the next.
+            // One or two frames; if one takes longer, it is read with the next.
             let frames = Instant::now() + Duration::from_millis(150);
             while let Some(left) = frames.checked_duration_since(Instant::now()) {
                 self.read(left);
@@ -131,7 +132,7 @@ impl Terminal {
         panic!("no {text:?} in {:?}", self.seen);
     }
 
-    /// Reads what comes next, if it comes in time.
+    /// Reads the next output. Returns false after a timeout.
     fn read(&mut self, patience: Duration) -> bool {
         let patience = Timespec::try_from(patience).expect("a short time");
         let mut wait = [PollFd::new(&self.screen, PollFlags::IN)];
@@ -146,7 +147,7 @@ impl Terminal {
     }
 
     fn read_until(&mut self, text: &str, end: impl Fn(&str) -> Option<usize>) {
-        // A test that waits for what never comes should fail, not hang.
+        // A deadline, so that the test fails instead of hanging.
         let deadline = Instant::now() + Duration::from_secs(120);
         loop {
             if let Some(end) = end(&self.seen) {
@@ -179,14 +180,14 @@ impl Terminal {
         }
     }
 
-    /// Stops a job by these keys: it says that it was interrupted, and exits so.
+    /// Stops a job by these keys. Asserts its message and the exit status of an interruption.
     pub(crate) fn interrupts(&mut self, keys: &str, said: &str) {
         self.types(keys);
         self.until_seen(said);
         assert_eq!(self.child.wait().expect("it ends").code(), Some(130));
     }
 
-    /// Closes it: whatever runs there is told that its terminal is gone.
+    /// Closes the terminal: its programs get SIGHUP.
     pub(crate) fn closes(&mut self) {
         self.screen = File::open("/dev/null").expect("it opens");
     }
@@ -196,7 +197,7 @@ impl Terminal {
     }
 }
 
-/// Text without what a terminal obeys; a leap of the cursor is a space, and so are several spaces.
+/// Removes escape sequences from text. Movements of the cursor and runs of spaces become one space.
 fn plain(seen: &str) -> String {
     let mut pieces = seen.split("\x1b[");
     let mut text = pieces.next().unwrap_or_default().to_owned();

@@ -1,4 +1,4 @@
-//! What is shown, at every size.
+//! Pictures of the calibration at every size of terminal.
 
 use magician_program::Tool;
 
@@ -23,7 +23,7 @@ fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
     }
 }
 
-/// Touching in all its forms.
+/// Calibration in all its states.
 pub(in crate::verbs) fn examples() -> Vec<Example> {
     const CORNERS: [[f64; 4]; 3] = [
         [150.0, -105.0, -61.0, 0.0],
@@ -147,7 +147,7 @@ fn the_sketch_says_which_corner_is_next() {
 #[test]
 fn the_sketch_lies_where_the_keys_lead() {
     let mut model = model(Subject::Sheet, &[]);
-    // Which corner is at the lower left and at the lower right of the screen, and the way to y.
+    // Corners at the lower left and the lower right of the screen, and the direction of y.
     for (corners, axes) in [
         (["3○────", "────▶1"], ["x+ ↑", "y+ ←"]),
         (["1▶────", "────○2"], ["x+ →", "y+ ↑"]),

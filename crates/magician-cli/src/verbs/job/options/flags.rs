@@ -1,4 +1,8 @@
-//! The flags of a program's options, made of their table: a verb says which rows it takes.
+//! Flags for drawing options, generated from the option table.
+//!
+//! A verb is a type that implements [`TakesOptions`] and says which rows of the table it takes.
+//! [`OptionFlags`] collects the values as JSON fields and lets the table parse them, so that flags,
+//! presets and the station's API accept the same values with the same messages.
 
 use std::fmt;
 use std::io::Read;
@@ -15,13 +19,13 @@ use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 
-/// Largest file of a font that is read, bytes.
+/// Largest font file, bytes. A choice; the largest CJK fonts are smaller.
 const LARGEST_FONT: u64 = 128 << 20;
-/// Longest list of words that fits in the place of a value.
+/// Longest list of choices shown as a value's placeholder, in characters.
 const LONGEST_CHOICE: usize = 26;
-/// Other names of flags.
+/// Additional names of flags.
 const ALIASES: [(&str, &str); 1] = [("grid", "pallet")];
-/// Files whose coordinates are the arm's, taught or computed.
+/// Formats whose coordinates are the arm's own.
 const TAUGHT: [Format; 4] = [
     Format::Playback,
     Format::Blockly,
@@ -29,13 +33,13 @@ const TAUGHT: [Format; 4] = [
     Format::Plan,
 ];
 
-/// A verb with flags of options.
+/// Verb with flags for drawing options.
 pub(crate) trait TakesOptions {
     /// True if the verb has flags for this option.
     fn takes(option: &OptionSpec) -> bool;
 }
 
-/// Kinds of verbs, by the options that they take.
+/// Declares marker types for verbs and the options they take.
 macro_rules! verbs {
     ($($(#[$doc:meta])* $verb:ident: $takes:expr;)*) => {$(
         $(#[$doc])*
@@ -45,7 +49,7 @@ macro_rules! verbs {
         impl TakesOptions for $verb {
             fn takes(option: &OptionSpec) -> bool {
                 let takes: fn(&OptionSpec) -> bool = $takes;
-                // Which work it is the verb says.
+                // The verb itself decides between drawing and engraving.
                 option.name != "work" && takes(option)
             }
         }
@@ -53,7 +57,7 @@ macro_rules! verbs {
 }
 
 verbs! {
-    /// `draw`; a drawing is framed by `frame`.
+    /// `draw`. Outlines are the verb `frame`.
     Draws: |option| option.work != Some(WorkOption::Engrave) && !is_frame(option);
     /// `engrave`.
     Engraves: |option| option.work != Some(WorkOption::Draw);
@@ -63,12 +67,12 @@ verbs! {
     Writes: |option| Draws::takes(option) && option.counts_for(Format::Text);
     /// `play`.
     Plays: |option| !is_frame(option) && TAUGHT.iter().any(|format| option.counts_for(*format));
-    /// `testgrid`, whose powers and speeds are its own.
+    /// `testgrid`, which determines powers and speeds itself.
     Grids: |option| option.counts_for(Format::TestGrid)
         || ["tool", "width", "height", "stay"].contains(&option.name);
     /// `run` and `convert`.
     RunsAll: |_| true;
-    /// `preset save`: a preset does not say what becomes of a file.
+    /// `preset save`. A preset does not decide whether only the outline is traced.
     Makes: |option| !is_frame(option);
 }
 
@@ -76,10 +80,10 @@ fn is_frame(option: &OptionSpec) -> bool {
     option.name.starts_with("frame")
 }
 
-/// The options that the flags of a verb have given.
+/// Option values from the flags of a verb.
 pub(crate) struct OptionFlags<V> {
     fields: Map<String, Value>,
-    /// A font that is not built in: the path of its file.
+    /// Path of a font file, if the font is not built in.
     font: Option<String>,
     pens: Option<String>,
     verb: PhantomData<V>,
@@ -92,13 +96,13 @@ impl<V> fmt::Debug for OptionFlags<V> {
 }
 
 impl<V> OptionFlags<V> {
-    /// Gives an option that has no flag here.
+    /// Sets an option that has no flag here.
     pub(crate) fn give(&mut self, name: &str, value: impl Into<Value>) {
         self.fields.insert(name.to_owned(), value.into());
     }
 
-    /// Returns the options. With a preset, which says what is left open, whether they agree is checked
-    /// later.
+    /// Returns the options. With a preset the check that they agree is left for later, since the
+    /// preset fills in the rest.
     pub(crate) fn options(&self, has_preset: bool) -> Result<SetupOptions, Failure> {
         let mut fields = self.fields.clone();
         if let Some(path) = &self.pens {
@@ -120,7 +124,8 @@ impl<V> OptionFlags<V> {
     }
 }
 
-/// The failure that an option is not taken: its flag, and the sentence that every door has.
+/// Converts a rejected option into a failure that names its flag. The sentence is the same in all
+/// front ends.
 fn refused(error: &OptionError, fields: &Map<String, Value>) -> Failure {
     let flag = |name: &str| name.replace('_', "-");
     let key = flag(&error.key);
@@ -142,7 +147,7 @@ fn refused(error: &OptionError, fields: &Map<String, Value>) -> Failure {
     Failure::usage(format!("--{no}{key}: {}", error.message))
 }
 
-/// A font of a file.
+/// Loads a font file.
 fn font(path: &str) -> Result<FontChoice, Failure> {
     let read = std::fs::File::open(path).and_then(|file| {
         let mut bytes = Vec::new();
@@ -158,7 +163,7 @@ fn font(path: &str) -> Result<FontChoice, Failure> {
     Ok(FontChoice::file(path, bytes))
 }
 
-/// Flags by which an option is given: to give it, and to switch it off.
+/// Returns the flags of an option: one to set it and one to switch it off.
 fn flags_of(row: &'static OptionSpec) -> Vec<Arg> {
     let (name, heading) = (row.name, heading(row.group));
     let flag = |no: &str| {
@@ -191,11 +196,11 @@ fn flags_of(row: &'static OptionSpec) -> Vec<Arg> {
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     };
-    // The bias of a tool is three numbers.
+    // The bias of a tool has negative numbers.
     if name == "tool" {
         arg = arg.allow_hyphen_values(true);
     }
-    // Without a word it is the usual shape, so that a word behind it is the file.
+    // A bare `--frame` means the default shape; without `=` the next word is the file.
     if name == "frame" {
         arg = arg
             .num_args(0..=1)
@@ -209,7 +214,7 @@ fn flags_of(row: &'static OptionSpec) -> Vec<Arg> {
     vec![aliases.fold(arg, |arg, (_, alias)| arg.visible_alias(*alias))]
 }
 
-/// Heading of a group in the help.
+/// Returns the heading of a group in the help.
 const fn heading(group: OptionGroup) -> &'static str {
     match group {
         OptionGroup::Place => "Tool and place",
@@ -225,7 +230,7 @@ const fn heading(group: OptionGroup) -> &'static str {
     }
 }
 
-/// Words that complete a value; none where others are taken too.
+/// Returns the words for completion; empty if other values are accepted too.
 fn words(row: &OptionSpec) -> &'static [&'static str] {
     match row.expects {
         "" => row.choices,
@@ -263,7 +268,7 @@ fn placeholder(row: &OptionSpec) -> String {
     }
 }
 
-/// The sentences of an option, and its default.
+/// Returns the help text of an option with its default.
 fn help(row: &OptionSpec) -> String {
     let mut help = row.about.to_owned();
     if placeholder(row) == "WORD" {
@@ -343,7 +348,8 @@ impl<V: TakesOptions> FromArgMatches for OptionFlags<V> {
     }
 }
 
-/// Any text, completed by these words: whether it is one of them its option says.
+/// Value parser that accepts any text and completes these words. The option table validates the
+/// value.
 #[derive(Clone, Debug)]
 struct Words(&'static [&'static str]);
 

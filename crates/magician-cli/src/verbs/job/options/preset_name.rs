@@ -1,11 +1,11 @@
-//! The names of presets as values of a flag.
+//! Names of presets as the value of a flag.
 
 use std::sync::LazyLock;
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use magician_job::presets::Presets;
 
-/// Parses the name of a preset; completions are the presets of the user and of this program.
+/// Value parser for the name of a preset. Completes the user's and the built-in presets.
 #[derive(Clone, Debug)]
 pub(crate) struct PresetName;
 

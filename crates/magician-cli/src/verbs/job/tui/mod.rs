@@ -1,4 +1,5 @@
-//! A job on the whole terminal: the sheet as it fills up, how long is left, the queue, the line, and the keys.
+//! Full-screen picture of a job: the drawing as it progresses, time left, queue, connection and
+//! keys.
 
 mod sheet;
 mod view;
@@ -28,17 +29,17 @@ pub(super) use view::Model;
 #[cfg(test)]
 pub(in crate::verbs) use view::tests::examples;
 
-/// Readings a second.
+/// Readings a second. A choice.
 const RATE: f64 = 10.0;
 
-/// What is shown.
+/// Model that the job's loop and the picture share.
 pub(super) type Shared = Rc<RefCell<Model>>;
 
-/// The terminal while a job has it.
+/// Screen of a job.
 pub(super) struct Screen {
-    /// None while it is given back.
+    /// `None` while the terminal is released.
     stage: Option<Stage<Model>>,
-    /// Whether it is to be taken as soon as this program is in front.
+    /// True if the terminal shall be taken once this process is in the foreground.
     wanted: bool,
     model: Shared,
     state: StateWatch,
@@ -46,10 +47,10 @@ pub(super) struct Screen {
     events: Events,
 }
 
-/// What a person wants.
+/// Input that the job must act on.
 pub(super) enum Wants {
     Typed(Typed),
-    /// A key or a loss that stands for a signal.
+    /// Key, or loss of the terminal, that stands for a signal.
     Stop(Signal),
     Control(Control),
 }
@@ -62,7 +63,8 @@ impl Screen {
         let program = &made.prepared.program;
         let start = arm.preflight_for(&program.kinds()).await?;
         let outline = made.paper();
-        // A large program takes its time, and the arm is served meanwhile.
+        // Computed on another thread, since a large program takes long and the arm must be served
+        // meanwhile.
         let (plan, outline) = (program.clone(), outline.unwrap_or_default());
         let sheet = spawn_blocking(move || Sheet::of(&plan, &start, &outline)).await;
         let sheet = sheet.map_err(io::Error::other)?;
@@ -93,27 +95,27 @@ impl Screen {
         Rc::clone(&self.model)
     }
 
-    /// Gives the terminal back until it is taken again.
+    /// Restores the terminal until it is taken again.
     pub(super) fn release(&mut self) {
         self.stage = None;
         self.wanted = false;
     }
 
-    /// Takes it again, as soon as it is this program's.
+    /// Takes the terminal again once this process is in the foreground.
     pub(super) fn take(&mut self) {
         self.wanted = true;
     }
 
-    /// Gives it back for good.
+    /// Restores the terminal for good.
     pub(super) fn close(self) -> Result<(), Failure> {
         self.stage.map_or(Ok(()), Stage::close)
     }
 
-    /// Shows what is new until a person wants something.
+    /// Updates the picture until there is input.
     pub(super) async fn next(&mut self) -> Wants {
         loop {
             if self.stage.is_none() && self.wanted && is_in_front() {
-                // A terminal that cannot be drawn on is left alone: the job goes on without.
+                // If the terminal cannot be drawn on, the job continues without a picture.
                 self.stage = Stage::open(view::draw).ok();
                 self.wanted = self.stage.is_some();
             }
@@ -144,7 +146,7 @@ impl Screen {
                             return wants;
                         }
                     }
-                    // The keyboard is gone.
+                    // Without a keyboard the user could not stop the job.
                     Told::Gone => {
                         self.release();
                         return Wants::Stop(Signal::HangUp);
@@ -153,7 +155,7 @@ impl Screen {
                 },
                 status = self.state.changed() => match status {
                     Ok(status) => self.model.borrow_mut().seen.arm.observe(status),
-                    // The job hears of that too.
+                    // The job sees the loss of the connection too; wait for its reaction.
                     Err(_) => sleep(FRAME).await,
                 },
                 Some(event) = self.events.next() => {
@@ -165,7 +167,7 @@ impl Screen {
     }
 }
 
-/// What a key comes to.
+/// Returns the effect of a key; `None` if it only changes the picture.
 fn press(key: KeyEvent, model: &mut Model) -> Option<Wants> {
     if key.kind == KeyEventKind::Release {
         return None;
@@ -177,7 +179,7 @@ fn press(key: KeyEvent, model: &mut Model) -> Option<Wants> {
             _ => None,
         };
     }
-    // Space and `s` stop whatever is shown.
+    // Space and `s` stop the job even while help is shown.
     let typed = keys::meaning(&Event::Key(key));
     if let Some(shown) = model.help {
         model.help = shown.after(key.code);

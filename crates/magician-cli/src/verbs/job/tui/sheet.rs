@@ -1,4 +1,4 @@
-//! What a job draws or burns, as far as it is done.
+//! Drawing of a job on the screen, with the completed part.
 
 use std::iter;
 
@@ -14,26 +14,27 @@ use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
 use crate::terminal::{Theme, panel};
 
-/// From one dot to the next of what is still to come, in dots of the screen.
+/// Distance between the dots of lines still to be drawn, in dots of the screen.
 const DOTS: f64 = 3.0;
-/// Around what is drawn, as a share of it.
+/// Margin around the drawing, as a share of its size.
 const MARGIN: f64 = 0.04;
-/// Nothing is shown larger than this, mm across.
+/// Smallest width shown, mm, so that a tiny drawing is not magnified beyond this.
 const LEAST: f64 = 10.0;
 
-/// The lines of one round, and the sheet that they lie on.
+/// Strokes of one loop, and the sheet below them.
 #[derive(Debug)]
 pub(super) struct Sheet {
     strokes: Vec<DrawnLine>,
-    /// Its corners, seen as on paper.
+    /// Corners of the sheet in the view of the paper.
     outline: Vec<[f64; 2]>,
     bounds: [[f64; 2]; 2],
-    /// Steps of a round.
+    /// Number of steps in a loop.
     round: u64,
 }
 
 impl Sheet {
-    /// What a program leaves; `outline` are the corners of the sheet, if it is known.
+    /// Computes the strokes that a program leaves. `outline` has the corners of the sheet, if
+    /// known.
     pub(super) fn of(program: &Program, start: &Preflight, outline: &[[f64; 2]]) -> Self {
         let strokes = DrawnLine::of(program.plan(), start).into_iter();
         let strokes = strokes.map(|stroke| DrawnLine {
@@ -63,7 +64,7 @@ impl Sheet {
         }
     }
 
-    /// How many of its lines are done when so many steps of all rounds are.
+    /// Returns the number of completed strokes for a step count over all loops.
     fn done(&self, steps: u64, all: Option<u64>) -> usize {
         if all.is_some_and(|all| steps >= all) {
             return self.strokes.len();
@@ -73,7 +74,7 @@ impl Sheet {
             .partition_point(|stroke| (stroke.step as u64) < steps)
     }
 
-    /// Draws it: what is done as lines, what is to come as dots, the sheet around it.
+    /// Draws completed strokes as lines, the others as dots, with the sheet around them.
     pub(super) fn draw(
         &self,
         frame: &mut Frame<'_>,
@@ -119,7 +120,7 @@ fn line([x1, y1]: [f64; 2], [x2, y2]: [f64; 2], color: Color) -> Line {
     Line::new(x1, y1, x2, y2, color)
 }
 
-/// Points on lines, evenly apart over all of them.
+/// Returns evenly spaced points along all strokes.
 fn dotted(strokes: &[DrawnLine], apart: f64) -> impl Iterator<Item = (f64, f64)> {
     let mut left = 0.0;
     strokes.iter().flat_map(move |stroke| {
@@ -141,7 +142,8 @@ fn dotted(strokes: &[DrawnLine], apart: f64) -> impl Iterator<Item = (f64, f64)>
     })
 }
 
-/// Bounds that show all of it, with the same scale both ways, and how large a dot is: a cell has 2 by 4.
+/// Returns bounds that contain the drawing at equal scale in both directions, and the size of a
+/// dot; a character cell has 2 by 4 dots.
 fn fitted(area: Rect, bounds: [[f64; 2]; 2]) -> ([[f64; 2]; 2], f64) {
     let dots = [
         f64::from(area.width.max(1)) * 2.0,
@@ -163,7 +165,7 @@ fn fitted(area: Rect, bounds: [[f64; 2]; 2]) -> ([[f64; 2]; 2], f64) {
 
 #[cfg(test)]
 impl Sheet {
-    /// Two lines in steps 1 and 3 of four, on a sheet.
+    /// Two strokes, in steps 1 and 3 of four, on a sheet.
     pub(super) fn example() -> Self {
         let stroke = |step, from, to| DrawnLine { step, from, to };
         Self::new(

@@ -1,4 +1,4 @@
-//! How a job looks that is under way.
+//! Layout of the full-screen picture of a job.
 
 use std::sync::Arc;
 
@@ -11,25 +11,25 @@ use super::sheet::Sheet;
 use crate::terminal::{Help, Seen, Theme, fitted, panel, wrapped};
 use crate::verbs::watch::{Around, alarms_and_log, queue_panel};
 
-/// What is shown.
+/// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Model {
-    /// The verb.
+    /// Verb, as the title.
     pub(super) verb: &'static str,
     pub(super) seen: Seen,
     pub(super) around: Around,
     pub(super) sheet: Arc<Sheet>,
-    /// What it does: one word, or what can be done.
+    /// Activity in a word, or the keys that can be used.
     pub(in super::super) doing: &'static str,
-    /// Steps that are done, and all of them.
+    /// Completed steps, and their total.
     pub(in super::super) step: u64,
     pub(in super::super) steps: Option<u64>,
-    /// The loop under way, and how many there are.
+    /// Current loop, and the number of loops.
     pub(in super::super) round: u64,
     pub(super) rounds: Option<u64>,
-    /// How long the rest takes, and how fast it goes if that is not as the program says.
+    /// Time left, and the speed unless it is 100 %.
     pub(in super::super) left: Option<String>,
-    /// The list of keys, while it is shown.
+    /// List of keys while it is shown.
     pub(super) help: Option<Help>,
 }
 
@@ -61,7 +61,7 @@ const HINTS: [(&str, &str); 4] = [
     ("+-", "speed"),
     ("?", "help"),
 ];
-/// Columns beside the sheet.
+/// Width of the column beside the sheet.
 const BESIDE: u16 = 31;
 
 /// Draws one frame.

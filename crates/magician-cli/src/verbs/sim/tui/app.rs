@@ -1,4 +1,4 @@
-//! What the picture remembers from one frame to the next, and what the keys do.
+//! State of the picture between frames, and the effects of keys.
 
 use std::collections::VecDeque;
 
@@ -13,22 +13,22 @@ use super::keys::{self, Action, Axis, Mode, Nudge, Question};
 use super::look::{ArmView, Cursor, Push, pushed};
 use crate::terminal::Help;
 
-/// An arm that can be watched.
+/// Arm that can be shown.
 #[derive(Clone, Debug)]
 pub(in crate::verbs::sim) struct Subject {
     pub(in crate::verbs::sim) handle: Handle,
     pub(in crate::verbs::sim) feed: Feed,
-    /// What kind of arm it is.
+    /// Kind of the arm.
     pub(in crate::verbs::sim) title: String,
     pub(in crate::verbs::sim) limits: Limits,
     pub(in crate::verbs::sim) table: Option<Table>,
     pub(in crate::verbs::sim) conveyor: Option<Conveyor>,
 }
 
-/// What ended it.
+/// Reason why the picture ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::verbs::sim) enum End {
-    /// The user is done.
+    /// The user quit.
     Quit,
     /// Ctrl-C.
     Interrupt,
@@ -38,34 +38,34 @@ pub(in crate::verbs::sim) enum End {
     Served,
 }
 
-/// Where the tool has been.
+/// Earlier position of the tool, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tip {
-    /// x, y.
+    /// x and y, as seen from above.
     pub(super) above: [f64; 2],
-    /// r, z.
+    /// r and z, as seen from the side.
     pub(super) beside: [f64; 2],
 }
 
-/// Places of the tool that are kept.
+/// Largest number of earlier positions kept.
 const TRAIL: usize = 600;
-/// The tool has moved if it has by this much, mm.
+/// Distance from the last kept position at which another one is kept, mm.
 const MOVED: f64 = 0.5;
-/// Corners of a drawing that are kept.
+/// Largest number of corners of the drawing kept.
 const CORNERS: usize = 20_000;
 
-/// Pushes by hand: along an axis, mm, and of a joint, deg.
+/// Distance of one push by hand: along an axis in mm, and of a joint in deg.
 const COARSE: (f64, f64) = (5.0, 2.0);
 const FINE: (f64, f64) = (0.5, 0.2);
 
-/// Everything that a frame shows.
+/// State of the picture.
 pub(super) struct App {
     subjects: Vec<Subject>,
     shown: usize,
     pub(super) mode: Mode,
-    /// From where the arm is seen: the arrows lead where they point.
+    /// Direction from which the arm is seen: arrow keys move where they point.
     pub(super) view: TopView,
-    /// What the last key came to.
+    /// Result of the last key.
     pub(super) message: Option<String>,
     pub(super) joint: u8,
     pub(super) fine: bool,
@@ -74,13 +74,13 @@ pub(super) struct App {
     pub(super) ink: VecDeque<Vec<[f64; 2]>>,
     corners: usize,
     cursor: Cursor,
-    /// What each input was driven to, address less one.
+    /// Level to which each input was driven, by address less one.
     driven: [bool; 20],
     pub(super) look: Option<ArmView>,
 }
 
 impl App {
-    /// Begins with the first arm; there is at least one.
+    /// Creates the state, showing the first arm. There is at least one.
     pub(super) fn new(subjects: Vec<Subject>) -> Self {
         Self {
             subjects,
@@ -100,22 +100,22 @@ impl App {
         }
     }
 
-    /// The arm that is shown.
+    /// Returns the arm that is shown.
     pub(super) fn subject(&self) -> &Subject {
         &self.subjects[self.shown]
     }
 
-    /// Which of how many arms is shown, counted from 1.
+    /// Returns the number of the arm shown, from 1, and the number of arms.
     pub(super) fn number(&self) -> (usize, usize) {
         (self.shown + 1, self.subjects.len())
     }
 
-    /// Whether the unlock key of the arm is held.
+    /// True if the arm's unlock key is held.
     pub(super) fn unlocked(&self) -> bool {
         self.look.as_ref().is_some_and(|look| look.state.unlocked)
     }
 
-    /// Looks at the arm; whether anything is new.
+    /// Reads the arm's state. Returns true if anything has changed.
     pub(super) fn look(&mut self) -> Result<bool, Ended> {
         let cursor = self.cursor;
         let take = move |runner: &mut Runner| ArmView::at(runner.controller(), cursor);
@@ -125,7 +125,7 @@ impl App {
         Ok(self.see(look) | told)
     }
 
-    /// Takes a look for the present one; whether it is new.
+    /// Replaces the state shown. Returns true if it has changed.
     pub(super) fn see(&mut self, mut look: ArmView) -> bool {
         let ink = std::mem::take(&mut look.ink);
         let drawn = !ink.strokes.is_empty();
@@ -169,7 +169,7 @@ impl App {
         }
     }
 
-    /// Does what a key asks for; `Some` if that ends the watching.
+    /// Carries out the action of a key. Returns the reason if it ends the picture.
     pub(super) fn act(&mut self, action: Action) -> Result<Option<End>, Ended> {
         if action != Action::Nothing {
             self.message = None;
@@ -190,7 +190,7 @@ impl App {
         Ok(None)
     }
 
-    /// What a key does to the picture alone.
+    /// Carries out an action that only changes the picture.
     fn follow_key(&mut self, action: Action) {
         match (action, &mut self.mode) {
             (Action::Help, mode) => *mode = Mode::Help(Help::default()),
@@ -222,7 +222,7 @@ impl App {
         }
     }
 
-    /// Shows another arm of several.
+    /// Shows another arm.
     fn turn(&mut self, by: isize) {
         let (count, shown, view) = (self.subjects.len(), self.shown, self.view);
         let subjects = std::mem::take(&mut self.subjects);
@@ -274,7 +274,7 @@ impl App {
         Ok(())
     }
 
-    /// Drives the chosen input to the other level.
+    /// Drives the selected input to the other level.
     fn toggle(&mut self) -> Result<(), Ended> {
         let Mode::Inputs { address, .. } = self.mode else {
             return Ok(());
@@ -292,7 +292,7 @@ impl App {
         Ok(())
     }
 
-    /// Does what was typed, if it makes sense.
+    /// Carries out the typed answer if it is valid.
     fn answer(&mut self) -> Result<(), Ended> {
         let Mode::Ask { question, text } = &self.mode else {
             return Ok(());
@@ -315,7 +315,7 @@ impl App {
 }
 
 impl Question {
-    /// What the line begins with.
+    /// Returns the initial text of the answer.
     fn suggestion(self) -> &'static str {
         match self {
             Self::Alarm => "",
@@ -337,7 +337,7 @@ impl Question {
         }
     }
 
-    /// What the line typed so far means.
+    /// Describes the meaning of the text typed so far.
     pub(super) fn meaning(self, text: &str) -> String {
         match self {
             Self::Alarm => {

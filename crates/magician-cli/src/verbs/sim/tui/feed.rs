@@ -1,4 +1,4 @@
-//! What the arm's server has to tell, from its task to the picture.
+//! Channel from an arm's server task to the picture: log lines, endpoints and clients.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -6,31 +6,31 @@ use std::time::Instant;
 
 use magician::serve::Notice;
 
-/// Lines that are kept.
+/// Largest number of lines kept.
 const KEPT: usize = 256;
 
-/// A line of the log.
+/// Line of the log.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::verbs::sim) struct Line {
-    /// When, in seconds since the server began.
+    /// Time since the server began, s.
     pub(super) at: f64,
     pub(super) text: String,
 }
 
-/// What has been told of one arm.
+/// Everything reported about one arm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Told {
-    /// The latest lines, oldest first.
+    /// Latest lines, oldest first.
     pub(super) lines: VecDeque<Line>,
-    /// How many there have been.
+    /// Total number of lines so far.
     pub(super) count: u64,
-    /// What is served where.
+    /// Endpoints.
     pub(super) doors: Vec<String>,
-    /// The connected clients.
+    /// Connected clients.
     pub(super) clients: BTreeSet<String>,
 }
 
-/// One end writes, the other reads.
+/// Channel with one writer and one reader, which share the state.
 #[derive(Clone, Debug)]
 pub(in crate::verbs::sim) struct Feed {
     begun: Instant,
@@ -51,17 +51,17 @@ impl Feed {
         self.lock().say(Line { at, text });
     }
 
-    /// Notes which clients connect and disconnect.
+    /// Records that a client connected or disconnected.
     pub(in crate::verbs::sim) fn follow(&self, notice: &Notice) {
         self.lock().follow(notice);
     }
 
-    /// Notes what is served where.
+    /// Records the endpoints.
     pub(in crate::verbs::sim) fn doors(&self, doors: Vec<String>) {
         self.lock().doors = doors;
     }
 
-    /// Takes what is new; whether there was anything.
+    /// Copies the state into `known`. Returns true if it has changed.
     pub(super) fn catch_up(&self, known: &mut Told) -> bool {
         let told = self.lock();
         let new = *known != *told;

@@ -1,11 +1,11 @@
-//! What a key means: nothing is done here.
+//! Translates keys into actions. Carries out none of them.
 
 use magician_sim::world::Press;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use crate::terminal::Help;
 
-/// What the keyboard is for at the moment.
+/// Mode of the keyboard.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     /// Keys act at once.
@@ -14,49 +14,49 @@ pub(super) enum Mode {
     Help(Help),
     /// A line is being typed.
     Ask {
-        /// What it is to say.
+        /// Question that the line answers.
         question: Question,
-        /// What has been typed.
+        /// Text typed so far.
         text: String,
     },
-    /// An input is being chosen and driven.
+    /// An input is being selected and driven.
     Inputs {
-        /// The one chosen, 1 to 20.
+        /// Address of the input, 1 to 20.
         address: u8,
-        /// Whether the key before was a digit of it.
+        /// True if the last key was a digit of the address.
         typed: bool,
     },
 }
 
-/// What a typed line can say.
+/// Question answered by a typed line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Question {
-    /// The code of an alarm to raise.
+    /// Code of an alarm to raise.
     Alarm,
-    /// A joint that slips, and by how much.
+    /// Joint that slips, and the angle.
     Slip,
 }
 
-/// A small push by hand.
+/// Push by hand over a small distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Nudge {
     pub(super) axis: Axis,
     pub(super) forward: bool,
 }
 
-/// Where a hand pushes.
+/// Direction of a push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
-    /// Where the screen's right is, seen from above.
+    /// Towards the right of the screen, as seen from above.
     Right,
-    /// Where the screen's upper edge is, seen from above.
+    /// Towards the top of the screen, as seen from above.
     Ahead,
     Z,
-    /// The joint that was chosen.
+    /// Around the selected joint.
     Joint,
 }
 
-/// What a key asks for.
+/// Action of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Nothing,
@@ -64,19 +64,19 @@ pub(super) enum Action {
     Interrupt,
     Redraw,
     Help,
-    /// The list of keys, one page further or back, or no more.
+    /// Turn the page of the list of keys, or close it.
     Page(KeyCode),
-    /// From another side.
+    /// Turn the view.
     View,
-    /// Back to watching.
+    /// Return to watching.
     Leave,
-    /// Another arm of several, so many further.
+    /// Show the arm this many places further.
     Turn(isize),
     Press(Press),
     Unlock,
-    /// Finer or coarser pushes.
+    /// Switch between fine and coarse pushes.
     Fine,
-    /// The joint that [`Axis::Joint`] means, 1 to 4.
+    /// Select the joint for [`Axis::Joint`], 1 to 4.
     Joint(u8),
     Nudge(Nudge),
     Cable,
@@ -86,14 +86,14 @@ pub(super) enum Action {
     Erase,
     Answer,
     Inputs,
-    /// The chosen input, so many further.
+    /// Select the input this many places further.
     Step(i8),
-    /// A digit of the address of an input.
+    /// Digit of an input's address.
     Digit(u8),
     Toggle,
 }
 
-/// What a key asks for in a mode, while the arm is unlocked or not.
+/// Returns the action of a key in a mode. `unlocked` is true while a hand guides the arm.
 pub(super) fn action(mode: &Mode, unlocked: bool, key: KeyEvent) -> Action {
     if key.kind == KeyEventKind::Release {
         return Action::Nothing;
@@ -135,7 +135,7 @@ fn watching(code: KeyCode) -> Action {
     }
 }
 
-/// Keys of their own while a hand has the arm.
+/// Returns the action of a key that has a meaning only while a hand guides the arm.
 fn guiding(code: KeyCode) -> Option<Action> {
     let nudge = |axis, forward| Action::Nudge(Nudge { axis, forward });
     Some(match code {
@@ -182,13 +182,14 @@ fn inputs(code: KeyCode) -> Action {
     }
 }
 
-/// The address so many further, round and round.
+/// Returns the address `by` places further, wrapping around.
 pub(super) fn stepped(address: u8, by: i8) -> u8 {
     let place = i16::from(address) - 1 + i16::from(by);
     u8::try_from(place.rem_euclid(20) + 1).unwrap_or(1)
 }
 
-/// The address after a digit: the second of two if one was `typed` before and there is such an input, else the first.
+/// Returns the address after a digit: a two-digit address if the previous key was its first digit
+/// and the address exists, otherwise the digit alone.
 pub(super) fn with_digit(address: u8, typed: bool, digit: u8) -> u8 {
     let two = address.saturating_mul(10).saturating_add(digit);
     match (two, digit) {
@@ -198,7 +199,7 @@ pub(super) fn with_digit(address: u8, typed: bool, digit: u8) -> u8 {
     }
 }
 
-/// An alarm's code as typed: hexadecimal, as codes are written, with or without `0x`.
+/// Parses an alarm's code: hexadecimal, with or without `0x`.
 pub(super) fn alarm(text: &str) -> Option<u8> {
     let text = text.trim();
     let digits = text.strip_prefix("0x").or(text.strip_prefix("0X"));
@@ -207,7 +208,7 @@ pub(super) fn alarm(text: &str) -> Option<u8> {
     u8::from_str_radix(digits, 16).ok().filter(|_| plain)
 }
 
-/// A slip as typed: joint and degrees.
+/// Parses a slip: joint and degrees.
 pub(super) fn slip(text: &str) -> Option<(u8, f64)> {
     let text = text.trim().trim_start_matches(['J', 'j']);
     let (joint, degrees) = text.split_once(char::is_whitespace)?;

@@ -1,4 +1,4 @@
-//! One look at an arm: everything that a picture of it shows, taken at once.
+//! Consistent view of an arm: everything that a frame shows, read at one instant.
 
 use std::time::Duration;
 
@@ -7,25 +7,25 @@ use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, ObjectPose, Rest};
 use magician_sim::{ArmInstant, Controller, ControllerState, PinState};
 
-/// The arm and its world at an instant.
+/// State of the arm and its world at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ArmView {
-    /// The arm; its clock in whole seconds, because more is not readable, and an arm at rest then stays the same for as
-    /// long.
+    /// State of the controller. The clock is truncated to whole seconds, so that the view of a
+    /// resting arm changes, and is redrawn, only once a second.
     pub(super) state: ControllerState,
-    /// The tool that is really on the arm, if the scenario says so; else what the controller was told.
+    /// Mounted tool if the scenario has one; otherwise the tool set on the controller.
     pub(super) tool: ToolBias,
-    /// The pins of the connectors, address 1 first.
+    /// Pins of the connectors, address 1 first.
     pub(super) pins: [PinState; 20],
-    /// The objects of its world.
+    /// Objects of the world.
     pub(super) items: Vec<Item>,
-    /// How far the belt has run, mm.
+    /// Distance that the belt has run, mm.
     pub(super) belt_travel: f64,
-    /// What has been drawn since the look before.
+    /// Lines drawn since the last view.
     pub(super) ink: Ink,
 }
 
-/// An object.
+/// Object of the world.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Item {
     pub(super) name: String,
@@ -36,21 +36,22 @@ pub(super) struct Item {
     pub(super) rest: Rest,
 }
 
-/// Corners of what was drawn, those of one stroke in a row, and how far into the drawing they lead.
+/// New corners of the drawing, by stroke, and the place at which the next view continues.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Ink {
     pub(super) strokes: Vec<Vec<[f64; 2]>>,
     pub(super) until: Cursor,
 }
 
-/// A place in a drawing: a stroke, and a corner of it.
+/// Place in a drawing: a stroke and a corner of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Cursor {
     stroke: usize,
     corner: usize,
 }
 
-/// Corners taken at one look; the rest follows with the next. The arm waits for a look.
+/// Largest number of corners per view. The arm's task is blocked while the view is taken, so the
+/// rest follows with the next view.
 const CORNERS: usize = 2_000;
 
 impl ArmView {
@@ -80,22 +81,22 @@ impl ArmView {
         }
     }
 
-    /// Where the arm really is.
+    /// Returns the links at the arm's true position.
     pub(super) fn figure(&self) -> Figure {
         Figure::of(&self.state.true_joints, self.tool, self.rail())
     }
 
-    /// Where it is commanded to be.
+    /// Returns the links at the commanded position.
     pub(super) fn commanded(&self) -> Figure {
         Figure::of(&self.state.joints, self.tool, self.rail())
     }
 
-    /// The carriage, mm along Y.
+    /// Returns the position of the carriage along Y, mm; 0 without a rail.
     pub(super) fn rail(&self) -> f64 {
         self.state.rail.unwrap_or(0.0)
     }
 
-    /// How far each joint stands from where it is commanded to be, deg.
+    /// Returns the deviation of each joint from its commanded angle, deg.
     pub(super) fn slips(&self) -> [f64; 4] {
         let (really, told) = (self.state.true_joints, self.state.joints);
         [
@@ -116,7 +117,7 @@ impl Ink {
         let mut left = CORNERS;
         for (nth, stroke) in drawing.strokes().iter().enumerate().skip(from.stroke) {
             let seen = if nth == from.stroke { from.corner } else { 0 };
-            // The line goes on from the last corner that is known.
+            // Includes the last known corner, from which the line continues.
             let new = stroke.points.get(seen.saturating_sub(1)..);
             let new: Vec<_> = new.unwrap_or_default().iter().take(left).copied().collect();
             left -= new.len();
@@ -136,15 +137,15 @@ impl Ink {
     }
 }
 
-/// The arm's joints in space: seen from the side as `[r, z]` in the plane of the arm, mm.
+/// Joints of the arm, seen from the side as `[r, z]` in the arm's plane, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Figure {
     pub(super) elbow: [f64; 2],
     pub(super) wrist: [f64; 2],
     pub(super) tip: [f64; 2],
-    /// Left of the plane of the arm the tip is by this much, mm.
+    /// Distance of the tip to the left of the arm's plane, mm.
     left: f64,
-    /// The angle of the base, deg.
+    /// Angle of the base, deg.
     base: f64,
     rail: f64,
 }
@@ -168,7 +169,7 @@ impl Figure {
         }
     }
 
-    /// A point of the arm's plane, and so far left of it, as seen from above: x, y.
+    /// Returns the point x, y at distance `r` in the arm's plane and `left` to its left.
     fn above(&self, r: f64, left: f64) -> [f64; 2] {
         let (sin, cos) = self.base.to_radians().sin_cos();
         [r * cos - left * sin, r * sin + left * cos + self.rail]
@@ -186,12 +187,12 @@ impl Figure {
         self.above(self.tip[0], self.left)
     }
 
-    /// The point x, y so far out in the plane of the arm.
+    /// Returns the point x, y at distance `r` in the arm's plane.
     pub(super) fn out(&self, r: f64) -> [f64; 2] {
         self.above(r, 0.0)
     }
 
-    /// A point x, y seen from the arm: how far out in its plane, and how far to the left of it.
+    /// Converts a point x, y into distance along the arm's plane and to its left.
     pub(super) fn seen(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.base.to_radians().sin_cos();
         let y = y - self.rail;
@@ -199,7 +200,7 @@ impl Figure {
     }
 }
 
-/// The joints after a small push by hand, or why the arm does not give way.
+/// Returns the joint angles after a push by hand, or the reason why the arm does not yield.
 pub(super) fn pushed(
     state: &ControllerState,
     limits: &magician_motion::Limits,
@@ -225,7 +226,7 @@ pub(super) fn pushed(
             let reached = geometry
                 .inverse(&there)
                 .map_err(|error| error.to_string())?;
-            // A hand does not turn the tool.
+            // Pushing the tool does not rotate it.
             JointAngles {
                 j4: joints.j4,
                 ..reached
@@ -236,10 +237,10 @@ pub(super) fn pushed(
     Ok(pushed)
 }
 
-/// What a hand does.
+/// Push by hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Push {
-    /// Turns a joint, 1 to 4, deg.
+    /// Turns a joint, 1 to 4, by degrees.
     Joint(u8, f64),
     /// Moves the tool along x, y and z, mm.
     Tool([f64; 3]),
@@ -313,7 +314,7 @@ mod tests {
         );
     }
 
-    /// An arm draws lines; every motion is looked at several times.
+    /// Consecutive views show the whole drawing, although every motion is viewed several times.
     #[test]
     fn looks_in_a_row_show_all_that_is_drawn() {
         let text = "[arm]\nhomed = true\n[tool]\nkind = \"pen\"\n[table]\nheight = -40";
@@ -347,7 +348,7 @@ mod tests {
             let ink = ArmView::at(&arm, cursor).ink;
             looks += usize::from(!ink.strokes.is_empty());
             for stroke in ink.strokes {
-                // A stroke that goes on begins with the corner that is known.
+                // The continuation of a stroke begins with its last known corner.
                 let known = seen.last() == stroke.first();
                 seen.extend(stroke.into_iter().skip(usize::from(known)));
             }

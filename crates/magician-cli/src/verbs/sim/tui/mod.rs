@@ -1,6 +1,8 @@
-//! `--tui`: the arm as a picture on stderr's terminal, with keys, while it is served.
+//! `--tui`: shows the virtual arm as a picture on stderr's terminal while it is served, with keys
+//! to act on it.
 //!
-//! The serving task does nothing for it but take a look at the arm, at most twenty times a second.
+//! The picture runs on its own thread. The serving task only answers requests for a view of the
+//! arm, at most twenty a second, so that a slow terminal does not slow the arm.
 
 mod app;
 mod feed;
@@ -30,20 +32,20 @@ pub(super) use feed::Feed;
 #[cfg(test)]
 pub(in crate::verbs) use view::tests::examples;
 
-/// Whether there is a terminal for the picture and one for the keys.
+/// Fails unless there is a terminal for the picture and one for the keys.
 pub(super) fn check() -> Result<(), Failure> {
     let without = "without --tui the log goes to stderr";
     terminal::check("--tui", without)
 }
 
-/// The picture while it is shown, if one was asked for.
+/// Picture while it is shown, if one was asked for.
 pub(super) struct Dashboard {
     shown: Option<Shown>,
     end: Option<oneshot::Receiver<End>>,
 }
 
 impl Dashboard {
-    /// Shows the arms from when they are served; without arms there is nothing to show.
+    /// Shows the arms once they are served; nothing without subjects.
     pub(super) fn begin(subjects: Vec<Subject>) -> io::Result<Self> {
         if subjects.is_empty() {
             let (shown, end) = (None, None);
@@ -62,7 +64,7 @@ impl Dashboard {
         })
     }
 
-    /// Waits until the user wants an end, or the terminal is gone.
+    /// Waits until the user ends the picture or the terminal is gone.
     pub(super) async fn ended(&mut self) -> Signal {
         let Some(end) = self.end.take() else {
             return pending().await;
@@ -70,7 +72,7 @@ impl Dashboard {
         let end = async {
             match end.await {
                 Ok(End::Interrupt) => Signal::Interrupt,
-                // Without an answer the picture could not go on, and `finish` says why.
+                // Without an answer the picture has failed; `finish` reports the reason.
                 Ok(End::Quit | End::Gone | End::Served) | Err(_) => Signal::Terminate,
             }
         };
@@ -80,16 +82,16 @@ impl Dashboard {
         }
     }
 
-    /// Ends the picture and gives the terminal back.
+    /// Ends the picture and restores the terminal.
     pub(super) fn finish(self) -> Result<(), Failure> {
         self.shown.map_or(Ok(()), Shown::finish)
     }
 }
 
-/// Draws and obeys until there is an end.
+/// Draws and handles keys until the picture ends.
 fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
     let mut app = App::new(subjects);
-    // Answered when everything is served: what goes wrong before is told on the screen as it is.
+    // Waits until everything is served, so that earlier errors are printed on the regular screen.
     if app.look().is_err() {
         return Ok(End::Served);
     }
@@ -122,7 +124,7 @@ fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
                 Ok(Some(end)) => return Ok(end),
                 Err(_) => return Ok(End::Served),
             }
-            // What the next key means may depend on what this one did.
+            // This key may have changed the meaning of the next one.
             if app.look().is_err() {
                 return Ok(End::Served);
             }

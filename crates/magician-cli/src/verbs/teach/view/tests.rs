@@ -1,4 +1,4 @@
-//! What is shown, at every size.
+//! Pictures of teaching at every size of terminal.
 
 use super::super::pad::Prompt;
 use super::*;
@@ -28,7 +28,7 @@ fn model() -> Model {
     }
 }
 
-/// A lesson in several states.
+/// Lesson in several states.
 pub(in crate::verbs) fn examples() -> Vec<Example> {
     fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
         let shown = move |help| {

@@ -1,4 +1,4 @@
-//! What is shown, at every size.
+//! Pictures of a watched arm at every size of terminal.
 
 use super::*;
 use crate::terminal::test::{Example, screen, shows, status};
@@ -18,7 +18,7 @@ fn model() -> Model {
     model
 }
 
-/// An arm that is watched, in several states.
+/// Watched arm in several states.
 pub(in crate::verbs) fn examples() -> Vec<Example> {
     fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
         let shown = move |help| {

@@ -1,4 +1,4 @@
-//! What is shown, at every size.
+//! Pictures of a job at every size of terminal.
 
 use super::*;
 use crate::terminal::test::{Example, screen, shows, status};
@@ -24,7 +24,7 @@ fn model() -> Model {
     }
 }
 
-/// A job under way, in several states.
+/// Job in several states.
 pub(in crate::verbs) fn examples() -> Vec<Example> {
     fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
         let shown = move |help| {
@@ -74,7 +74,7 @@ fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
     screen(width, height, |frame| draw(frame, model, Theme::PLAIN))
 }
 
-/// The dots of the sheet that are set, row by row of the screen.
+/// Counts the dots of the sheet that are set.
 fn dots(picture: &[String]) -> u32 {
     let signs = picture.iter().flat_map(|line| line.chars());
     let braille = signs.filter(|sign| ('\u{2801}'..='\u{28FF}').contains(sign));

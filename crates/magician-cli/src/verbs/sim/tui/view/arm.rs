@@ -1,4 +1,4 @@
-//! The arm from above and from the side.
+//! Pictures of the arm from above and from the side.
 
 use std::f64::consts::TAU;
 
@@ -15,22 +15,23 @@ use super::reach::{outline, ring};
 use crate::terminal::arrow;
 use crate::verbs::sim::tui::look::{Figure, Item};
 
-/// What is in sight from above, mm: opposite corners of the ground, x and y.
+/// Ground shown from above: opposite corners x, y in mm.
 const ABOVE: [[f64; 2]; 2] = [[-260.0, -350.0], [360.0, 350.0]];
-/// What is in sight from the side, mm: out (r) and up (z).
+/// Area shown from the side, mm: r outwards, z upwards.
 const BESIDE: [[f64; 2]; 2] = [[-75.0, 365.0], [-165.0, 195.0]];
-/// Where the foot of the arm is drawn when the height of the table is unknown: the middle of what reported heights of
-/// tables are, mm (model section 1).
+/// Height of the arm's foot if the table's is unknown, mm: the middle of reported heights of tables
+/// (model section 1).
 const FOOT: f64 = -67.5;
 /// Half the width of the base, mm.
 const BASE: f64 = 40.0;
-/// Objects are drawn from the side if the plane of the arm is nearer to their edge than this, mm.
+/// Largest distance between the arm's plane and the edge of an object that is still shown from the
+/// side, mm.
 const NEAR: f64 = 15.0;
-/// A line across the belt every so often, mm.
+/// Distance between marks across the belt, mm.
 const BELT_MARKS: f64 = 50.0;
-/// How far out things are looked for in the plane of the arm, mm.
+/// Largest distance in the arm's plane at which things are drawn, mm.
 const OUT: u32 = 450;
-/// Samples of a bent line.
+/// Samples of a curve.
 const SAMPLES: u32 = 48;
 
 const ARM: Color = Color::Cyan;
@@ -58,7 +59,7 @@ impl View<'_> {
         );
     }
 
-    /// Where the axes lead in the view from above, and the arrows with them.
+    /// Describes the directions of the axes in the view from above.
     pub(super) fn axes(self) -> String {
         let names = [("x+", [1.0, 0.0]), ("y+", [0.0, 1.0])];
         let names = names.map(|(name, way)| format!("{name} {}", arrow(self.app.view, way)));
@@ -73,7 +74,7 @@ impl View<'_> {
         });
     }
 
-    /// A panel with a picture to scale of what is in sight.
+    /// Draws a panel with a picture to scale.
     fn draw(
         self,
         frame: &mut Frame<'_>,
@@ -94,7 +95,8 @@ impl View<'_> {
     }
 }
 
-/// Bounds that show all of what is in sight, with the same scale both ways: a cell is 2 by 4 dots.
+/// Returns bounds that contain the area at equal scale in both directions; a character cell has 2
+/// by 4 dots.
 fn fitted(area: Rect, [across, up]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     let dots = [
         f64::from(area.width.max(1)) * 2.0,
@@ -110,7 +112,7 @@ fn fitted(area: Rect, [across, up]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     [fit(across, dots[0]), fit(up, dots[1])]
 }
 
-/// The colour nearest to an object's that every terminal has and that shows on a dark one.
+/// Returns the nearest of the basic terminal colours that is visible on a dark background.
 pub(super) fn nearest(color: magician_sim::scenario::Color) -> Color {
     const KNOWN: [([i32; 3], Color); 8] = [
         ([255, 0, 0], Color::Red),
@@ -140,7 +142,7 @@ pub(super) fn nearest(color: magician_sim::scenario::Color) -> Color {
     near.map_or(Color::White, |(_, color)| *color)
 }
 
-/// Draws lines in mm.
+/// Pen for lines in mm.
 struct Pen<'a, 'b, 'c> {
     pen: &'a mut Context<'b>,
     view: View<'c>,
@@ -175,7 +177,7 @@ impl Pen<'_, '_, '_> {
         self.lines(corners.into_iter().chain([first]), color);
     }
 
-    /// A sign at the tool's tip: it is seen on top of everything.
+    /// Draws the symbol of the tool's tip on top of everything.
     fn mark(&mut self, [x, y]: [f64; 2]) {
         let state = &self.view.look.state;
         let working = state.suction.reached || state.gripper.reached || state.laser;
@@ -186,11 +188,11 @@ impl Pen<'_, '_, '_> {
     }
 }
 
-/// From above, as the view has it.
+/// View from above, turned as the user chose.
 struct Above<'a, 'b, 'c>(Pen<'a, 'b, 'c>);
 
 impl Above<'_, '_, '_> {
-    /// A point x, y on the canvas.
+    /// Returns the projection of a point x, y onto the canvas.
     fn seen(&self) -> impl Fn([f64; 2]) -> [f64; 2] + Copy + use<> {
         let view = self.0.view.app.view;
         move |point| view.project(point)
@@ -237,7 +239,7 @@ impl Above<'_, '_, '_> {
         }
     }
 
-    /// Where the tool can be at the height at which it is.
+    /// Draws the area that the tool can reach at its current height.
     fn reach(&mut self) {
         let above = self.seen();
         let View { app, look, .. } = self.0.view;
@@ -304,7 +306,7 @@ impl Above<'_, '_, '_> {
     }
 }
 
-/// From the side: r, z.
+/// View from the side, with r and z.
 struct Beside<'a, 'b, 'c>(Pen<'a, 'b, 'c>);
 
 impl Beside<'_, '_, '_> {
@@ -331,7 +333,7 @@ impl Beside<'_, '_, '_> {
         self.0.dots(app.trail.iter().map(|tip| tip.beside), TRAIL);
     }
 
-    /// An object near the plane of the arm.
+    /// Draws an object near the arm's plane.
     fn item(&mut self, item: &Item, figure: &Figure) {
         let [r, left] = figure.seen([item.place.x, item.place.y]);
         let half = item.size[0].max(item.size[1]) / 2.0;
@@ -369,19 +371,19 @@ impl Beside<'_, '_, '_> {
     }
 }
 
-/// Whether a point x, y is on a belt.
+/// True if a point x, y is on a belt.
 fn on_belt(belt: &Conveyor, [x, y]: [f64; 2]) -> bool {
     let from = [x - belt.start[0], y - belt.start[1]];
     let [along, left] = turned([0.0, 0.0], -belt.direction, from);
     (0.0..=belt.length).contains(&along) && left.abs() <= belt.width / 2.0
 }
 
-/// Whether any joint stands visibly elsewhere than commanded.
+/// True if a joint visibly deviates from its commanded angle.
 fn slipped(slips: [f64; 4]) -> bool {
     slips.iter().any(|degrees| degrees.abs() > 0.5)
 }
 
-/// A point in a frame at a place, turned by degrees.
+/// Converts a point from a frame at `[x, y]`, turned by `degrees`.
 fn turned([x, y]: [f64; 2], degrees: f64, [along, left]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = degrees.to_radians().sin_cos();
     [x + along * cos - left * sin, y + along * sin + left * cos]

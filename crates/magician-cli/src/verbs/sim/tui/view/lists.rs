@@ -1,4 +1,4 @@
-//! Panels of what is around the arm and what has happened.
+//! Panels for the objects around the arm and for the log.
 
 use magician_sim::world::Rest;
 use ratatui::Frame;
@@ -12,17 +12,17 @@ use super::arm::nearest;
 use crate::terminal;
 use crate::verbs::sim::tui::look::Item;
 
-/// How exactly it is told where something is.
+/// Precision of positions.
 #[derive(Clone, Copy)]
 enum Digits {
-    /// x, y and z to a tenth.
+    /// x, y and z to a tenth of a millimetre.
     Tenths,
-    /// x and y to a mm.
+    /// x and y to a millimetre.
     Whole,
 }
 
 impl View<'_> {
-    /// The objects, in the order of the scenario.
+    /// Draws the list of objects, in the order of the scenario.
     pub(super) fn items(self, frame: &mut Frame<'_>, area: Rect) {
         let title = match self.app.subject().conveyor {
             Some(_) => format!("objects, belt at {:.0} mm", self.look.belt_travel),
@@ -32,7 +32,8 @@ impl View<'_> {
         let inner = block.inner(area);
         let room = usize::from(inner.height);
         let items = &self.look.items;
-        // As exact as there is room for: where it rests is told in any case.
+        // The number of digits depends on the room; the place where the object rests is always
+        // shown.
         let lines = |digits| -> Vec<Line<'static>> {
             let items = items.iter().take(room);
             items.map(|item| self.item(item, digits)).collect()
@@ -94,7 +95,7 @@ impl View<'_> {
         frame.render_widget(Paragraph::new(lines).block(block), area);
     }
 
-    /// The latest lines, the newest last.
+    /// Returns the latest lines of the log, newest last.
     pub(super) fn log_lines(self, width: u16, room: u16) -> Vec<Line<'static>> {
         let lines = self.app.told.lines.iter().rev();
         let lines = lines.map(|line| (format!("{:>8.2}  ", line.at), line.text.as_str()));

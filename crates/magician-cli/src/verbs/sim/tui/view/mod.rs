@@ -1,4 +1,4 @@
-//! The picture: what goes where, at every size.
+//! Layout of the picture at every size.
 
 mod arm;
 mod lists;
@@ -18,12 +18,12 @@ use super::keys::Mode;
 use super::look::ArmView;
 use crate::terminal::{self, Theme};
 
-/// Below this a picture of the arm says nothing.
+/// Smallest size, in columns and rows, for a picture of the arm.
 const LEAST: (u16, u16) = (72, 20);
-/// From here on there is room for lists beside the pictures.
+/// Smallest width, in columns, for lists beside the pictures.
 const WIDE: u16 = 120;
 
-/// What the keys do.
+/// Keys and their effects.
 const KEYS: [(&str, &str); 17] = [
     ("q, Ctrl-C", "quit: stop serving the arm"),
     ("space, k", "base key: run the stored program, or stop it"),
@@ -47,7 +47,7 @@ const KEYS: [(&str, &str); 17] = [
     ("", "Alarms are cleared by the host, as on the real arm."),
 ];
 
-/// What a panel is drawn from.
+/// Data for drawing a panel.
 #[derive(Clone, Copy)]
 struct View<'a> {
     app: &'a App,
@@ -117,7 +117,7 @@ impl View<'_> {
         self.log(frame, log);
     }
 
-    /// What can be said where there is no room for pictures: the first lines matter most.
+    /// Draws text alone where there is no room for pictures, most important lines first.
     fn brief(self, frame: &mut Frame<'_>, area: Rect) {
         let mut lines = self.pose_lines();
         lines.push(self.queue_line());
@@ -135,7 +135,7 @@ impl View<'_> {
         frame.render_widget(Paragraph::new(lines), area);
     }
 
-    /// Which arm, where it is served, and at the right the arm's clock.
+    /// Returns the header: arm, endpoints, and the arm's clock at the right.
     fn header(self, width: u16) -> Paragraph<'static> {
         let app = self.app;
         let (number, count) = app.number();
@@ -153,7 +153,7 @@ impl View<'_> {
         let seconds = self.look.state.now.as_micros() / 1_000_000;
         let clock = format!(" {}:{:02} ", seconds / 60, seconds % 60);
         let room = usize::from(width).saturating_sub(clock.len());
-        // Where there is little room it matters more where it is served than what it is called.
+        // If there is little room, the endpoints matter more than the title.
         let text = if text.chars().count() <= room || doors.is_empty() {
             text
         } else {
@@ -163,7 +163,7 @@ impl View<'_> {
         Paragraph::new(format!("{text:<room$}{clock}")).style(self.theme.bar())
     }
 
-    /// What a key came to, or what is asked; else what the keys do at the moment.
+    /// Returns the footer: a message, a question, or the keys of the current mode.
     fn footer(self, width: u16) -> Vec<Line<'static>> {
         let app = self.app;
         let fitted = |keys: &[(&str, &str)], width| terminal::fitted(keys, width, self.theme);
@@ -224,7 +224,7 @@ impl View<'_> {
         vec![line]
     }
 
-    /// A frame with a name.
+    /// Returns a frame with a title.
     fn panel(self, title: impl Into<String>) -> Block<'static> {
         terminal::panel(title, self.theme)
     }

@@ -1,4 +1,4 @@
-//! The pins of the connectors as lamps.
+//! Pins of the connectors as lamps.
 
 use magician_protocol::IoFunction;
 use magician_sim::{PinState, Signal};
@@ -12,14 +12,16 @@ use super::View;
 use crate::terminal::lamp;
 use crate::verbs::sim::tui::keys::Mode;
 
+/// Number of pins at the arm's connectors.
 const PINS: u16 = 20;
-/// Rows of the panel as a list in one column, in two, and as lamps alone; borders included.
+/// Rows of the panel with its borders: as a list in one column, in two, and as lamps alone.
 const LIST: u16 = PINS + 2;
 const COLUMNS: u16 = PINS / 2 + 2;
 const LAMPS: u16 = PINS / 5 + 2;
 
-/// Rows that the pins get beside the other panels, which come first.
+/// Returns the rows for the pins beside the other panels, which take precedence.
 pub(super) fn height(column: Rect) -> u16 {
+    // Rows that the other panels of the column need.
     const OTHERS: u16 = 16;
     let fits = |rows: u16| column.height >= OTHERS + rows;
     let wide = column.width >= 40;
@@ -52,7 +54,7 @@ impl View<'_> {
         frame.render_widget(Paragraph::new(lines).block(self.panel(title)), area);
     }
 
-    /// A pin in words.
+    /// Returns a pin as text.
     fn row(self, pin: &PinState, width: usize) -> Line<'static> {
         let (name, value) = (name(pin), value(pin, width > 30));
         let text = format!("{} {name:<9}{value}", lamp(lit(pin)));
@@ -61,7 +63,7 @@ impl View<'_> {
         Line::from(vec![self.address(pin), Span::styled(text, self.shade(pin))])
     }
 
-    /// Pins as numbers with a letter and a lamp.
+    /// Returns pins as numbers with letter and lamp.
     fn lamps(self, pins: &[&PinState]) -> Line<'static> {
         let mut line = Line::default();
         for pin in pins {
@@ -101,7 +103,7 @@ fn joined(mut left: Line<'static>, right: Line<'static>) -> Line<'static> {
     left
 }
 
-/// Whether the pin is high, some of the time at least.
+/// True if the pin is high, at least part of the time.
 fn lit(pin: &PinState) -> bool {
     pin.input || pin.analog > 0 || pin.signal.share().is_some_and(|share| share > 0.0)
 }
@@ -132,7 +134,7 @@ fn letter(pin: &PinState) -> char {
     }
 }
 
-/// What the pin shows, in words; more of it where there is room.
+/// Describes the value of a pin; longer where there is room.
 fn value(pin: &PinState, long: bool) -> String {
     let level = |high| if high { "high" } else { "low" }.to_owned();
     match (pin.function, pin.signal) {

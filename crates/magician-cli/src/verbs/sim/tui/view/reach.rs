@@ -1,13 +1,14 @@
-//! Where the tool can be.
+//! Area that the tool can reach.
 
 use magician_motion::{Geometry, JointAngles, Limits, Range, ToolBias};
 
 use crate::verbs::sim::tui::look::Figure;
 
-/// Samples of a bent line.
+/// Samples of a curve.
 const SAMPLES: u32 = 48;
 
-/// From the nearest to the farthest that the tool can be at a height, mm from the base's axis; `None` where it cannot.
+/// Returns the smallest and largest distance from the base's axis that the tool can reach at a
+/// height, mm; `None` if it reaches none.
 pub(super) fn ring(z: f64, tool: ToolBias, limits: &Limits) -> Option<[f64; 2]> {
     let Geometry {
         rear_arm, forearm, ..
@@ -17,7 +18,8 @@ pub(super) fn ring(z: f64, tool: ToolBias, limits: &Limits) -> Option<[f64; 2]> 
         let part = move |step: u32| f64::from(step) / f64::from(steps);
         (0..=steps).map(move |step| range.min + (range.max - range.min) * part(step))
     };
-    // Either joint follows from the other; where one hardly turns, the other does.
+    // Each joint follows from the other; both are sampled, because where one hardly turns the other
+    // does.
     let by_rear_arm = along(limits.j2).map(|j2| {
         let down = (rear_arm * j2.to_radians().cos() - tool.z - z) / forearm;
         (j2, down.asin().to_degrees())
@@ -39,7 +41,7 @@ pub(super) fn ring(z: f64, tool: ToolBias, limits: &Limits) -> Option<[f64; 2]> 
     ring
 }
 
-/// The outline of where the tool can be, seen from the side: r, z.
+/// Returns the outline of the reachable area from the side, as r, z.
 pub(super) fn outline(tool: ToolBias, limits: &Limits) -> Vec<[f64; 2]> {
     let (j2, j3, gap) = (limits.j2, limits.j3, limits.j2_minus_j3);
     let at = |j2: f64, j3: f64| Figure::of(&JointAngles::new(0.0, j2, j3, 0.0), tool, 0.0).tip;
@@ -82,7 +84,7 @@ mod tests {
         for z in [-100.0, -50.0, 0.0, 50.0, 120.0] {
             let [near, far] = ring(z, tool, &limits).unwrap();
             assert!(reaches(near + 0.1, z) && reaches(far - 0.1, z), "{z}");
-            // As near as it is sampled.
+            // The tolerance is that of the sampling.
             assert!(!reaches(near - 3.0, z) && !reaches(far + 3.0, z), "{z}");
         }
         assert_eq!(ring(400.0, tool, &limits), None);

@@ -1,4 +1,4 @@
-//! Panels of the arm itself: where it is, its tools, its queue, its alarms.
+//! Panels for the arm itself: pose, tools, queue and alarms.
 
 use magician_protocol::Row;
 use magician_sim::world::Rest;
@@ -10,7 +10,7 @@ use ratatui::widgets::Paragraph;
 use super::View;
 use crate::terminal::{self, lamp, mm};
 
-/// Slips below this are rounding, deg.
+/// Deviation of a joint below which it counts as rounding, deg.
 const SLIPPED: f64 = 0.005;
 
 impl View<'_> {
@@ -22,7 +22,7 @@ impl View<'_> {
         frame.render_widget(Paragraph::new(lines).block(self.panel("arm")), area);
     }
 
-    /// Pose, joints, and what is to be known of them.
+    /// Returns pose, joints and remarks on them.
     pub(super) fn pose_lines(self) -> Vec<Line<'static>> {
         let state = &self.look.state;
         let (pose, joints) = (state.pose, state.joints);
@@ -56,7 +56,8 @@ impl View<'_> {
         Line::from(vec![motion, homed, program])
     }
 
-    /// How far the joints stand from where the controller believes, or where its tool is.
+    /// Returns the deviation of the joints from the controller's belief, or the position of its
+    /// tool.
     fn slip_line(self) -> Line<'static> {
         let slips = (1..).zip(self.look.slips());
         let slips: Vec<_> = slips
@@ -77,7 +78,7 @@ impl View<'_> {
             let style = match (tool.commanded, tool.reached) {
                 (true, true) => self.theme.good(),
                 (false, false) => self.theme.dim(),
-                // On its way.
+                // The tool is still switching.
                 _ => self.theme.note(),
             };
             Span::styled(format!("{} {name}  ", lamp(tool.commanded)), style)
@@ -109,7 +110,7 @@ impl View<'_> {
         vec![Line::from(tools), Line::from(second)]
     }
 
-    /// The cable, and the clients at its other end.
+    /// Returns the state of the cable, and the clients at its other end.
     pub(super) fn line_line(self) -> Line<'static> {
         let line = self.look.state.line;
         let mut spans = vec![if line.plugged {
@@ -166,7 +167,7 @@ impl View<'_> {
         frame.render_widget(Paragraph::new(lines).block(block), area);
     }
 
-    /// What the queue is at.
+    /// Returns the command that the queue is running.
     pub(super) fn queue_line(self) -> Line<'static> {
         let state = &self.look.state;
         let queue = state.queue;

@@ -19,7 +19,7 @@ use super::draw;
 use crate::terminal::test::{self, Example, shows};
 use crate::terminal::{Help, Theme};
 
-/// Shows an arm in the world of a scenario.
+/// Creates the state of an arm in the world of a scenario.
 fn app(controller: &Controller) -> App {
     let scenario = controller.world().scenario().cloned().unwrap_or_default();
     let subject = Subject {
@@ -49,7 +49,7 @@ fn terminal(app: &App, width: u16, height: u16, theme: Theme) -> Terminal<TestBa
     test::terminal(width, height, |frame| draw(frame, app, theme))
 }
 
-/// The screen as lines of text.
+/// Draws the screen as lines of text.
 fn screen(app: &App, width: u16, height: u16) -> Vec<String> {
     test::screen(width, height, |frame| draw(frame, app, Theme::PLAIN))
 }
@@ -63,7 +63,7 @@ fn dots(screen: &[String]) -> usize {
         .count()
 }
 
-/// An arm that is served, in several states.
+/// Served arm in several states.
 pub(in crate::verbs) fn examples() -> Vec<Example> {
     fn example(
         name: &'static str,
@@ -228,7 +228,7 @@ fn a_world_on_a_wide_terminal() {
 #[test]
 fn arrows_lead_where_the_view_shows_it_from_every_side() {
     let mut app = app(&Controller::default());
-    // Where the tip is drawn: the tool stands ahead of the arm, at y 0.
+    // Place of the tip on the screen; the tool is ahead of the arm, at y 0.
     let tip = |app: &App| {
         let screen = screen(app, 80, 24);
         let rows = screen.iter().enumerate().skip(2).take(11);
