@@ -1,15 +1,9 @@
 """The Wireshark dissector against `magician decode`: session_dissect.py PTY UDP TCP SPEED MAGICIAN
 
-<<<<<<< HEAD
-Records a trace of an arm of its own, with every command in every form and with damage, and has tshark read it through
-docs/reference/wireshark/magician.lua: every frame must have the fields that `magician decode --json` gives it, with the same values.
-Then the same bytes as UDP datagrams of several frames and as TCP segments that are cut anywhere.
-=======
 Records a trace of an arm of its own, with every command in every form and with damaged frames, and
 lets tshark read it through docs/reference/wireshark/magician.lua. Every frame must have the fields and values
 that `magician decode --json` reports. Then the same bytes are tried as UDP datagrams of several
 frames, and as TCP segments cut at arbitrary positions.
->>>>>>> t-cli
 """
 
 import json
@@ -26,13 +20,8 @@ from checks import PATIENCE, Checks
 from sim import Sim
 from wire import GET, QUEUED, SET, Tcp, frame, split
 
-<<<<<<< HEAD
 SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "docs" / "reference" / "wireshark" / "magician.lua"
-# Nobody's own settings and plugins.
-=======
-SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "docs" / "wireshark" / "magician.lua"
 # Ignores the user's own settings and plugins.
->>>>>>> t-cli
 SURROUNDINGS = {**os.environ, "WIRESHARK_CONFIG_DIR": "/nonexistent"}
 ARM_PORT, HOST_PORT = 8899, 50000
 TCP_PROTOCOL, UDP_PROTOCOL = 6, 17

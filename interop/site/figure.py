@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""What `scale` has measured, as a picture and as a table of docs/guide/SITE.md."""
-=======
 """Measurements of `scale` as a figure and as a table of docs/guide/SITE.md."""
->>>>>>> t-cli
 
 import math
 

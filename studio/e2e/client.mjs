@@ -1,9 +1,5 @@
-<<<<<<< HEAD
-// The page of docs/guide/STATION-CLIENTS.md, served from elsewhere, as somebody would write it who knows the API alone.
-=======
 // Test of the page in docs/guide/STATION-CLIENTS.md, served from elsewhere, as written by a user who
 // knows only the API.
->>>>>>> t-cli
 import assert from "node:assert/strict";
 import { once } from "node:events";
 import { readFileSync } from "node:fs";

@@ -9,13 +9,8 @@ import { fileURLToPath } from "node:url";
 import { Browser, is, Station } from "./bench.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
-<<<<<<< HEAD
-const out = process.argv[2] ?? join(root, "docs/pictures/studio.gif");
-/** Pictures a second, how many a still lasts, and what a recording may weigh. */
-=======
 const out = process.argv[2] ?? join(root, "docs/pictures/studio.gif");
 /** Frames per second, frames of a still, and largest size of the file, bytes. */
->>>>>>> t-cli
 const [RATE, STILL, MOST] = [6, 8, 2_000_000];
 
 const station = new Station(process.env.MAGICIAN ?? join(root, "target/debug/magician"), ["--port", "sim:4"]);

@@ -1,14 +1,9 @@
 //! Citations of errata (`E07`) and of sections of the model (`model section 7`): finds them in
 //! texts and turns them into links.
 //!
-<<<<<<< HEAD
-//! The pages that are written from tables take their links from here, and a test holds every citation in the repository
-//! against the anchors of `docs/reference/ERRATA.md` and `docs/reference/MODEL.md`.
-=======
 //!
 //! Pages that are generated from tables get their links from here. A test compares every citation
 //! in the repository with the anchors of `docs/reference/ERRATA.md` and `docs/reference/MODEL.md`.
->>>>>>> t-cli
 
 use std::ops::Range;
 

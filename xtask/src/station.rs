@@ -37,11 +37,7 @@ The members of `setup`: `preset`, the name of a preset, and these, which are the
 
 ";
 
-<<<<<<< HEAD
-/// Writes `docs/reference/STATION-API.md`, and the types of it for Python.
-=======
 /// Writes `docs/reference/STATION-API.md` and the types for Python.
->>>>>>> t-cli
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     fs::write(root.join("docs/reference/STATION-API.md"), page())?;
     python::write(root)

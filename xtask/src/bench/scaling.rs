@@ -58,11 +58,7 @@ fn together(arms: usize, threads: usize, frames: &[FrameBuf]) -> f64 {
     })
 }
 
-<<<<<<< HEAD
-/// Measures and draws `docs/pictures/scaling.svg`.
-=======
 /// Measures, and draws `docs/pictures/scaling.svg`.
->>>>>>> t-cli
 pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
     let moves = pick_and_place();
     let frames: Vec<FrameBuf> = moves

@@ -272,11 +272,7 @@ fn every_source_of_a_conformance_case_exists() {
     assert!(counts.iter().all(|count| *count > 10), "{counts:?}");
 }
 
-<<<<<<< HEAD
-/// What measures and tries the goals names them by number; docs/evidence/MEASUREMENTS.md says what they are.
-=======
 /// Measurements and tests cite goals by number; `docs/evidence/MEASUREMENTS.md` defines them.
->>>>>>> t-cli
 #[test]
 fn every_cited_goal_exists() {
     let goals = anchors("docs/evidence/MEASUREMENTS.md");

@@ -31,11 +31,7 @@ pub(super) enum Family {
     MacOs(&'static str),
 }
 
-<<<<<<< HEAD
-/// The systems of docs/guide/PLATFORMS.md.
-=======
 /// Systems of `docs/guide/PLATFORMS.md`.
->>>>>>> t-cli
 pub(super) const SYSTEMS: [System; 5] = [
     System {
         triple: "x86_64-unknown-linux-gnu",

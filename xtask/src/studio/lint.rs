@@ -71,12 +71,7 @@ fn the_page_knows_no_command_and_no_number_of_the_arm() {
             .iter()
             .any(|end| name.ends_with(end))
     };
-<<<<<<< HEAD
-    // A test may name a number, the gallery's programs stand for what a person brings, and the
-    // sentences in `said` are those of the core.
-=======
     // Tests may name numbers, and the gallery's programs stand for those of users.
->>>>>>> t-cli
     let is_free = |name: &str| {
         name.starts_with("said/")
             || [".test.ts", ".plan.json"]

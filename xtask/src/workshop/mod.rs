@@ -16,22 +16,13 @@ use std::path::Path;
 use pieces::PIECES;
 use run::Bench;
 
-<<<<<<< HEAD
-/// Where the pictures go, under `docs`; the files that were made for this page are in a folder of it.
 const DOCS: &str = "docs/evidence";
-const PICTURES: &str = "workshop";
-const PAGE: &str = "WORKSHOP.md";
-
-/// Runs every piece, draws it into `docs/evidence/workshop` and lists them in `docs/evidence/WORKSHOP.md`. With names it only runs these and shows their
-/// figures; the page stays.
-=======
-/// Folder of the pictures below `docs`; files made for this page are in a subfolder.
+/// Folder of the pictures below [`DOCS`]; files made for this page are in a subfolder.
 const PICTURES: &str = "workshop";
 const PAGE: &str = "WORKSHOP.md";
 
 /// Runs every piece, draws it into `docs/evidence/workshop` and lists it in `docs/evidence/WORKSHOP.md`. With names
 /// it only runs these and prints their figures.
->>>>>>> t-cli
 pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let bench = Bench::new(root)?;
     let pictures = root.join(DOCS).join(PICTURES);

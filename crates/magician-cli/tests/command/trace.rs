@@ -40,11 +40,7 @@ fn a_verb_writes_down_what_it_says_and_hears() {
     assert_eq!(replayed.status, 0, "{replayed:?}");
 }
 
-<<<<<<< HEAD
-/// docs/reference/FRAMES.md: six frames for a move that follows another one in a shell.
-=======
 /// `docs/reference/FRAMES.md`: six frames for a move that follows another one in a shell.
->>>>>>> t-cli
 #[test]
 fn move_in_a_shell_reads_the_pose_once() {
     let place = Place::new();
