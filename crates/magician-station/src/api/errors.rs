@@ -52,70 +52,70 @@ const fn of_arm(kind: ErrorKind, about: &'static str) -> ErrorRow {
 
 /// All errors, in documentation order. Those with code -32000 differ by kind.
 pub static ERRORS: &[ErrorRow] = &[
-    error(RpcError::PARSE, "", "the message is no JSON", &[]),
+    error(RpcError::PARSE, "", "the message is not JSON", &[]),
     error(
         RpcError::REQUEST,
         "",
-        "the message is no request, or none that may come here",
+        "the message is not a request, or not allowed here",
         &["method", "command"],
     ),
-    error(RpcError::METHOD, "", "there is no such method", &[]),
+    error(RpcError::METHOD, "", "unknown method", &[]),
     error(
         RpcError::PARAMS,
         "",
-        "a parameter is wrong",
+        "invalid parameter",
         &["param", "row", "method"],
     ),
-    error(RpcError::INTERNAL, "", "a mistake of the station", &[]),
+    error(RpcError::INTERNAL, "", "internal error of the station", &[]),
     error(
         RpcError::ARM,
         ErrorKind::InvalidInput.name(),
-        "the request makes no sense, or the quota of the library is used up",
+        "invalid request, or the quota of the library is exhausted",
         of_arms!("quota", "used"),
     ),
     of_arm(
         ErrorKind::Unreachable,
-        "the arm cannot get there, or its fence forbids it",
+        "out of reach, or forbidden by the fence",
     ),
     of_arm(ErrorKind::Port, "the line to the arm is lost"),
     of_arm(ErrorKind::Timeout, "the arm did not answer in time"),
     error(
         RpcError::ARM,
         ErrorKind::Unexpected.name(),
-        "the arm answered, or stands, otherwise than it should",
+        "unexpected answer or position of the arm",
         &[
             "code", "step", "command", "from", "to", "remedies", "arms", "expected", "pose",
         ],
     ),
     of_arm(
         ErrorKind::Unsupported,
-        "this station or this arm cannot do it",
+        "not supported by this station or this arm",
     ),
     of_arm(
         ErrorKind::QueueFull,
-        "the arm's queue has no room: nothing was done",
+        "the arm's queue is full; nothing was done",
     ),
     of_arm(ErrorKind::Alarm, "an alarm holds the queue"),
     of_arm(
         ErrorKind::Uncertain,
-        "a command may or may not have been done; `from` to `to` are the indices in doubt",
+        "a command may or may not have been executed; `from` to `to` are the queue indices in doubt",
     ),
     error(
         RpcError::ARM,
         ErrorKind::Closed.name(),
-        "the connection was closed, a stop came first, or the disk did not take it",
+        "the connection was closed, a stop came first, or the disk could not store it",
         of_arms!("reason"),
     ),
     error(
         RpcError::FORBIDDEN,
         "forbidden",
-        "the role does not allow it, or a job that waits is somebody else's; before hello, nothing is allowed",
+        "not allowed for the role, or a queued job of another person; nothing is allowed before hello",
         &["role", "needs", "may", "arm", "until"],
     ),
     error(
         RpcError::LEASE,
         "lease",
-        "it needs the lease of the arm, or the lease has ended; `method` gets it, `free_in_s` says when that of a holder without a socket ends",
+        "the lease of the arm is required, or has ended; `method` acquires it, `free_in_s` is the time until the lease of a holder without a socket ends",
         &["holder", "method", "free_in_s"],
     ),
     error(
@@ -127,19 +127,19 @@ pub static ERRORS: &[ErrorRow] = &[
     error(
         RpcError::CHECK_FAILED,
         "check-failed",
-        "the arm cannot do all of a program; nothing was sent",
+        "the arm cannot run the whole program; nothing was sent",
         &["report", "remedies", "step"],
     ),
     error(
         RpcError::DANGEROUS,
         "dangerous",
-        "it is dangerous or may burn, and `\"yes\": true` was not given",
+        "dangerous, or may burn: requires `\"yes\": true`",
         &["command", "danger"],
     ),
     error(
         RpcError::TOO_MANY,
         "too-many",
-        "more than a socket may send, subscribe to, or wait for, or than there are sessions; too many wrong codes",
+        "too many messages, subscriptions, pending requests or sessions; too many wrong codes",
         &["limit", "wait_s"],
     ),
     error(

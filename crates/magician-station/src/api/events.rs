@@ -49,48 +49,48 @@ macro_rules! events {
 const ALARM: &[Member] = &[is(
     "code",
     Shape::Count,
-    "of the alarm; `arm.alarms` explains those that stand",
+    "code of the alarm; `arm.alarms` explains active alarms",
 )];
 const INDEX: Shape = Shape::Count;
 const FILE: Member = is(
     "name",
     Shape::Text,
-    "the file, for GET /api/v1/recordings/{name}",
+    "file name, for GET /api/v1/recordings/{name}",
 );
 
 events! {
-    AlarmRaised = "alarm-raised", "An alarm stands.", "`alarms` of State are those that stand", ALARM;
-    AlarmCleared = "alarm-cleared", "An alarm does not stand any more.", "`alarms` of State", ALARM;
-    CommandFinished = "command-finished", "The arm has finished commands of its queue.", "`current_index` of State",
-        &[is("index", INDEX, "the last one")];
-    Unaccounted = "unaccounted", "The arm's queue went on by commands that this station did not send.", "",
-        &[is("index", INDEX, "the last one")];
+    AlarmRaised = "alarm-raised", "An alarm became active.", "`alarms` of State are the active alarms", ALARM;
+    AlarmCleared = "alarm-cleared", "An alarm was cleared.", "`alarms` of State", ALARM;
+    CommandFinished = "command-finished", "The arm finished commands of its queue.", "`current_index` of State",
+        &[is("index", INDEX, "queue index of the last one")];
+    Unaccounted = "unaccounted", "The arm finished commands that this station did not send.", "",
+        &[is("index", INDEX, "queue index of the last one")];
     LinkLost = "link-lost", "The line to the arm broke.", "`link` of State", &[];
     LinkFound = "link-found", "The arm answers again.", "`link` of State", &[];
-    Reset = "reset", "The arm was reset or switched on: its queue is empty, and its settings are those of power-up.", "", &[];
-    Missed = "missed", "The station could not follow: so many events were dropped.", "",
-        &[is("count", Shape::Count, "how many")];
+    Reset = "reset", "The arm was reset or switched on: its queue is empty, and its settings have power-up values.", "", &[];
+    Missed = "missed", "The station could not keep up and dropped events.", "",
+        &[is("count", Shape::Count, "number of dropped events")];
     HandTrigger = "hand-trigger", "The unlock key was released while `teach.guide` is on.", "",
-        &[is("step", Shape::Type("PlanStep"), "a step that leads to where the arm was put")];
-    Stop = "stop", "The arm was stopped. Stops within 50 ms of one that was told are not.", "",
-        &[is("by", Shape::Id(Session), "whose stop").null("the end of a lease")];
-    Lease = "lease", "The lease has another holder.", "`lease.changed`",
-        &[is("holder", Shape::Type("Holder"), "who has it now").null("nobody has it")];
-    Job = "job", "A job has another state.", "`job.changed`",
+        &[is("step", Shape::Type("PlanStep"), "step to the position of the arm")];
+    Stop = "stop", "The arm was stopped. Further stops within 50 ms are not reported.", "",
+        &[is("by", Shape::Id(Session), "session that stopped it").null("stopped by the end of a lease")];
+    Lease = "lease", "The holder of the lease changed.", "`lease.changed`",
+        &[is("holder", Shape::Type("Holder"), "current holder").null("the arm is free")];
+    Job = "job", "The state of a job changed.", "`job.changed`",
         &[
-            is("job", Shape::Id(Job), "which one"),
-            is("state", Shape::Choice(super::types::JOB_STATES), "its state"),
+            is("job", Shape::Id(Job), "id of the job"),
+            is("state", Shape::Choice(super::types::JOB_STATES), "state of the job"),
         ];
-    Jog = "jog", "A jog began (`axis`) or is over (`why`).", "`jog.ended`",
+    Jog = "jog", "A jog began (`axis`) or ended (`why`).", "`jog.ended`",
         &[
-            is("jog", Shape::Id(Jog), "which one"),
-            is("axis", Shape::Choice(super::methods::JOGS), "where it goes, at its beginning").optional(),
+            is("jog", Shape::Id(Jog), "id of the jog"),
+            is("axis", Shape::Choice(super::methods::JOGS), "axis and direction, at the beginning").optional(),
             Member { optional: true, ..JOG_WHY },
         ];
-    RecordingSaved = "recording-saved", "An alarm had the last minutes written into a file.", "",
-        &[FILE, is("bytes", Shape::Count, "its length")];
+    RecordingSaved = "recording-saved", "The last minutes were saved to a file because of an alarm.", "",
+        &[FILE, is("bytes", Shape::Count, "size of the file")];
     RecordingLost = "recording-lost", "A recording ended because its file could not be written.", "",
-        &[FILE, is("message", Shape::Text, "why")];
+        &[FILE, is("message", Shape::Text, "cause")];
 }
 
 impl EventRow {

@@ -13,12 +13,12 @@ const ARM: Param = may("arm", Kind::Text(32), "name of the arm");
 const YES: Param = may(
     "yes",
     Kind::Switch,
-    "that it is meant: for what is dangerous or may burn",
+    "confirms a dangerous command, or one that may burn",
 );
 const UNHOMED: Param = may(
     "unhomed",
     Kind::Switch,
-    "takes an arm that is not known to be homed: perhaps in the wrong place",
+    "accepts an arm not known to be homed: it may act in the wrong place",
 );
 const TOOL: Kind = Kind::Either(&[
     Kind::Choice(&["none", "suction", "gripper", "pen", "laser"]),
@@ -27,7 +27,7 @@ const TOOL: Kind = Kind::Either(&[
 const OF_TOOL: Param = may(
     "tool",
     TOOL,
-    "the tool whose tip is meant, or its tip from the flange (mm); none unless given",
+    "tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none",
 );
 const PERCENT: Kind = Kind::Number(1.0, 100.0);
 /// Program as text. Bounded by the size of a message.
@@ -35,27 +35,35 @@ const PROGRAM: Kind = Kind::Text(1024 * 1024);
 const PROGRAM_NAME: Param = may(
     "program",
     NAME,
-    "a program of the library; or `text`, or `data`",
+    "name of a program in the library; alternatively `text` or `data`",
 );
-const NAMED: Param = needed("name", NAME, "the program");
-const TEXT: Param = may("text", PROGRAM, "the program as text; or `data`");
-const DATA: Param = may("data", PROGRAM, "the program's bytes in base64; or `text`");
+const NAMED: Param = needed("name", NAME, "name of the program");
+const TEXT: Param = may(
+    "text",
+    PROGRAM,
+    "content of the program as text; alternatively `data`",
+);
+const DATA: Param = may(
+    "data",
+    PROGRAM,
+    "content of the program in base64; alternatively `text`",
+);
 const FORMAT: Param = may(
     "format",
     Kind::Text(20),
-    "its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid",
+    "format, if its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid",
 );
 const SETUP: Param = may(
     "setup",
     Kind::Object("Setup"),
-    "how it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is",
+    "options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged",
 );
 const PRESET: Param = needed(
     "name",
     Kind::Text(64),
-    "the preset: letters, digits, - and _",
+    "name of the preset: letters, digits, - and _",
 );
-const JOB: Param = needed("job", Kind::Id(IdKind::Job), "the job");
+const JOB: Param = needed("job", Kind::Id(IdKind::Job), "id of the job");
 pub(super) const JOGS: &[&str] = &[
     "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
     "j4+", "j4-", "l+", "l-",
@@ -74,39 +82,39 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "client",
                 Kind::Object("ClientName"),
-                "the program: `name`, and `version` if it has one",
+                "client program: `name`, and optionally `version`",
             ),
-            may("token", Kind::Text(200), "a token of the station"),
+            may("token", Kind::Text(200), "token of the station"),
             may(
                 "pupil",
                 Kind::Object("Pupil"),
-                "a pupil of the class signs in: `name` and `code`; instead of a token",
+                "sign-in of a pupil: `name` and `code`; replaces a token",
             ),
             may(
                 "pin",
                 Kind::Text(6),
-                "the teacher's PIN of the class, on this machine; instead of a token",
+                "teacher's PIN of the class, on this machine only; replaces a token",
             ),
             may(
                 "resume",
                 Kind::Text(200),
-                "the secret of a session whose socket has ended",
+                "secret of a session to resume, from an earlier answer",
             ),
             may(
                 "role",
                 Kind::Choice(&["viewer", "student", "teacher"]),
-                "the most that the session may do, where the token allows more",
+                "upper limit for the role of the session, below that of its token",
             ),
         ],
-        "Begins the session. The first message of a socket, once.",
-        "{session, resume, resumed, role, api, version, arms, limits}: `resumed` false where `resume` gave nothing back: the session is a new one then; `limits` are bytes of a message, messages a second, and sockets of the station",
+        "Begins a session. Must be the first message on a socket, and is sent once.",
+        "{session, resume, resumed, role, api, version, arms, limits}: `resumed` is false if no session was resumed and this one is new; `limits`: bytes per message, messages per second, sockets of the station",
     )
     .of_sessions(),
     method(
         "session.list",
         Viewer,
         &[],
-        "The sessions of the station.",
+        "Lists the sessions of the station.",
         "{sessions: [{session, name, role, leases, since}]}",
     )
     .of_sessions(),
@@ -114,35 +122,35 @@ pub(super) const STATION: &[Method] = &[
         "server.info",
         Viewer,
         &[],
-        "The station itself.",
-        "{version, api, uptime_s, arms, programs, recording, features}: `recording` whether an arm is being recorded; `features` what this station can do of what not every one can: see [features](#features)",
+        "Returns facts about the station.",
+        "{version, api, uptime_s, arms, programs, recording, features}: `recording`: true if an arm is being recorded; `features`: optional features of this station, see [features](#features)",
     ),
     method(
         "arm.list",
         Viewer,
         &[],
-        "The arms of the station.",
-        "{arms: [{name, port, virtual, link, holder, waiting: [{session, name, asks}], job}]}: `waiting` are the sessions that wait for the lease in their order, and those that ask its holder",
+        "Lists the arms of the station.",
+        "{arms: [{name, port, virtual, link, holder, waiting: [{session, name, asks}], job}]}: `waiting`: sessions that wait for the lease, in order, and those that ask its holder",
     ),
     method(
         "arm.info",
         Viewer,
         &[ARM],
-        "Identity and state of an arm.",
+        "Returns identity and state of an arm.",
         "as `info --json`",
     ),
     method(
         "arm.io",
         Viewer,
         &[ARM],
-        "What the pins, sensors and steppers of an arm are and do, by the protocol's table: for pages that know no command.",
-        "{analog: {counts, volts}, functions: [{value, name, about, watch}], pins: [{address, function, can, level, frequency, duty_cycle}], rows: [{role, command, about, asks, tells, sets}]}: `watch` is what `arm.subscribe` calls such a pin, `can` the functions that the pin's connector is made for, null where that is not known; `asks`, `tells`, `sets` are fields {name, about, unit, kind, least, most, choices: [{value, name}]}, null where the command has no such form",
+        "Describes the pins, sensors and steppers of an arm by the protocol's table, for clients that know no command.",
+        "{analog: {counts, volts}, functions: [{value, name, about, watch}], pins: [{address, function, can, level, frequency, duty_cycle}], rows: [{role, command, about, asks, tells, sets}]}: `watch`: kind of the pin for `arm.subscribe`; `can`: functions supported by the pin's connector, null if unknown; `asks`, `tells`, `sets`: fields of query, reply and set {name, about, unit, kind, least, most, choices: [{value, name}]}, null if the command has no such form",
     ),
     method(
         "arm.state",
         Viewer,
         &[ARM],
-        "The state, read not longer ago than 100 ms.",
+        "Returns the state, at most 100 ms old.",
         "State",
     ),
     method(
@@ -150,11 +158,11 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            needed("rate", Kind::Integer(1, 50), "states a second"),
+            needed("rate", Kind::Integer(1, 50), "states per second"),
             may(
                 "frame",
                 Kind::Choice(&["json", "binary"]),
-                "the form of the states; json unless given",
+                "encoding of the states; default json",
             ),
             may(
                 "pins",
@@ -162,7 +170,7 @@ pub(super) const STATION: &[Method] = &[
                 "pins to read as well: `kind` (input, output, analog) and `address` (1 to 20)",
             ),
         ],
-        "Sends the state again and again, the newest one when several are due.",
+        "Subscribes to the state. If several states are due, only the newest is sent.",
         "{subscription, rate, fields}",
     )
     .of_sessions(),
@@ -187,10 +195,10 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "query",
                 Kind::Object("Fields"),
-                "what the reading is asked for, by field",
+                "fields of the query",
             ),
         ],
-        "Reads a value of the protocol.",
+        "Reads a value by a command of the protocol.",
         "the fields, as `get --json`",
     ),
     method(
@@ -202,7 +210,7 @@ pub(super) const STATION: &[Method] = &[
             may("fields", Kind::Object("Fields"), "its fields"),
             YES,
         ],
-        "Sends a command that acts at once.",
+        "Sends a command that takes effect immediately.",
         "null",
     )
     .leased(Setting),
@@ -231,30 +239,30 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "to",
                 Kind::Numbers(4, 5),
-                "x, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one",
+                "target: x, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one",
             ),
             may(
                 "by",
                 Kind::Choice(&["joint", "linear", "jump"]),
-                "the path; joint unless given",
+                "path; default joint",
             ),
             may(
                 "frame",
                 Kind::Choice(&["xyz", "joints"]),
-                "what `to` counts in; xyz unless given",
+                "coordinates of `to`; default xyz",
             ),
             may(
                 "relative",
                 Kind::Switch,
-                "whether `to` counts from where the arm stands",
+                "interprets `to` relative to the current position",
             ),
             may(
                 "wait",
                 Kind::Switch,
-                "whether the answer comes when the arm is there; yes unless given",
+                "answers only after the motion; default true",
             ),
         ],
-        "Moves the arm, checked first.",
+        "Moves the arm, after a check of the motion.",
         "State, or {index} without `wait`",
     )
     .leased(Motion),
@@ -263,7 +271,7 @@ pub(super) const STATION: &[Method] = &[
         "arm.clear_alarms",
         Student,
         &[ARM, YES],
-        "Clears the alarms, which releases the queue.",
+        "Clears all alarms, which releases the queue.",
         "State",
     )
     .leased(Setting),
@@ -275,22 +283,22 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "tool",
                 TOOL,
-                "the tool that is mounted, or its tip from the flange (mm)",
+                "mounted tool, or offset of its tip from the flange (mm)",
             ),
-            may("suction", Kind::Switch, "the suction cup"),
+            may("suction", Kind::Switch, "switches the suction cup"),
             may(
                 "gripper",
                 Kind::Choice(&["open", "closed", "off"]),
-                "the gripper",
+                "state of the gripper",
             ),
             may(
                 "laser",
                 Kind::Object("Laser"),
-                "the laser: `on`, and `power` (percent), which is 100 where it stands",
+                "laser: `on`, and `power` (percent), which must be 100 while the arm stands",
             ),
             YES,
         ],
-        "Chooses the tool, or has it do something. One of the parameters beside `arm` and `yes`.",
+        "Selects or operates the tool. Takes exactly one parameter besides `arm` and `yes`.",
         "State",
     )
     .leased(Setting),
@@ -302,12 +310,12 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "percent",
                 PERCENT,
-                "share of the set speeds of moves and jogs; or `row`",
+                "speed ratio of moves and jogs; alternatively `row`",
             ),
-            may("row", NAME, "a command of the protocol that holds speeds"),
+            may("row", NAME, "command of the protocol that sets speeds"),
             may("fields", Kind::Object("Fields"), "its fields"),
         ],
-        "Sets the speed of moves and jogs as a whole, also of a job that runs, or one setting of speeds.",
+        "Sets the speed ratio of moves and jogs, also of a running job, or one speed setting.",
         "null",
     )
     .leased(JobSetting),
@@ -315,7 +323,7 @@ pub(super) const STATION: &[Method] = &[
         "arm.alarms",
         Viewer,
         &[ARM],
-        "The alarms that stand, with cause and remedy.",
+        "Lists the active alarms with cause and remedy.",
         "as `alarms --json`",
     ),
     method(
@@ -323,8 +331,8 @@ pub(super) const STATION: &[Method] = &[
         "arm.stop",
         Viewer,
         &[ARM],
-        "Stops an arm, or all; never needs the lease, and lifts no pen.",
-        "{arms: [{arm, stood, pose}]}, when they stand; an error has those that stand all the same as `arms`",
+        "Stops an arm, or all arms. Never needs the lease, and does not lift the pen.",
+        "{arms: [{arm, stood, pose}]}, after standstill; an error lists in `arms` those that stand nevertheless",
     )
     .always(),
     method(
@@ -335,17 +343,17 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "set",
                 Kind::Either(&[Kind::Object("FenceChange"), Kind::Null]),
-                "the members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent), each or all null for no bound; for teachers",
+                "members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent); null removes a bound, or all; needs the role teacher",
             ),
         ],
-        "The fence of an arm: what crosses it is refused as `unreachable`. A change ends what is under way.",
-        "{fence}: null without one",
+        "Returns or changes the fence of an arm. Motion that crosses the fence is refused as `unreachable`. A change ends motion in progress.",
+        "{fence}: null if the arm has no fence",
     ),
     method(
         "arm.model",
         Viewer,
         &[ARM],
-        "The arm as a chain of links, its limits and its tool, for pages that draw it.",
+        "Returns the arm as a chain of links, its limits and its tool, for clients that draw it.",
         "{frame, links: [{name, parent, joint, axis, at, shape, size, turn, color}], limits, tool}",
     ),
     method(
@@ -356,10 +364,10 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "seq",
                 Kind::Integer(0, i64::MAX),
-                "the last event that is known; 0 for all",
+                "sequence number of the last known event; 0 for all",
             ),
         ],
-        "Earlier events of an arm, 1000 at most.",
+        "Lists past events of an arm, at most 1000.",
         "{events, seq}",
     ),
     method(
@@ -371,26 +379,26 @@ pub(super) const STATION: &[Method] = &[
                 "wait_s",
                 // The bound is `LONGEST_WAIT` of control.
                 Kind::Number(0.0, 3600.0),
-                "how long to wait for it, s; 0 unless given: then, and when the time is over, it is refused with -32002",
+                "longest wait for the lease, s; default 0. Refused with -32002 when the time is over",
             ),
         ],
-        "Asks for the lease of an arm: the right to move it.",
+        "Acquires the lease of an arm: the exclusive right to move it.",
         "{arm, lease, ttl_s}",
     )
     .of_sessions(),
     method(
         "lease.renew",
         Student,
-        &[needed("lease", Kind::Id(IdKind::Lease), "the lease")],
-        "Says that its holder is there; any message does.",
+        &[needed("lease", Kind::Id(IdKind::Lease), "id of the lease")],
+        "Keeps the lease alive (so does any message).",
         "null",
     )
     .of_sessions(),
     method(
         "lease.release",
         Student,
-        &[needed("lease", Kind::Id(IdKind::Lease), "the lease")],
-        "Gives it back; answered in the same way if it has ended already. What the arm has queued goes on; a jog, stepper motors and \
+        &[needed("lease", Kind::Id(IdKind::Lease), "id of the lease")],
+        "Gives the lease back. Succeeds also if the lease has already ended. Queued commands continue; a jog, the stepper motors and \
          the belt are stopped, and a job pauses unless its `on_lost` says otherwise.",
         "null",
     )
@@ -400,10 +408,10 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may("message", Kind::Text(200), "a sentence for the holder"),
+            may("message", Kind::Text(200), "message for the holder"),
         ],
-        "Asks the holder for the lease. Without an answer in 20 s it is granted.",
-        "{granted, lease, ttl_s}: `granted` false, and nothing else, if the holder says no",
+        "Asks the holder for the lease. Granted if the holder does not answer within 20 s.",
+        "{granted, lease, ttl_s}: only `granted` (false) if the holder refuses",
     )
     .of_sessions(),
     method(
@@ -411,10 +419,10 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("session", Kind::Id(IdKind::Session), "the session that asks"),
-            needed("grant", Kind::Switch, "whether it gets the lease"),
+            needed("session", Kind::Id(IdKind::Session), "session that asked"),
+            needed("grant", Kind::Switch, "true to pass the lease on"),
         ],
-        "Answers a session that asks.",
+        "Answers a session that asked for the lease.",
         "null",
     )
     .of_sessions(),
@@ -422,7 +430,7 @@ pub(super) const STATION: &[Method] = &[
         "lease.take",
         Teacher,
         &[ARM],
-        "Takes the lease away from its holder, at once.",
+        "Takes the lease from its holder immediately.",
         "{arm, lease, ttl_s}",
     )
     .of_sessions(),
@@ -434,18 +442,18 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "axis",
                 Kind::Choice(JOGS),
-                "axis, joint or rail, and the direction",
+                "axis, joint or rail, with direction",
             ),
             may(
                 "keep_ms",
                 // A choice: below 100 ms a slow network ends jogs, and above 1 s the arm moves too
                 // long after its client is gone.
                 Kind::Integer(100, 1000),
-                "how long it goes on without being kept up, ms; 250 unless given",
+                "hold time, ms: the jog stops if `jog.keep` does not renew it; default 250",
             ),
-            may("percent", PERCENT, "share of the set jog speed"),
+            may("percent", PERCENT, "speed ratio of the jog"),
         ],
-        "Jogs until it is stopped, or is not kept up.",
+        "Jogs the arm until the jog is stopped or its hold time expires.",
         "{jog}",
     )
     .leased(Motion)
@@ -455,7 +463,7 @@ pub(super) const STATION: &[Method] = &[
         "jog.keep",
         Viewer,
         &[needed("jog", Kind::Id(IdKind::Jog), "the jog")],
-        "Keeps a jog up. A notification: it has no answer.",
+        "Renews the hold time of a jog. Sent as a notification, without an answer.",
         "nothing",
     )
     .always()
@@ -465,10 +473,10 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            may("jog", Kind::Id(IdKind::Jog), "the jog; that of the arm unless given"),
+            may("jog", Kind::Id(IdKind::Jog), "id of the jog; default: the current jog of the arm"),
         ],
-        "Stops a jog, also one whose `jog.start` is not answered yet.",
-        "{stood, pose}, when the arm stands",
+        "Stops a jog, including one whose `jog.start` has not been answered yet.",
+        "{stood, pose}, after standstill",
     )
     .always()
     .of_sessions(),
@@ -478,15 +486,15 @@ pub(super) const STATION: &[Method] = &[
         &[
             ARM,
             needed("axis", Kind::Choice(AXES), "axis, joint or rail"),
-            needed("by", ANY, "how far, with its sign: mm or deg"),
+            needed("by", ANY, "signed distance, mm or deg"),
             may(
                 "frame",
                 Kind::Choice(&["base", "tool"]),
-                "the frame of x and y: base, or turned by r; base unless given",
+                "frame of x and y: the base, or rotated by r; default base",
             ),
-            may("percent", PERCENT, "share of the set speeds of moves"),
+            may("percent", PERCENT, "speed ratio of the move"),
         ],
-        "Moves by a step, checked first.",
+        "Moves by a step, after a check of the motion.",
         "State",
     )
     .leased(Motion),
@@ -503,11 +511,11 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "preview",
                 Kind::Switch,
-                "whether `preview` has what it leaves: `{strokes: [{points, height, part, power, reachable}], travels}`, of no more than 20,000 points each; `part` is the number of one of `parts`, or null; `power` of the laser in percent, 100 of ink",
+                "adds `preview`, the expected result: `{strokes: [{points, height, part, power, reachable}], travels}`, at most 20,000 points each; `part` is a number of `parts`, or null; `power` of the laser in percent, 100 for ink",
             ),
         ],
-        "Checks a program from where the arm stands; nothing moves.",
-        "Report: as `run --check --json`, and `parts`, the first 256, as `run --list-parts --json`: `seconds` is null in a program that is not divided into them",
+        "Checks a program from the current position of the arm, without moving it.",
+        "Report: as `run --check --json`, and `parts`, the first 256, as `run --list-parts --json`; `seconds` of a part is null if the program is not divided into parts",
     ),
     method(
         "job.start",
@@ -522,47 +530,47 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "from",
                 Kind::Integer(1, i64::MAX),
-                "the first step, counted from 1 over all loops",
+                "first step, from 1, counted over all loops",
             ),
             may(
                 "loops",
                 Kind::Integer(0, i64::MAX),
-                "how often; 0 until it is stopped, 1 unless given",
+                "number of repetitions; 0 repeats until stopped; default 1",
             ),
             may(
                 "keep",
                 Kind::Switch,
-                "whether what is in the queue is done first",
+                "lets the commands in the arm's queue finish first",
             ),
             may(
                 "require_homed",
                 Kind::Switch,
-                "whether an arm that was not homed is refused",
+                "refuses an arm that has not been homed",
             ),
             UNHOMED,
             YES,
             may(
                 "on_lost",
                 Kind::Choice(&["pause", "stop", "continue"]),
-                "what becomes of it when the lease ends; pause unless given, continue without a session",
+                "action when the lease ends; default pause, or continue if the caller has no session",
             ),
             may(
                 "queue",
                 Kind::Switch,
-                "whether it waits, without the lease, until the arm is free of jobs and of others' turns; then it is checked again",
+                "queues the job, without the lease, until the arm has no job and no turn of others; it is then checked again",
             ),
             may(
                 "after_check",
                 Kind::Switch,
-                "whether the answer comes when the check is over; yes unless given",
+                "answers only after the check; default true",
             ),
             may(
                 "key",
                 Kind::Text(64),
-                "a name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys",
+                "idempotency key chosen by the caller, such as a UUID. A second start with the same key starts nothing and returns the first answer, even after a restart of the station. Refused if program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` differ. Keys are per arm",
             ),
         ],
-        "Checks a program and runs it. What is answered is on the disk.",
+        "Checks a program and runs it. The job is on the disk when this is answered.",
         "{job}",
     )
     .leased(StartJob),
@@ -570,22 +578,22 @@ pub(super) const STATION: &[Method] = &[
         "job.get",
         Viewer,
         &[JOB],
-        "A job, also one that is over.",
+        "Returns a job, also a finished one.",
         "Job",
     ),
     method(
         "job.list",
         Viewer,
         &[ARM],
-        "The last 50 jobs of an arm, the newest last.",
+        "Lists the last 50 jobs of an arm, newest last.",
         "{jobs: [Job]}",
     ),
     method(
         "job.pause",
         Student,
         &[JOB],
-        "Pauses a job: nothing of it waits in the arm, the laser is off, the pen is up. The arm may be moved then.",
-        "Job, when it is paused",
+        "Pauses a job: the queue of the arm is empty, the laser off, the pen up. The arm may then be moved.",
+        "Job, once paused",
     )
     .leased(SteerJob),
     method(
@@ -596,25 +604,25 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "approach",
                 Kind::Switch,
-                "whether the arm may have been moved since; yes unless given",
+                "approaches the drawing safely, because the arm may have been moved; default true",
             ),
             may(
                 "overlap",
                 Kind::Number(0.0, 1000.0),
-                "how far before the place where the light of a burn went out it begins, along its line, mm; 0 unless given",
+                "length of a burnt line to burn again before the point of interruption, mm; default 0",
             ),
             YES,
         ],
-        "Goes on with a job that is paused, or that ended before its end.",
-        "Job, when it runs",
+        "Resumes a paused, stopped or interrupted job.",
+        "Job, once running",
     )
     .leased(SteerJob),
     method(
         "job.stop",
         Viewer,
         &[JOB],
-        "Stops a job, and lifts its pen; never needs the lease.",
-        "Job, when it is over",
+        "Stops a job and lifts its pen. Never needs the lease.",
+        "Job, once ended",
     )
     .always(),
     method(
@@ -626,12 +634,12 @@ pub(super) const STATION: &[Method] = &[
                 "skip",
                 // 500 jobs per arm are kept (`KEPT` in `station/store.rs`).
                 Kind::Integer(0, 500),
-                "so many of the newest are left out; 0 unless given",
+                "number of newest jobs to skip; default 0",
             ),
-            may("limit", Kind::Integer(1, 500), "so many at most; 50 unless given"),
+            may("limit", Kind::Integer(1, 500), "largest number of jobs to return; default 50"),
         ],
-        "The jobs of an arm that are kept, the newest last, and sums over all that ran.",
-        "{jobs: [Job], more, totals: {jobs, done, stopped, failed, interrupted, drawn_mm, travel_mm, seconds}}: `more` is true if older ones are kept; `totals` also count jobs that are not kept any more",
+        "Lists the stored jobs of an arm, newest last, with totals over all jobs that ran.",
+        "{jobs: [Job], more, totals: {jobs, done, stopped, failed, interrupted, drawn_mm, travel_mm, seconds}}: `more`: true if older jobs are stored; `totals` include jobs no longer stored",
     ),
     method(
         "job.reorder",
@@ -641,17 +649,17 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "position",
                 Kind::Integer(1, i64::MAX),
-                "its new `place`, from 1; more than there are is the last",
+                "new `place`, from 1; larger values mean the last place",
             ),
         ],
-        "Gives a job that waits another place in the queue of its arm; one that waits no more is answered as it is.",
+        "Moves a queued job to another place in the queue of its arm. No effect on a job that is no longer queued.",
         "Job",
     ),
     method(
         "job.delete",
         Teacher,
         &[JOB],
-        "Takes a job that is over out of the list. It counts in the totals all the same.",
+        "Deletes a finished job from the list. The totals still include it.",
         "null",
     ),
     method(
@@ -659,21 +667,21 @@ pub(super) const STATION: &[Method] = &[
         "program.put",
         Student,
         &[NAMED, TEXT, DATA],
-        "Keeps a program in the library; one of this name is replaced.",
+        "Stores a program in the library, replacing one of the same name.",
         "{name, bytes}",
     ),
     method(
         "program.list",
         Viewer,
         &[],
-        "The programs of the library.",
+        "Lists the programs of the library.",
         "{programs: [{name, bytes, modified, format}]}",
     ),
     method(
         "program.get",
         Viewer,
         &[NAMED],
-        "A program of the library; one above 700 KiB comes by GET alone.",
+        "Returns a program of the library. Above 700 KiB use GET.",
         "{name, format, data}: base64",
     ),
     method(
@@ -684,28 +692,28 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "to",
                 NAME,
-                "the name of the new program, whose ending says what it becomes: .plan.json, .playback, .svg, .png, .csv",
+                "name of the new program; its extension selects the format: .plan.json, .playback, .svg, .png, .csv",
             ),
             SETUP,
         ],
-        "Makes another file of a program.",
+        "Converts a program to another format and stores the result.",
         "as `convert --json`",
     ),
     method(
         "program.options",
         Viewer,
         &[
-            needed("format", Kind::Text(20), "a format, as `program.list` has it"),
-            may("all", Kind::Switch, "whether all options come that count for it, not only the usual ones"),
+            needed("format", Kind::Text(20), "format, as in `program.list`"),
+            may("all", Kind::Switch, "lists all applicable options, not only the usual ones"),
         ],
-        "What a person is asked before a program of this format is done: members of `setup`, the usual ones first.",
-        "{options: [Option]}: the range of a number is `least` or `above` to `most`; `default` holds where it is not given, null if that depends; with `with` it counts only where that other option has one of the values `when`, or is on where `when` is empty, and that one counts itself; `work` is no option of this list: where it is not given the laser engraves and every other tool draws; `group` is for folding them",
+        "Lists the options for programs of a format: members of `setup`, usual ones first.",
+        "{options: [Option]}: the range of a number is `least` (inclusive) or `above` (exclusive) to `most`; `default` is null if it depends on other options; an option with `with` applies only if that other option applies and has one of the values `when`, or is on if `when` is empty; `work` is not listed: by default the laser engraves and other tools draw; `group` serves for folding",
     ),
     method(
         "program.delete",
         Student,
         &[NAMED],
-        "Removes a program from the library.",
+        "Deletes a program from the library.",
         "null",
     ),
     method(
@@ -713,32 +721,32 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             PRESET,
-            may("setup", Kind::Object("Setup"), "what it says, as `job.check` takes it; or `text`"),
-            may("note", Kind::Text(500), "what is told to people who use it; beside `setup`"),
-            may("text", Kind::Text(65536), "a file of a preset, TOML; or `setup`"),
+            may("setup", Kind::Object("Setup"), "options of the preset, as for `job.check`; alternatively `text`"),
+            may("note", Kind::Text(500), "note for users of the preset; with `setup`"),
+            may("text", Kind::Text(65536), "preset file, TOML; alternatively `setup`"),
         ],
-        "Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program.",
+        "Stores options under a name, replacing a stored preset. It takes precedence over a built-in preset of the same name.",
         "as `preset.show`",
     ),
     method(
         "preset.list",
         Viewer,
         &[],
-        "The presets of drawing and engraving, for `setup.preset`: those that come with this program first.",
-        "{presets: [{name, shipped, note, path}]}: one that is wrong has a `problem`",
+        "Lists the presets for `setup.preset`, built-in ones first.",
+        "{presets: [{name, shipped, note, path}]}: an invalid preset has a `problem`",
     ),
     method(
         "preset.show",
         Viewer,
         &[PRESET],
-        "What a preset says.",
-        "{name, shipped, note, path, options, text}: `options` as in `setup`, `text` as a file has it",
+        "Returns the options of a preset.",
+        "{name, shipped, note, path, options, text}: `options` as in `setup`, `text` as in a preset file",
     ),
     method(
         "preset.remove",
         Student,
         &[PRESET],
-        "Removes a preset that was kept; one that comes with this program stays.",
+        "Deletes a stored preset. Built-in presets stay.",
         "null",
     ),
     method(
@@ -749,17 +757,17 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "add",
                 Kind::Switch,
-                "adds the touch to those before: from three on the plane through them is tilted as the table is",
+                "adds this touch to the earlier ones; from three touches on the surface is a tilted plane",
             ),
             may(
                 "forget",
                 Kind::Switch,
-                "forgets what was measured, a sheet as well, instead of taking it",
+                "forgets the measured surface and sheet instead of measuring",
             ),
             UNHOMED,
         ],
-        "Takes the height of the work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off. Three touches within 30 mm or nearly in line are refused.",
-        "{touches, plane: {at, z, slope_x, slope_y}, residual, corners, sheet}: the surface has the height `z` (mm) at `at` [x, y], and rises by `slope_x` and `slope_y` per mm; no touch is farther from it than `residual` (mm); `plane` and `residual` are null after `forget`; `corners` and `sheet` as `surface.corner`",
+        "Measures the work surface at the point that the tool touches, and stores it for drawing and engraving. The arm must stand still with the laser off. Refuses three touches within 30 mm or nearly collinear.",
+        "{touches, plane: {at, z, slope_x, slope_y}, residual, corners, sheet}: the surface has height `z` (mm) at `at` [x, y] and rises by `slope_x` and `slope_y` per mm; `residual` is the largest distance of a touch from it (mm); `plane` and `residual` are null after `forget`; `corners` and `sheet` as in `surface.corner`",
     )
     .leased(Setting),
     method(
@@ -770,20 +778,20 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "corner",
                 Kind::Choice(SHEET_CORNERS),
-                "which one it is, for the reader of the paper",
+                "corner of the sheet, as its reader sees it",
             ),
             UNHOMED,
         ],
-        "Takes a corner of a sheet of paper from where the tool touches it. With the third one the sheet is kept, with its height and tilt: drawings lie on it then, upright for its reader. Corners within 30 mm, nearly in line or without a right angle are refused, and what was taken before stays. The arm has to stand, with the laser off.",
-        "as `surface.touch`: `corners` are those that are taken of a sheet that is not complete; `sheet` {corner, rotation, size, outline} has its lower left corner, degrees from the arm's X to its lower edge, width and height (mm), and four corners, or is null",
+        "Measures a corner of a sheet of paper at the point that the tool touches. The third corner completes the sheet with its height and tilt; drawings are then placed on it, upright for its reader. Refuses corners within 30 mm, nearly collinear, or without a right angle, and keeps the earlier state. The arm must stand still with the laser off.",
+        "as `surface.touch`: `corners`: corners measured so far of an incomplete sheet; `sheet` {corner, rotation, size, outline}: lower left corner, angle from the arm's X to the lower edge (deg), width and height (mm), and the four corners, or null",
     )
     .leased(Setting),
     method(
         "surface.get",
         Viewer,
         &[ARM],
-        "The height of the work surface that was touched.",
-        "as `surface.touch`; `plane` null if none was",
+        "Returns the measured work surface.",
+        "as `surface.touch`; `plane` is null if nothing was measured",
     ),
     method(
         "teach.capture",
@@ -793,11 +801,11 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "by",
                 Kind::Choice(&["joint", "linear", "jump"]),
-                "how the step is reached; joint unless given",
+                "path to the step; default joint",
             ),
             UNHOMED,
         ],
-        "A step of a program that leads to where the arm stands.",
+        "Returns a program step to the current position of the arm.",
         "{step}, as in plan files",
     ),
     method(
@@ -805,10 +813,10 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("on", Kind::Switch, "whether it tells; it ends with the lease as well"),
+            needed("on", Kind::Switch, "true to begin; ends with the lease as well"),
             UNHOMED,
         ],
-        "Has the arm tell where its unlock key is released: each time an event `hand-trigger` with the `step` that leads there.",
+        "Sends an event `hand-trigger` with a `step` to the position each time the unlock key of the arm is released.",
         "null",
     )
     .leased(Setting),
@@ -816,34 +824,34 @@ pub(super) const STATION: &[Method] = &[
         "teach.rows",
         Viewer,
         &[needed("plan", Kind::Object("Plan"), "a plan, as in plan files")],
-        "A plan as rows of a table: in each where the arm goes, what its tool does there, and how long it stays.",
-        "{title, tool, surface, rows: [{name, motion, gripper, suction, wait}]}: `motion` is a step as in plan files, the others the members of such steps, or null",
+        "Returns a plan as rows of a table: target, action of the tool and waiting time.",
+        "{title, tool, surface, rows: [{name, motion, gripper, suction, wait}]}: `motion` is a step as in plan files, the others are members of such steps, or null",
     ),
     method(
         "teach.output",
         Viewer,
         &[
-            needed("address", Kind::Integer(1, 20), "the pin"),
-            needed("high", Kind::Switch, "its level"),
+            needed("address", Kind::Integer(1, 20), "EIO address of the pin"),
+            needed("high", Kind::Switch, "true for high"),
         ],
-        "A step of a program that sets the level of an output.",
+        "Returns a program step that sets the level of an output.",
         "{step}, as in plan files",
     ),
     method(
         "teach.plan",
         Viewer,
         &[
-            may("title", Kind::Text(200), "what the plan is called"),
-            may("tool", Kind::Either(&[TOOL, Kind::Null]), "the tool whose tip is at the points"),
+            may("title", Kind::Text(200), "title of the plan"),
+            may("tool", Kind::Either(&[TOOL, Kind::Null]), "tool whose tip reaches the points"),
             may(
                 "surface",
                 Kind::Either(&[Kind::Object("Surface"), Kind::Null]),
-                "the surface that it works on, as in plan files",
+                "work surface, as in plan files",
             ),
-            needed("rows", Kind::Objects("GivenRow"), "as `teach.rows` has them"),
+            needed("rows", Kind::Objects("GivenRow"), "rows, as from `teach.rows`"),
         ],
-        "The plan of rows. What is wrong names its row in `data.row`.",
-        "{plan, first}: how many steps of the plan come before each row",
+        "Builds a plan from rows. An error names its row in `data.row`.",
+        "{plan, first}: number of steps before each row",
     ),
     method(
         "world.look",
@@ -853,17 +861,17 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "mark",
                 NAME,
-                "the `mark` of an earlier look: while the drawing is the same, `drawing` and `strokes` are null",
+                "`mark` of an earlier answer: `drawing` and `strokes` are null while the drawing is unchanged",
             ),
         ],
-        "The world around a virtual arm. This and its kin are `unsupported` of other arms.",
-        "{objects: [{name, at, turn, size, color, held}], title, table: {height, x, y}, draws: \"pen\" or \"laser\", belt: {start, direction, length, width, height, travel}, drawing: SVG, strokes: [{burnt, power, points: [[x, y]]}], mark, unlocked, plugged}; `table` and `belt` null where the scenario has no such thing, `draws` null where its tool leaves no lines; `power` of the laser in percent, 100 of ink",
+        "Returns the world around a virtual arm. All `world.*` methods are `unsupported` for other arms.",
+        "{objects: [{name, at, turn, size, color, held}], title, table: {height, x, y}, draws: \"pen\" or \"laser\", belt: {start, direction, length, width, height, travel}, drawing: SVG, strokes: [{burnt, power, points: [[x, y]]}], mark, unlocked, plugged}; `table` and `belt` are null if the scenario has none, `draws` is null if its tool leaves no lines; `power` of the laser in percent, 100 for ink",
     ),
     method(
         "world.scenarios",
         Viewer,
         &[ARM],
-        "The scenarios that need no file, for `world.scenario`.",
+        "Lists the built-in scenarios for `world.scenario`.",
         "{scenarios: [{name, title, text}]}",
     ),
     method(
@@ -871,25 +879,25 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may("long", Kind::Switch, "whether the key is held: it homes the arm"),
+            may("long", Kind::Switch, "holds the key, which homes the arm"),
         ],
-        "Presses the key at the base: it runs the program that the arm keeps, or stops it.",
+        "Presses the key at the base, which runs or stops the program stored in the arm.",
         "null",
     )
     .leased(Setting),
     method(
         "world.unlock",
         Student,
-        &[ARM, needed("held", Kind::Switch, "whether it is held")],
-        "Holds or releases the unlock key: while it is held the arm can be guided.",
+        &[ARM, needed("held", Kind::Switch, "true to hold, false to release")],
+        "Holds or releases the unlock key. While held, the arm can be guided by hand.",
         "null",
     )
     .leased(Setting),
     method(
         "world.unplug",
         Student,
-        &[ARM, needed("plugged", Kind::Switch, "whether the cable is in")],
-        "Pulls the cable, or plugs it in again.",
+        &[ARM, needed("plugged", Kind::Switch, "true to plug in, false to unplug")],
+        "Unplugs the cable, or plugs it in again.",
         "null",
     )
     .leased(Setting),
@@ -901,10 +909,10 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "joints",
                 Kind::Numbers(4, 4),
-                "where the joints are bent to, deg, as far as they go",
+                "target joint angles, deg; clamped to the limits",
             ),
         ],
-        "Moves the arm by hand, while the unlock key is held.",
+        "Moves the arm by hand while the unlock key is held.",
         "State",
     )
     .leased(Setting),
@@ -912,7 +920,7 @@ pub(super) const STATION: &[Method] = &[
         "world.scenario",
         Teacher,
         &[ARM, needed("text", PROGRAM, "a scenario, TOML")],
-        "Switches the arm off, and on again in the world of a scenario.",
+        "Power-cycles the arm in the world of a scenario.",
         "{objects: [name]}",
     )
     .leased(Setting),
@@ -921,14 +929,14 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("name", NAME, "the object"),
+            needed("name", NAME, "name of the object"),
             needed(
                 "at",
                 Kind::Numbers(3, 3),
-                "x, y, z of the middle of its underside, mm; it falls onto what is below",
+                "x, y, z of the centre of its underside, mm; it falls onto the surface below",
             ),
         ],
-        "Puts an object somewhere, by hand.",
+        "Moves an object by hand.",
         "null",
     )
     .leased(Setting),
@@ -936,7 +944,7 @@ pub(super) const STATION: &[Method] = &[
         "world.paper",
         Student,
         &[ARM],
-        "Lays a new sheet of paper: what pen and laser have left so far is gone. Refused while a job is under way.",
+        "Replaces the paper by a new sheet, which removes all marks of pen and laser. Refused while a job is in progress.",
         "null",
     )
     .leased(Setting),
@@ -946,10 +954,10 @@ pub(super) const STATION: &[Method] = &[
         &[
             ARM,
             needed("address", Kind::Integer(1, 20), "EIO address"),
-            may("level", Kind::Switch, "whether it is high; or `value`"),
-            may("value", Kind::Integer(0, 4095), "its voltage in counts, 4095 at 3.3 V"),
+            may("level", Kind::Switch, "true for high; alternatively `value`"),
+            may("value", Kind::Integer(0, 4095), "voltage in counts, 4095 at 3.3 V; alternatively `level`"),
         ],
-        "Drives an input from outside: from now on it reads this.",
+        "Drives an input from outside with a constant level or voltage.",
         "null",
     )
     .leased(JobSetting),
@@ -961,13 +969,13 @@ pub(super) const STATION: &[Method] = &[
             needed(
                 "fault",
                 Kind::Choice(&["alarm", "slip", "reset"]),
-                "an alarm, a joint that slips, or a reset of the controller",
+                "fault: an alarm, a slipping joint, or a reset of the controller",
             ),
             may("alarm", Kind::Integer(0, 255), "code of the alarm"),
-            may("joint", Kind::Integer(1, 4), "the joint that slips; 1 unless given"),
-            may("degrees", Kind::Number(-90.0, 90.0), "by how much, deg"),
+            may("joint", Kind::Integer(1, 4), "slipping joint; default 1"),
+            may("degrees", Kind::Number(-90.0, 90.0), "angle of the slip, deg"),
         ],
-        "Lets something go wrong, also while a job runs.",
+        "Injects a fault, also while a job runs.",
         "null",
     )
     .leased(JobSetting),
@@ -979,17 +987,17 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "rate",
                 Kind::Integer(1, 50),
-                "readings a second; 20 unless given",
+                "readings per second; default 20",
             ),
         ],
-        "Records an arm into a file, until `record.stop`.",
+        "Records an arm to a file until `record.stop`.",
         "{name}, for GET /api/v1/recordings/{name}",
     ),
     method(
         "record.stop",
         Student,
         &[ARM],
-        "Ends the recording of an arm.",
+        "Ends a recording.",
         "{name, seconds, bytes}",
     ),
     method(
@@ -998,19 +1006,19 @@ pub(super) const STATION: &[Method] = &[
         &[
             ARM,
             // The history covers 600 s (`KEPT` in `station/recordings.rs`).
-            needed("seconds", Kind::Number(1.0, 600.0), "how far back, s"),
+            needed("seconds", Kind::Number(1.0, 600.0), "length of the recording, s"),
         ],
-        "Writes what is kept of an arm's last minutes into a file: readings, what passed on its line, and what happened.",
+        "Saves the last minutes of an arm to a file: readings, frames on the line, and events.",
         "{name}",
     ),
     method(
         "motion.forward",
         Viewer,
         &[
-            needed("joints", Kind::Numbers(4, 4), "the joints, deg"),
+            needed("joints", Kind::Numbers(4, 4), "joint angles, deg"),
             OF_TOOL,
         ],
-        "The pose of joints, by the arm's geometry.",
+        "Computes the pose of joint angles (forward kinematics).",
         "{x, y, z, r}",
     ),
     method(
@@ -1020,14 +1028,14 @@ pub(super) const STATION: &[Method] = &[
             needed("pose", Kind::Numbers(4, 4), "x, y, z (mm) and r (deg)"),
             OF_TOOL,
         ],
-        "The joints of a pose; refused where the arm does not get there.",
+        "Computes the joint angles of a pose (inverse kinematics). Refused if the pose is out of reach.",
         "{j1, j2, j3, j4}",
     ),
     method(
         "motion.reach",
         Viewer,
-        &[needed("z", ANY, "the height of the tip, mm"), OF_TOOL],
-        "What the tip reaches at a height.",
-        "{outlines: [[[x, y]]]}, closed",
+        &[needed("z", ANY, "height of the tip, mm"), OF_TOOL],
+        "Computes the reachable area at a height.",
+        "{outlines: [[[x, y]]]}: closed polygons",
     ),
 ];

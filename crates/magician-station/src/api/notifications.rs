@@ -69,17 +69,17 @@ const JOG_ENDS: &[&str] = &[
 pub(super) const JOG_WHY: Member = is(
     "why",
     Shape::Choice(JOG_ENDS),
-    "why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; \
-     the same session began another one; the arm came to a limit or to its fence",
+    "reason of the end: stopped by its session, or the session ended; hold time expired; the arm was stopped; the lease ended; the line broke; \
+     replaced by another jog of the session; a limit or the fence was reached",
 );
-const LEFT: Member = is("left_s", Shape::Number, "how long it is until then").in_unit("s");
+const LEFT: Member = is("left_s", Shape::Number, "time left").in_unit("s");
 
 notices! {
     /// The list of sessions has changed.
     SessionChanged = "session.changed" {
         to: "every session",
-        when: "A session came, went, or got or lost a lease. Five times a second at most: the list is the newest one.",
-        channel: "`session.list` answers the same list.",
+        when: "A session began or ended, or acquired or lost a lease. At most five times per second, with the latest list.",
+        channel: "`session.list` returns the same list.",
         arm: None,
         ids: &[("sessions[].session", Session)],
         params: &[is("sessions", Shape::List(&Shape::Type("Session")), "all sessions")],
@@ -87,40 +87,40 @@ notices! {
     /// The holder of a lease has changed.
     LeaseChanged = "lease.changed" {
         to: "every session",
-        when: "The lease of an arm was given, given back, taken or lost.",
-        channel: "This one says who may move the arm. `holder` of State is the same for who shows states; the event `lease` is for logs.",
+        when: "The lease of an arm was granted, given back, taken or lost.",
+        channel: "Use this one to know who may move the arm. `holder` of State is the same, for clients that show states; the event `lease` is for logs.",
         arm: Some("arm"),
         ids: &[("holder.session", Session)],
-        params: &[ARM, is("holder", Shape::Type("Holder"), "who has it now").null("nobody has it")],
+        params: &[ARM, is("holder", Shape::Type("Holder"), "current holder").null("the arm is free")],
     }
     /// A session asks for a lease.
     LeaseAsked = "lease.asked" {
         to: "the holder of the lease",
-        when: "Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s. A session that asks again meanwhile is told once, and one answer is for all that it asked.",
-        channel: "`waiting` of `arm.list` has who asks, for everybody.",
+        when: "Another session called `lease.ask`. Reply with `lease.answer`; without a reply the lease passes after 20 s. Repeated questions of one session are sent once, and one reply answers all of them.",
+        channel: "`waiting` of `arm.list` shows the asking sessions to all.",
         arm: Some("arm"),
         ids: &[("session", Session)],
         params: &[
             ARM,
-            is("session", Shape::Id(Session), "who asks, for `lease.answer`"),
-            is("name", Shape::Text, "what it calls itself"),
-            is("message", Shape::Text, "its sentence").null("it says nothing"),
+            is("session", Shape::Id(Session), "session that asks, for `lease.answer`"),
+            is("name", Shape::Text, "name of the session"),
+            is("message", Shape::Text, "message of the session").null("no message"),
         ],
     }
     /// A session's position in the queue for a lease.
     LeaseQueue = "lease.queue" {
         to: "the session that waits",
-        when: "It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever the queue has moved; its place may be the same as before.",
+        when: "The session waits for a lease by `lease.acquire` with `wait_s`: sent at once and whenever the queue moves, even if its place is unchanged.",
         channel: "",
         arm: Some("arm"),
         ids: EVERYBODY,
-        params: &[ARM, is("place", Shape::Count, "its place, from 1")],
+        params: &[ARM, is("place", Shape::Count, "place in the queue, from 1")],
     }
     /// A job has changed.
     JobChanged = "job.changed" {
         to: "every session",
-        when: "A job has another state, at once; its progress, ten times a second at most; its place in the queue, five times a second at most: it is the newest one.",
-        channel: "This one follows a job. The event `job` is for logs, `job` of State says which job has the arm.",
+        when: "The state of a job changed (sent at once), its progress (at most ten times per second), or its place in the queue (at most five times per second). Carries the latest values.",
+        channel: "Use this one to follow a job. The event `job` is for logs; `job` of State is the job that has the arm.",
         arm: Some("job.arm"),
         ids: &[
             ("job.job", Job),
@@ -128,22 +128,22 @@ notices! {
             ("job.error.holder.session", Session),
             ("job.error.by", Session),
         ],
-        params: &[is("job", Shape::Type("Job"), "all of it, as `job.get` answers it")],
+        params: &[is("job", Shape::Type("Job"), "the whole job, as from `job.get`")],
     }
     /// A jog is over.
     JogEnded = "jog.ended" {
         to: "every session",
-        when: "A jog is over. The stop has gone out to the arm; it may still come to rest.",
-        channel: "This one says that a jog is over, and why. `jog` of State is null from then on; the event `jog` is for logs.",
+        when: "A jog ended. The stop was sent to the arm, which may still be decelerating.",
+        channel: "Use this one for the end of a jog and its reason. `jog` of State is null from then on; the event `jog` is for logs.",
         arm: Some("arm"),
         ids: &[("jog", Jog)],
-        params: &[ARM, is("jog", Shape::Id(Jog), "which one"), JOG_WHY],
+        params: &[ARM, is("jog", Shape::Id(Jog), "id of the jog"), JOG_WHY],
     }
     /// The state of an arm.
     ArmState = "arm.state" {
         to: "the socket that subscribed",
-        when: "As often as `arm.subscribe` asks for, the newest state when several are due; at once when job, jog or holder change, and once when the line is lost.",
-        channel: "This one is for showing where an arm is. Decide by `lease.changed`, `job.changed` and `jog.ended`.",
+        when: "At the rate of `arm.subscribe`, with the latest state if several are due; immediately when job, jog or holder change; once when the line is lost.",
+        channel: "Use this one to show the arm. Base decisions on `lease.changed`, `job.changed` and `jog.ended`.",
         arm: None,
         ids: &[
             ("subscription", Subscription),
@@ -152,15 +152,15 @@ notices! {
             ("state.holder.session", Session),
         ],
         params: &[
-            is("subscription", Shape::Id(Subscription), "of which subscription of this socket"),
-            is("state", Shape::Type("StateChange"), "what is to be merged into the last state"),
+            is("subscription", Shape::Id(Subscription), "id of the subscription of this socket"),
+            is("state", Shape::Type("StateChange"), "changes to merge into the last state"),
         ],
     }
     /// The station is ending.
     ServerEnding = "server.ending" {
         to: "every session",
-        when: "The station begins to end, and to each session that says hello after that. Who holds an arm stops it within 1 s (`arm.stop`), lifts its pen and gives the lease back.",
-        channel: "Nothing begins any more: -32007, \"the station ends\".",
+        when: "The station begins to end; also sent to sessions that begin afterwards. Holders should stop their arm within 1 s (`arm.stop`), lift the pen and give the lease back.",
+        channel: "New work is refused with -32007, \"the station ends\".",
         arm: None,
         ids: EVERYBODY,
         params: &[LEFT],
@@ -168,8 +168,8 @@ notices! {
     /// Turns have changed.
     TurnChanged = "turn.changed" {
         to: "every session",
-        when: "A turn began or ended, somebody joined or left the queue, an arm was frozen or freed, a class was set.",
-        channel: "`turn.list` answers the same, and which arms are meant by the asker's `turn.join`.",
+        when: "A turn began or ended, a person joined or left the queue, an arm was frozen or freed, or a class was set.",
+        channel: "`turn.list` returns the same, and the arms meant by the caller's `turn.join`.",
         arm: None,
         ids: super::ids::TURNS,
         params: super::types::TURNS,
@@ -177,31 +177,31 @@ notices! {
     /// A turn is about to end.
     TurnEnding = "turn.ending" {
         to: "every session",
-        when: "A turn ends in 60 s, and in 10 s.",
+        when: "60 s and 10 s before the end of a turn.",
         channel: "",
         arm: Some("arm"),
         ids: EVERYBODY,
-        params: &[ARM, is("person", Shape::Text, "whose turn it is"), LEFT],
+        params: &[ARM, is("person", Shape::Text, "person whose turn it is"), LEFT],
     }
     /// A turn has begun.
     TurnGranted = "turn.granted" {
-        to: "the session of the person whose turn it is",
-        when: "Its turn begins, or goes on after a teacher had the arm: it has the lease from now on.",
-        channel: "`lease.changed` tells everybody; this one has the id of the lease.",
+        to: "the session of the person who got the turn",
+        when: "A turn begins, or continues after a teacher had the arm. The session holds the lease from now on.",
+        channel: "`lease.changed` informs all sessions; this one carries the id of the lease.",
         arm: Some("arm"),
         ids: &[("lease", Lease)],
         params: &[
             ARM,
-            is("lease", Shape::Id(Lease), "the lease, for `lease.release`"),
-            is("ttl_s", Shape::Number, "it ends when its holder says nothing for so long").in_unit("s"),
-            is("left_s", Shape::Number, "what is left of the turn").in_unit("s").null("it has no end"),
+            is("lease", Shape::Id(Lease), "id of the lease, for `lease.release`"),
+            is("ttl_s", Shape::Number, "lease timeout: the lease ends if the holder sends nothing for this long").in_unit("s"),
+            is("left_s", Shape::Number, "time left in the turn").in_unit("s").null("the turn is unlimited"),
         ],
     }
     /// Event of an arm.
     ArmEvent = "arm.event" {
         to: "subscribers of the arm",
-        when: "Something happened: see the table of events.",
-        channel: "This is the log of an arm: numbered, and read later by `events.since`. What lease, jobs and jogs do has notifications of its own.",
+        when: "An event occurred; see the table of events.",
+        channel: "Log of an arm: numbered, and available later by `events.since`. Lease, jobs and jogs have separate notifications.",
         arm: Some("arm"),
         ids: &[
             ("by", Session),
@@ -219,18 +219,13 @@ pub(super) const EVENT: &[Member] = &[
     is(
         "seq",
         Shape::Count,
-        "its number at this arm, from 1, for `events.since`",
+        "sequence number at this arm, from 1, for `events.since`",
     ),
-    is(
-        "t",
-        Shape::Number,
-        "when it happened, by the station's clock",
-    )
-    .in_unit("Unix seconds"),
+    is("t", Shape::Number, "time, by the station's clock").in_unit("Unix seconds"),
     is(
         "event",
         Shape::Choice(super::events::NAMES),
-        "what happened",
+        "kind of the event",
     ),
 ];
 

@@ -37,21 +37,20 @@ const fn of(name: &'static str) -> Shape {
     Shape::Type(name)
 }
 
-const X: Member = is("x", Number, "the tip of the tool").in_unit("mm");
-const Y: Member = is("y", Number, "the tip of the tool").in_unit("mm");
-const Z: Member = is("z", Number, "the tip of the tool").in_unit("mm");
-const R: Member = is("r", Number, "the turn of the tool").in_unit("deg");
+const X: Member = is("x", Number, "position of the tool tip").in_unit("mm");
+const Y: Member = is("y", Number, "position of the tool tip").in_unit("mm");
+const Z: Member = is("z", Number, "position of the tool tip").in_unit("mm");
+const R: Member = is("r", Number, "rotation of the tool").in_unit("deg");
 const J1: Member = is("j1", Number, "joint 1, the base").in_unit("deg");
 const J2: Member = is("j2", Number, "joint 2, the rear arm").in_unit("deg");
 const J3: Member = is("j3", Number, "joint 3, the forearm").in_unit("deg");
 const J4: Member = is("j4", Number, "joint 4, the tool").in_unit("deg");
-const JOB_ID: Member = is("job", Id(Job), "the job that it is at")
-    .null("none: none was started, or the last one is over");
-const FREE: &str = "nobody has it";
+const JOB_ID: Member = is("job", Id(Job), "current job").null("no job is in progress");
+const FREE: &str = "the arm is free";
 
 /// State of an arm. A change contains the members that differ, and `t`.
 const STATE: &[Member] = &[
-    is("t", Number, "when the pose was read, by the station's clock").in_unit("Unix seconds"),
+    is("t", Number, "time of the reading, by the station's clock").in_unit("Unix seconds"),
     is("arm", Text, "name of the arm"),
     X,
     Y,
@@ -61,143 +60,119 @@ const STATE: &[Member] = &[
     J2,
     J3,
     J4,
-    is("rail", Number, "where the arm stands on its rail")
+    is("rail", Number, "position on the rail")
         .in_unit("mm")
-        .null("it has no rail"),
-    is("current_index", Count, "the command of the arm's queue that was finished last"),
+        .null("the arm has no rail"),
+    is("current_index", Count, "queue index of the last finished command"),
     is(
         "left_space",
         Count,
-        "places in the arm's queue that are free; 0: it is full, and the station waits. A queue that is empty has as many as the \
-         firmware has places, 32 in the virtual arm",
+        "free places in the arm's queue; 0 if it is full, and the station waits. The size of the queue \
+         depends on the firmware; the virtual arm has 32 places",
     )
     .in_unit("commands"),
-    is("alarms", List(&Count), "codes of the alarms that stand; `arm.alarms` explains them"),
-    is("link", Choice(LINKS), "the line to the arm"),
-    is("moving", Switch, "whether it moves, or may"),
-    is("homed", Switch, "whether it was homed since it was switched on; false: it says that it was reset, and was not homed since")
-        .null("not known: it says nothing of a reset, and this computer saw no homing"),
-    is("tool", of("Tool"), "what its tools do"),
-    is("speed", Number, "share of the set speed of moves")
+    is("alarms", List(&Count), "codes of the active alarms; `arm.alarms` explains them"),
+    is("link", Choice(LINKS), "state of the line to the arm"),
+    is("moving", Switch, "true if the arm moves, or may move"),
+    is("homed", Switch, "true if homed since power-up; false if it reported a reset and was not homed since")
+        .null("unknown: no reset was reported, and this computer saw no homing"),
+    is("tool", of("Tool"), "state of the tools"),
+    is("speed", Number, "speed ratio of moves")
         .in_unit("percent")
-        .null("not known: it was neither read nor set since the line was found"),
+        .null("unknown: neither read nor set on this connection"),
     is(
         "pins",
         List(&of("Pin")),
-        "the pins that some subscriber of the arm has asked for; none otherwise",
+        "pins watched by subscribers of the arm",
     ),
     JOB_ID,
-    is("jog", Id(Jog), "the jog that it is at").null("none"),
-    is("holder", of("Holder"), "who has the lease, and may move it").null(FREE),
+    is("jog", Id(Jog), "current jog").null("no jog is in progress"),
+    is("holder", of("Holder"), "holder of the lease, who may move the arm").null(FREE),
 ];
 
 /// Details of an error. Which of them are present depends on its kind.
 pub(super) const ERROR_DATA: &[Member] = &[
-    is("kind", Text, "a kind of the table of errors").optional(),
+    is("kind", Text, "kind from the table of errors").optional(),
     is(
         "code",
         Text,
-        "which error it is: programs decide by it, never by the message",
+        "identity of the error: programs decide by it, not by the message",
     )
     .optional(),
-    is("param", Text, "the parameter that is wrong").optional(),
-    is(
-        "row",
-        Count,
-        "the row of `teach.plan` that is wrong, from 1",
-    )
-    .optional(),
-    is("method", Text, "the method that helps, or that is meant").optional(),
-    is("command", Text, "the command of the protocol").optional(),
+    is("param", Text, "name of the invalid parameter").optional(),
+    is("row", Count, "invalid row of `teach.plan`, from 1").optional(),
+    is("method", Text, "method that helps, or that is concerned").optional(),
+    is("command", Text, "command of the protocol").optional(),
     is(
         "danger",
         Choice(&["laser", "arm"]),
-        "what `yes` is needed for",
+        "danger that `yes` confirms",
     )
     .optional(),
-    is("step", Count, "the step of a program, from 1").optional(),
-    is("value", Number, "what was asked for").optional(),
-    is(
-        "limit",
-        Number,
-        "what is possible, or how many there may be",
-    )
-    .optional(),
-    is("unit", Text, "the unit of both").optional(),
-    is("fence", Text, "the part of the fence that it would break").optional(),
-    is("from", Count, "the first index or step in doubt").optional(),
-    is("to", Count, "the last index or step in doubt").optional(),
-    is("remedies", List(&of("Remedy")), "what to do about it").optional(),
+    is("step", Count, "step of the program, from 1").optional(),
+    is("value", Number, "requested value").optional(),
+    is("limit", Number, "limit of the value, or of the number").optional(),
+    is("unit", Text, "unit of both").optional(),
+    is("fence", Text, "bound of the fence that would be crossed").optional(),
+    is("from", Count, "first index or step in doubt").optional(),
+    is("to", Count, "last index or step in doubt").optional(),
+    is("remedies", List(&of("Remedy")), "possible remedies").optional(),
     is(
         "template",
         Text,
-        "the sentence with the names of its values in braces: its identity in other languages",
+        "message with the names of its values in braces: key for translations",
     )
     .optional(),
     is(
         "values",
         List(&of("SentenceValue")),
-        "the values in the sentence",
+        "values in the template",
     )
     .optional(),
-    is("report", of("Report"), "what the check of a program found").optional(),
-    is("expected", of("Pose"), "where the arm should stand").optional(),
-    is("pose", of("Pose"), "where it stands").optional(),
+    is("report", of("Report"), "result of the check of the program").optional(),
+    is("expected", of("Pose"), "expected pose").optional(),
+    is("pose", of("Pose"), "current pose").optional(),
     is(
         "arm",
         Text,
-        "the arm that is frozen, or that the schedule keeps",
+        "arm that is frozen, or reserved by the schedule",
     )
     .optional(),
-    is(
-        "until",
-        Number,
-        "until when the schedule keeps it, Unix time",
-    )
-    .in_unit("s")
-    .null("it is not known")
-    .optional(),
-    is(
-        "arms",
-        List(&of("Stood")),
-        "the arms that stand all the same",
-    )
-    .optional(),
-    is("role", Choice(ROLES), "the role of the session").optional(),
-    is("needs", Choice(ROLES), "the role that is needed").optional(),
+    is("until", Number, "end of the reservation, Unix time")
+        .in_unit("s")
+        .null("unknown")
+        .optional(),
+    is("arms", List(&of("Stood")), "arms that stand nevertheless").optional(),
+    is("role", Choice(ROLES), "role of the session").optional(),
+    is("needs", Choice(ROLES), "required role").optional(),
     is(
         "may",
         List(&Choice(&["owner", "holder", "teacher"])),
-        "who may change a job that waits: its owner, the holder of the lease, a teacher",
+        "who may change a queued job: its owner, the holder of the lease, a teacher",
     )
     .optional(),
-    is("wait_s", Number, "how long wrong codes have to wait")
+    is("wait_s", Number, "time until codes are accepted again")
         .in_unit("s")
         .optional(),
-    is(
-        "quota",
-        of("LibraryUse"),
-        "the quota of the library that is used up",
-    )
-    .optional(),
-    is("used", of("LibraryUse"), "what is used of it").optional(),
-    is("holder", of("Holder"), "who has the lease")
+    is("quota", of("LibraryUse"), "quota of the library").optional(),
+    is("used", of("LibraryUse"), "used part of the quota").optional(),
+    is("holder", of("Holder"), "holder of the lease")
         .null(FREE)
         .optional(),
     is(
         "free_in_s",
         Number,
-        "when the lease of a holder without a socket ends",
+        "time until the lease of a holder without a socket ends",
     )
     .in_unit("s")
     .optional(),
-    is("reason", Choice(&["unkept"]), "the disk did not take it").optional(),
-    is("by", Id(Session), "whose stop it was")
-        .null("not a session's")
+    is("reason", Choice(&["unkept"]), "the disk could not store it").optional(),
+    is("by", Id(Session), "session that stopped it")
+        .null("not stopped by a session")
         .optional(),
-    is("job", Id(Job), "the job that has the arm").optional(),
-    is("jog", Id(Jog), "the jog that has the arm").optional(),
-    is("recording", Text, "the recording that is under way").optional(),
+    is("job", Id(Job), "job that has the arm").optional(),
+    is("jog", Id(Jog), "jog that has the arm").optional(),
+    is("recording", Text, "recording in progress").optional(),
 ];
 
 /// Error of a job, which has its message among the details.
@@ -208,7 +183,7 @@ const JOB_ERROR: &[Member] = &{
         all[at] = ERROR_DATA[at];
         at += 1;
     }
-    all[at] = is("message", Text, "what is wrong, in a sentence");
+    all[at] = is("message", Text, "cause, as a sentence");
     all
 };
 
@@ -225,95 +200,95 @@ const JOB_REASONS: &[&str] = &[
 
 /// Turns of a class.
 pub(super) const TURNS: &[Member] = &[
-    is("turn_s", Number, "how long a turn is; 0 without end")
+    is("turn_s", Number, "length of a turn; 0 for unlimited turns")
         .in_unit("s")
         .null("there are no turns"),
     is(
         "arms",
         List(&Object(&[
-            is("arm", Text, "its name"),
-            is("person", Text, "whose turn it is").null("nobody's"),
+            is("arm", Text, "name of the arm"),
+            is("person", Text, "person whose turn it is").null("no turn"),
             is(
                 "state",
                 Choice(TURN_STATES),
-                "kept: for somebody who is not there; suspended: a teacher has the arm",
+                "kept: the person is away; suspended: a teacher has the arm",
             )
-            .null("nobody's turn"),
-            is("left_s", Number, "what is left of the turn")
+            .null("no turn"),
+            is("left_s", Number, "time left in the turn")
                 .in_unit("s")
-                .null("it has no end, or is nobody's"),
-            is("frozen", Switch, "whether a teacher has frozen the arm"),
+                .null("unlimited, or no turn"),
+            is("frozen", Switch, "true if a teacher has frozen the arm"),
             is(
                 "jobs",
                 List(&Object(&[
-                    is("job", Id(Job), "the job"),
-                    is("title", Text, "its title").null("it has none"),
-                    is("person", Text, "its owner").null("a teacher"),
+                    is("job", Id(Job), "id of the job"),
+                    is("title", Text, "title").null("no title"),
+                    is("person", Text, "owner").null("a teacher"),
                     is(
                         "reason",
                         Choice(JOB_REASONS),
-                        "what keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is",
+                        "reason for waiting: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is frozen; schedule: no slot of its owner is open; turn: another person's turn; busy: the arm moves, or its lease is taken; lost: the line to the arm is lost",
                     )
-                    .null("the jobs in front of it alone"),
+                    .null("only the jobs before it"),
                 ])),
-                "the jobs that wait for the arm, in order",
+                "jobs queued for the arm, in order",
             ),
             is(
                 "slot",
                 Object(&[
-                    is("who", List(&Text), "who may have the arm: pupils, groups, tokens, or teacher"),
-                    is("until", Number, "when it ends, Unix time")
+                    is("who", List(&Text), "who may acquire the arm: pupils, groups, tokens, or teacher"),
+                    is("until", Number, "end, Unix time")
                         .in_unit("s")
-                        .null("it has no end"),
+                        .null("unlimited"),
                 ]),
-                "the slot of the schedule that is open",
+                "open slot of the schedule",
             )
-            .null("anybody may have the arm, or none is open"),
-            is("free_at", Number, "when the next slot begins, Unix time")
+            .null("free for all, or no slot is open"),
+            is("free_at", Number, "begin of the next slot, Unix time")
                 .in_unit("s")
-                .null("the arm may be had now, or no slot is known"),
+                .null("available now, or no slot is known"),
         ])),
-        "the arms of the station",
+        "arms of the station",
     ),
     is(
         "queue",
         List(&Object(&[
-            is("place", Count, "from 1"),
-            is("person", Text, "who waits"),
-            is("arms", List(&Text), "the arms that will do"),
+            is("place", Count, "place, from 1"),
+            is("person", Text, "person that waits"),
+            is("arms", List(&Text), "acceptable arms"),
             is(
                 "missed",
                 Switch,
-                "whether a turn came while the person was not there",
+                "true if a turn came while the person was away",
             ),
             is(
                 "reason",
                 Choice(&["schedule", "frozen", "away"]),
-                "what keeps it: no slot of the person is open, all its arms are frozen, or the person is not there",
+                "reason for waiting: no slot of the person is open, all acceptable arms are frozen, or the person is away",
             )
-            .null("those in front of it alone"),
-            is("from", Number, "when a slot of the person begins, Unix time")
+            .null("only the persons before it"),
+            is("from", Number, "begin of the person's next slot, Unix time")
                 .in_unit("s")
-                .null("the schedule does not keep it, or has no slot"),
+                .null("no reservation, or no slot"),
         ])),
-        "who waits, in order",
+        "waiting persons, in order",
     ),
 ];
 
 /// Row of a plan.
 const ROW: &[Member] = &[
-    is("name", Text, "what the row is called"),
-    is("motion", of("PlanStep"), "a step as in plan files").null("it stays where it is"),
+    is("name", Text, "name of the row"),
+    is("motion", of("PlanStep"), "step as in plan files").null("the arm stays"),
     is(
         "gripper",
         Choice(&["off", "open", "close"]),
-        "what the gripper does",
+        "action of the gripper",
     )
-    .null("nothing"),
-    is("suction", Switch, "the suction cup").null("nothing"),
-    is("wait", Number, "how long it stays")
+    .null("unchanged"),
+    is("suction", Switch, "action of the suction cup").null("unchanged"),
+    is("wait", Number, "waiting time")
         .in_unit("s")
-        .null("not at all"),
+        .null("no wait"),
 ];
 
 /// Turns in the answer of `turn.list`.
@@ -324,14 +299,14 @@ const TURN_LIST: &[Member] = &[
     is(
         "you",
         Object(&[
-            is("person", Text, "the name under which the asker takes turns").null("none"),
+            is("person", Text, "name under which the caller takes turns").null("none"),
             is(
                 "arms",
                 List(&Text),
-                "the arms that `turn.join` without `arm` means",
+                "arms meant by `turn.join` without `arm`",
             ),
         ]),
-        "who asks",
+        "the caller",
     )
     .optional(),
 ];
@@ -340,284 +315,284 @@ const TURN_LIST: &[Member] = &[
 pub static TYPES: &[Type] = &[
     Type {
         name: "State",
-        about: "The state of an arm, as it was read last.",
+        about: "Latest state of an arm.",
         members: STATE,
     },
     Type {
         name: "Tool",
-        about: "What the tools of an arm do, by the commands that went to it; null is not known.",
+        about: "State of the tools of an arm, derived from the commands sent to it; null means unknown.",
         members: &[
-            is("name", TOOL_NAME, "the tool that is mounted")
-                .null("not known, or its tip is that of no tool with a name"),
-            is("bias", BIAS, "its tip from the flange, x, y, z")
+            is("name", TOOL_NAME, "mounted tool")
+                .null("unknown, or no named tool has this tip"),
+            is("bias", BIAS, "offset of the tip from the flange, x, y, z")
                 .in_unit("mm")
-                .null("not known"),
-            is("suction", Switch, "whether the suction cup is on").null("not known"),
-            is("gripper", Choice(GRIPPERS), "the gripper; off: its pump is off").null("not known"),
-            is("laser", Switch, "whether the laser may burn: the last command that is known lets it")
-                .null("not known"),
+                .null("unknown"),
+            is("suction", Switch, "true if the suction cup is on").null("unknown"),
+            is("gripper", Choice(GRIPPERS), "state of the gripper; off: its pump is off").null("unknown"),
+            is("laser", Switch, "true if the laser may burn by the last known command")
+                .null("unknown"),
         ],
     },
     Type {
         name: "Pin",
-        about: "The level of a pin that is watched.",
+        about: "Level of a watched pin.",
         members: &[
-            is("kind", Choice(PIN_KINDS), "how it is read"),
-            is("address", Count, "its EIO address, 1 to 20"),
-            is("value", Count, "0 or 1; of an analog input counts, 4095 at 3.3 V"),
+            is("kind", Choice(PIN_KINDS), "kind of reading"),
+            is("address", Count, "EIO address, 1 to 20"),
+            is("value", Count, "0 or 1; for an analog input counts, 4095 at 3.3 V"),
         ],
     },
     Type {
         name: "Holder",
-        about: "A session that has the lease of an arm.",
+        about: "Session that holds the lease of an arm.",
         members: &[
-            is("session", Id(Session), "its id"),
-            is("name", Text, "what it calls itself"),
+            is("session", Id(Session), "id of the session"),
+            is("name", Text, "name of the session"),
         ],
     },
     Type {
         name: "Pose",
-        about: "Where an arm is.",
+        about: "Pose of an arm.",
         members: &[X, Y, Z, R, J1, J2, J3, J4],
     },
     Type {
         name: "LibraryUse",
-        about: "Room in the library of programs.",
+        about: "Use of the library of programs.",
         members: &[
             is("programs", Count, "number of programs"),
-            is("bytes", Count, "their bytes").in_unit("bytes"),
+            is("bytes", Count, "total size").in_unit("bytes"),
         ],
     },
     Type {
         name: "Stood",
-        about: "An arm that stands after a stop.",
+        about: "Arm at standstill after a stop.",
         members: &[
-            is("arm", Text, "its name"),
-            is("stood", Switch, "true: two readings were equal"),
-            is("pose", of("Pose"), "where it stands"),
+            is("arm", Text, "name of the arm"),
+            is("stood", Switch, "true if two consecutive readings were equal"),
+            is("pose", of("Pose"), "pose of the arm"),
         ],
     },
     Type {
         name: "Lease",
-        about: "A lease that was given.",
+        about: "Granted lease.",
         members: &[
             is("arm", Text, "name of the arm"),
-            is("lease", Id(Lease), "its id, for `lease.renew` and `lease.release`"),
-            is("ttl_s", Number, "it ends when its holder says nothing for so long").in_unit("s"),
+            is("lease", Id(Lease), "id, for `lease.renew` and `lease.release`"),
+            is("ttl_s", Number, "lease timeout: the lease ends if the holder sends nothing for this long").in_unit("s"),
         ],
     },
     Type {
         name: "Session",
-        about: "A session of the station.",
+        about: "Session of the station.",
         members: &[
-            is("session", Id(Session), "its id"),
-            is("name", Text, "what it calls itself"),
-            is("role", Choice(ROLES), "what it may do"),
-            is("leases", List(&Text), "the arms whose lease it has"),
-            is("since", Number, "when it said hello").in_unit("Unix seconds"),
+            is("session", Id(Session), "id of the session"),
+            is("name", Text, "name of the session"),
+            is("role", Choice(ROLES), "role of the session"),
+            is("leases", List(&Text), "arms whose lease it holds"),
+            is("since", Number, "begin of the session").in_unit("Unix seconds"),
         ],
     },
     Type {
         name: "Job",
-        about: "A job, also one that is over.",
+        about: "Job, in progress or finished.",
         members: &[
-            is("job", Id(Job), "its id, never used twice"),
+            is("job", Id(Job), "id, never reused"),
             is("arm", Text, "name of the arm"),
-            is("title", Text, "what its program is called").null("it is not read yet, or has no title"),
-            is("state", Choice(JOB_STATES), "what it does; from `done` on it is over"),
-            is("step", Count, "steps of loop `loop` that the arm has finished; the pair never goes back"),
-            is("steps", Count, "steps of one loop").null("it is not read yet"),
-            is("first_step", Count, "the step that it began with, from 1").null("it is not read yet"),
-            is("loops", Count, "how often it is done; 0 until it is stopped"),
-            is("loop", Count, "the loop under way, from 1"),
-            is("seconds_left", Number, "how long the rest takes")
+            is("title", Text, "title of the program").null("not read yet, or no title"),
+            is("state", Choice(JOB_STATES), "state; from `done` on the job has ended"),
+            is("step", Count, "finished steps of loop `loop`; the pair never decreases"),
+            is("steps", Count, "steps of one loop").null("not read yet"),
+            is("first_step", Count, "first step, from 1").null("not read yet"),
+            is("loops", Count, "number of repetitions; 0 until stopped"),
+            is("loop", Count, "current loop, from 1"),
+            is("seconds_left", Number, "estimated time left")
                 .in_unit("s")
-                .null("not known, or without end"),
-            is("drawn_mm", Number, "length of what it drew or burnt")
+                .null("unknown, or unlimited"),
+            is("drawn_mm", Number, "drawn or burnt length")
                 .in_unit("mm")
-                .null("it is not done"),
-            is("travel_mm", Number, "length of the moves between")
+                .null("not done"),
+            is("travel_mm", Number, "length of travel moves")
                 .in_unit("mm")
-                .null("it is not done"),
-            is("started", Number, "when it began")
+                .null("not done"),
+            is("started", Number, "start time")
                 .in_unit("Unix seconds")
-                .null("it waits in the queue"),
-            is("ended", Number, "when it was over")
+                .null("queued"),
+            is("ended", Number, "end time")
                 .in_unit("Unix seconds")
-                .null("it is not over"),
-            is("holder", of("Holder"), "whose it is").null("not known"),
-            is("part", Count, "the part that comes next, from 1").null("it does not wait between parts"),
+                .null("not ended"),
+            is("holder", of("Holder"), "owner of the job").null("unknown"),
+            is("part", Count, "next part, from 1").null("not waiting between parts"),
             is(
                 "reason",
                 Choice(REASONS),
-                "of a `paused` job: `person`: somebody asked for it, or the lease ended; `part`: a part is done; `program`: the program \
-                 says so. Of a `queued` job that does not begin by itself: `stopped`: the arm was stopped, `job.resume` lets it go on; \
-                 `yes`: it may burn or is dangerous, and waits for `job.resume` with `yes` by who may; `restart`: the station was \
-                 started anew, and `unkept`: the disk did not take its start, `job.resume` lets both go on",
+                "for a `paused` job: `person`: on request, or because the lease ended; `part`: a part is done; `program`: the program \
+                 asks for it. For a `queued` job that does not start by itself: `stopped`: the arm was stopped; `yes`: it may burn or \
+                 is dangerous, and needs `job.resume` with `yes`; `restart`: the station was restarted; `unkept`: the disk could \
+                 not store its start. `job.resume` continues all of them",
             )
-            .null("neither"),
-            is("text", Text, "what the person at the arm is to do before it goes on").null("nothing is said"),
-            is("place", Count, "its place in the queue of its arm, from 1").null("it does not wait"),
-            is("error", of("JobError"), "why it failed or was interrupted").null("it has not failed"),
-            is("notes", List(&of("Note")), "what it has left switched on, and grips of a virtual arm that took nothing").null("nothing"),
+            .null("neither paused nor held back"),
+            is("text", Text, "instruction for the person at the arm before the job continues").null("no instruction"),
+            is("place", Count, "place in the queue of its arm, from 1").null("not queued"),
+            is("error", of("JobError"), "cause of the failure or interruption").null("not failed"),
+            is("notes", List(&of("Note")), "outputs left switched on, and grips of a virtual arm that picked nothing up").null("no notes"),
         ],
     },
     Type {
         name: "JobError",
-        about: "Why a job failed: `data` of the error, and its message.",
+        about: "Cause of a failed job: `data` of the error, and its message.",
         members: JOB_ERROR,
     },
     Type {
         name: "ErrorData",
-        about: "`data` of an error. Which members there are depends on its kind: see the table of errors.",
+        about: "`data` of an error. Its members depend on the kind: see the table of errors.",
         members: ERROR_DATA,
     },
     Type {
         name: "Remedy",
-        about: "Something that can be done about an error, one of `action`, `option`, `without` and `system`.",
+        about: "Remedy for an error: one of `action`, `option`, `without` and `system`.",
         members: &[
-            is("action", Text, "what to do, such as `home`, `clear-alarms`").optional(),
-            is("option", Text, "an option to give").optional(),
-            is("value", Either(&[Number, Switch, Text, List(&Number)]), "its value; the person chooses it where there is none").optional(),
-            is("without", Text, "an option to leave out").optional(),
-            is("system", Text, "a command for a shell of the station's machine").optional(),
-            is("effect", Text, "what comes of it").optional(),
+            is("action", Text, "action, such as `home`, `clear-alarms`").optional(),
+            is("option", Text, "option to set").optional(),
+            is("value", Either(&[Number, Switch, Text, List(&Number)]), "value of the option; without it the user chooses one").optional(),
+            is("without", Text, "option to leave out").optional(),
+            is("system", Text, "shell command for the station's machine").optional(),
+            is("effect", Text, "effect").optional(),
         ],
     },
     Type {
         name: "SentenceValue",
-        about: "A value in a sentence, one of `text`, `option` and `template`.",
+        about: "Value in a template: one of `text`, `option` and `template`.",
         members: &[
-            is("name", Text, "its name in the template"),
-            is("text", Text, "a number or a quotation, as it is printed").optional(),
-            is("option", Text, "an option by its name, which a client calls as it likes").optional(),
-            is("template", Text, "words that are a sentence of their own").optional(),
-            is("values", List(&of("SentenceValue")), "the values in those").optional(),
+            is("name", Text, "name in the template"),
+            is("text", Text, "number or quotation, as printed").optional(),
+            is("option", Text, "name of an option, which a client may translate").optional(),
+            is("template", Text, "nested template").optional(),
+            is("values", List(&of("SentenceValue")), "values of the nested template").optional(),
         ],
     },
     Type {
         name: "Turns",
-        about: "Whose turn it is in a class, and who waits.",
+        about: "Turns and queue of a class.",
         members: TURNS,
     },
     Type {
         name: "TurnList",
-        about: "Turns, and what they are for the asker.",
+        about: "Turns, with the caller's own part.",
         members: TURN_LIST,
     },
     Type {
         name: "ClientName",
-        about: "The program that says hello.",
+        about: "Client program that begins a session.",
         members: &[
-            is("name", Text, "what it is called, 1 to 80 characters"),
-            is("version", Text, "its version, up to 80 characters").optional(),
+            is("name", Text, "name, 1 to 80 characters"),
+            is("version", Text, "version, up to 80 characters").optional(),
         ],
     },
     Type {
         name: "Pupil",
-        about: "A pupil of the class who signs in.",
-        members: &[is("name", Text, "the name"), is("code", Text, "the pupil's code")],
+        about: "Sign-in of a pupil.",
+        members: &[is("name", Text, "name of the pupil"), is("code", Text, "code of the pupil")],
     },
     Type {
         name: "ExpectedArm",
-        about: "An arm that is expected on a site.",
+        about: "Arm expected on a site.",
         members: &[
-            is("arm", Text, "its name"),
-            is("machine", Text, "the machine of its station").optional(),
+            is("arm", Text, "name of the arm"),
+            is("machine", Text, "machine of its station").optional(),
         ],
     },
     Type {
         name: "PinAddress",
-        about: "A pin to watch.",
+        about: "Pin to watch.",
         members: &[
-            is("kind", Choice(PIN_KINDS), "how it is read"),
-            is("address", Count, "its EIO address, 1 to 20"),
+            is("kind", Choice(PIN_KINDS), "kind of reading"),
+            is("address", Count, "EIO address, 1 to 20"),
         ],
     },
     Type {
         name: "Laser",
-        about: "What the laser is to do.",
+        about: "Command for the laser.",
         members: &[
-            is("on", Switch, "whether it burns"),
-            is("power", Number, "0 to 100; a laser that stands burns at 100 or not at all: less is `unsupported`")
+            is("on", Switch, "true to switch it on"),
+            is("power", Number, "0 to 100; while the arm stands only 100 is possible, less is `unsupported`")
                 .in_unit("percent")
                 .optional(),
         ],
     },
     Type {
         name: "Box",
-        about: "A box with sides along the axes.",
+        about: "Axis-aligned box.",
         members: BOX,
     },
     Type {
         name: "Fence",
-        about: "Where an arm may be, how fast, and how strong its laser.",
+        about: "Bounds of an arm: position, speed and laser power.",
         members: &[
-            is("floor", Number, "the least z of the tip").in_unit("mm").null(NO_BOUND),
-            is("box", of("Box"), "where the tip has to be").null(NO_BOUND),
-            is("keep_out", List(&of("Box")), "where it must not be"),
-            is("speed", Number, "the highest speed").in_unit("mm/s").null(NO_BOUND),
-            is("power", Number, "the highest power of the laser").in_unit("percent").null(NO_BOUND),
+            is("floor", Number, "smallest z of the tip").in_unit("mm").null(NO_BOUND),
+            is("box", of("Box"), "box that the tip must stay in").null(NO_BOUND),
+            is("keep_out", List(&of("Box")), "boxes that the tip must not enter"),
+            is("speed", Number, "highest speed").in_unit("mm/s").null(NO_BOUND),
+            is("power", Number, "highest power of the laser").in_unit("percent").null(NO_BOUND),
         ],
     },
     Type {
         name: "FenceChange",
-        about: "The members of a fence that become something else; null takes the bound away.",
+        about: "Members of a fence to change; null removes the bound.",
         members: &[
-            is("floor", Number, "the least z of the tip").in_unit("mm").null(NO_BOUND).optional(),
-            is("box", of("Box"), "where the tip has to be").null(NO_BOUND).optional(),
-            is("keep_out", List(&of("Box")), "where it must not be").null("nowhere").optional(),
-            is("speed", Number, "the highest speed").in_unit("mm/s").null(NO_BOUND).optional(),
-            is("power", Number, "the highest power of the laser").in_unit("percent").null(NO_BOUND).optional(),
+            is("floor", Number, "smallest z of the tip").in_unit("mm").null(NO_BOUND).optional(),
+            is("box", of("Box"), "box that the tip must stay in").null(NO_BOUND).optional(),
+            is("keep_out", List(&of("Box")), "boxes that the tip must not enter").null("no box").optional(),
+            is("speed", Number, "highest speed").in_unit("mm/s").null(NO_BOUND).optional(),
+            is("power", Number, "highest power of the laser").in_unit("percent").null(NO_BOUND).optional(),
         ],
     },
     Type {
         name: "Surface",
-        about: "The surface that a plan works on.",
+        about: "Work surface of a plan.",
         members: &[
-            is("height", Number, "the z that the arm reports where the tool touches it, at x = y = 0").in_unit("mm"),
-            is("slope", Several(2, &Number), "how much higher it is for each mm in x and in y; level without it").optional(),
+            is("height", Number, "z of the surface at x = y = 0, as the arm reports it when the tool touches").in_unit("mm"),
+            is("slope", Several(2, &Number), "slope in x and in y, mm per mm; default level").optional(),
         ],
     },
     Type {
         name: "MeasuredSurface",
-        about: "What is known of the work surface under an arm.",
+        about: "Measured work surface of an arm.",
         members: &[
-            is("touches", Count, "how many touches it comes from; 0 while nothing is known"),
-            is("plane", of("Plane"), "the surface").null("nothing is known"),
-            is("residual", Number, "the largest distance of a touch from it").in_unit("mm").null("nothing is known"),
-            is("corners", List(&Choice(SHEET_CORNERS)), "corners that were taken of a sheet that is not complete"),
-            is("sheet", of("MeasuredSheet"), "the sheet of paper").null("none was measured"),
+            is("touches", Count, "number of touches; 0 if nothing was measured"),
+            is("plane", of("Plane"), "surface").null("nothing measured"),
+            is("residual", Number, "largest distance of a touch from the plane").in_unit("mm").null("nothing measured"),
+            is("corners", List(&Choice(SHEET_CORNERS)), "corners measured so far of an incomplete sheet"),
+            is("sheet", of("MeasuredSheet"), "sheet of paper").null("no sheet"),
         ],
     },
     Type {
         name: "Plane",
-        about: "A plane, by a place of it.",
+        about: "Plane through a point.",
         members: &[
-            is("at", Several(2, &Number), "x and y of the place").in_unit("mm"),
-            is("z", Number, "the z that the arm reports where the tool touches it there").in_unit("mm"),
-            is("slope_x", Number, "how much higher it is for each mm in x"),
-            is("slope_y", Number, "how much higher it is for each mm in y"),
+            is("at", Several(2, &Number), "x and y of the point").in_unit("mm"),
+            is("z", Number, "z at the point, as the arm reports it when the tool touches").in_unit("mm"),
+            is("slope_x", Number, "slope in x, mm per mm"),
+            is("slope_y", Number, "slope in y, mm per mm"),
         ],
     },
     Type {
         name: "MeasuredSheet",
-        about: "A sheet of paper as it lies before the arm.",
+        about: "Position of a sheet of paper.",
         members: &[
-            is("corner", Several(2, &Number), "x and y of its lower left corner, for its reader").in_unit("mm"),
-            is("rotation", Number, "from the arm's X to its lower edge").in_unit("deg"),
-            is("size", Several(2, &Number), "width and height").in_unit("mm").null("not known"),
-            is("outline", List(&Several(2, &Number)), "its four corners, from the lower left one against the clock").in_unit("mm"),
+            is("corner", Several(2, &Number), "x and y of its lower left corner, as its reader sees it").in_unit("mm"),
+            is("rotation", Number, "angle from the arm's X to its lower edge").in_unit("deg"),
+            is("size", Several(2, &Number), "width and height").in_unit("mm").null("unknown"),
+            is("outline", List(&Several(2, &Number)), "four corners, counterclockwise from the lower left one").in_unit("mm"),
         ],
     },
     Type {
         name: "Row",
-        about: "A row of the table of a plan: where the arm goes, what its tool does there, how long it stays.",
+        about: "Row of the table of a plan: target, action of the tool, waiting time.",
         members: ROW,
     },
     Type {
         name: "GivenRow",
-        about: "A row for `teach.plan`: as Row, and a member that is null may be missing.",
+        about: "Row for `teach.plan`: as Row, but null members may be missing.",
         members: &[
             ROW[0].optional(),
             ROW[1].optional(),

@@ -35,19 +35,19 @@ const fn part(
 pub const FRAME_PARTS: [FramePart; 17] = [
     part(0, "u8", "mark", "", "0x4D"),
     part(1, "u8", "version", "", "1"),
-    part(2, "u16", "subscription", "", "of which subscription"),
+    part(2, "u16", "subscription", "", "id of the subscription"),
     part(
         4,
         "u32",
         "sequence",
         "",
-        "counts the states of the subscription from 0, and begins anew after 4294967295; numbers of states that were dropped for a newer one are missing",
+        "number of the state, from 0, wraps after 4294967295; numbers of dropped states are missing",
     ),
-    part(8, "f64", "t", "Unix seconds", "when the pose was read"),
-    part(16, "f64", "x", "mm", "the tip of the tool"),
-    part(24, "f64", "y", "mm", "the tip of the tool"),
-    part(32, "f64", "z", "mm", "the tip of the tool"),
-    part(40, "f64", "r", "deg", "the turn of the tool"),
+    part(8, "f64", "t", "Unix seconds", "time of the reading"),
+    part(16, "f64", "x", "mm", "position of the tool tip"),
+    part(24, "f64", "y", "mm", "position of the tool tip"),
+    part(32, "f64", "z", "mm", "position of the tool tip"),
+    part(40, "f64", "r", "deg", "rotation of the tool"),
     part(48, "f64", "j1", "deg", "joint 1"),
     part(56, "f64", "j2", "deg", "joint 2"),
     part(64, "f64", "j3", "deg", "joint 3"),
@@ -57,56 +57,56 @@ pub const FRAME_PARTS: [FramePart; 17] = [
         "f64",
         "rail",
         "mm",
-        "where the arm stands on its rail; NaN without one",
+        "position on the rail; NaN without a rail",
     ),
     part(
         88,
         "f64",
         "current_index",
         "",
-        "the command of the arm's queue that was finished last",
+        "queue index of the last finished command",
     ),
     part(
         96,
         "f64",
         "left_space",
         "commands",
-        "places in the arm's queue that are free",
+        "free places in the arm's queue",
     ),
-    part(104, "f64", "flags", "", "the sum of the flags that are on"),
+    part(104, "f64", "flags", "", "sum of the flags that are set"),
 ];
 
 /// Flags of a frame: bit, name, meaning. Other bits are reserved.
 pub const FRAME_FLAGS: [(u32, &str, &str); 7] = [
     (1, "link", "the line to the arm is up"),
-    (2, "moving", "the arm moves, or may"),
+    (2, "moving", "the arm moves, or may move"),
     (4, "alarm", "an alarm holds the queue"),
     (8, "laser", "the laser may burn"),
-    (16, "jog", "a jog is under way"),
+    (16, "jog", "a jog is in progress"),
     (32, "job", "a job runs"),
-    (64, "lease", "somebody has the lease"),
+    (64, "lease", "the lease is taken"),
 ];
 
 /// Codes with which the station closes a socket.
 pub const CLOSE_CODES: &[(u16, &str)] = &[
     (1001, "the station ends"),
     (1003, "a binary message"),
-    (1007, "no UTF-8"),
+    (1007, "not UTF-8"),
     (1009, "a message of more than 1 MiB"),
     (1013, "tokens cannot be checked now"),
-    (4400, "the first message was no good hello"),
-    (4401, "no token, or a wrong one"),
+    (4400, "the first message was not a valid hello"),
+    (4401, "missing or invalid token"),
     (4403, "the token was revoked"),
     (
         4408,
-        "no hello within 5 s, from another machine 2 s, or a newer socket took the place of one that had said none",
+        "no hello within 5 s (2 s from another machine), or displaced by a newer socket before hello",
     ),
-    (4409, "its session has another socket"),
-    (4413, "it reads too slowly: more than 256 KiB wait for it"),
-    (4429, "too many messages for five seconds"),
+    (4409, "the session continues on another socket"),
+    (4413, "reads too slowly: more than 256 KiB are pending"),
+    (4429, "too many messages over five seconds"),
     (
         4503,
-        "the station has as many sessions, or viewers, as it takes: come again when one has gone",
+        "the station has its largest number of sessions or viewers: try again later",
     ),
 ];
 
@@ -149,12 +149,12 @@ features! {
     BinaryFrames = "binary-frames", "`arm.subscribe` takes `\"frame\": \"binary\"`.";
     Events = "events", "`arm.event` and `events.since`.";
     JobQueue = "job-queue", "`job.start` takes `\"queue\": true`.";
-    Library = "library", "Programs are kept: `program.*`, and `program` of `job.start`.";
+    Library = "library", "Library of programs: `program.*`, and `program` of `job.start`.";
     Presets = "presets", "`preset.*`, and `preset` of `setup`.";
     Recording = "recording", "`record.*`, and GET of recordings.";
     Classes = "class", "`class.*`, `turn.*`, `schedule.*`, and `pupil` of `session.hello`.";
-    Worlds = "world", "An arm is virtual, of this station itself: `world.*`.";
-    Control = "control", "Somebody may be more than a viewer: arms can be moved.";
+    Worlds = "world", "A virtual arm in the station: `world.*`.";
+    Control = "control", "Roles above viewer exist: arms can be moved.";
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ use crate::station::{Grant, Peer};
 /// Largest body of a request, bytes.
 const BODY: usize = 1024 * 1024;
 /// Hint in a refusal of an anonymous client of this machine.
-const IN_CLASS: &str = ": while a class is set, a teacher on this machine says the PIN, as `Authorization: Bearer PIN`";
+const IN_CLASS: &str = ": while a class is set, a teacher on this machine authenticates with the PIN, as `Authorization: Bearer PIN`";
 /// Most pairing tries per minute, over all callers: a code of six digits lives two minutes, so at
 /// most ten of a million codes can be tried.
 const TRIES: usize = 5;
@@ -76,86 +76,86 @@ pub static ROUTES: &[Route] = &[
         method: "GET",
         path: "/",
         needs: RouteNeeds::Nothing,
-        about: "the studio, a page for browsers; 404 where none is served",
+        about: "the studio, a web page; 404 if none is served",
     },
     Route {
         method: "GET",
         path: "/assets/{name}",
         needs: RouteNeeds::Nothing,
-        about: "its scripts, styles and pictures, by gzip where the browser takes it",
+        about: "scripts, styles and pictures of the studio, gzip-compressed if the browser accepts it",
     },
     Route {
         method: "GET",
         path: "/manifest.webmanifest",
         needs: RouteNeeds::Nothing,
-        about: "what it is called where it is installed",
+        about: "web app manifest",
     },
     Route {
         method: "GET",
         path: "/healthz",
         needs: RouteNeeds::Nothing,
-        about: "that it is there, its version, and that of its API",
+        about: "health check: versions of station and API",
     },
     Route {
         method: "GET",
         path: "/api/v1/ws",
         needs: RouteNeeds::Hello,
-        about: "a WebSocket for JSON-RPC; subprotocol `magician.v1` if it is offered",
+        about: "WebSocket for JSON-RPC; subprotocol `magician.v1` if offered",
     },
     Route {
         method: "POST",
         path: "/api/v1/rpc",
         needs: RouteNeeds::Method,
-        about: "one request of JSON-RPC; what needs the lease takes it for the call when it is free",
+        about: "one JSON-RPC request; a method that needs the lease takes it for the call if it is free",
     },
     Route {
         method: "GET",
         path: "/api/v1/openrpc.json",
         needs: RouteNeeds::Nothing,
-        about: "the methods of the API, as OpenRPC",
+        about: "description of the API, as OpenRPC",
     },
     Route {
         method: "POST",
         path: "/api/v1/pair",
         needs: RouteNeeds::Code,
-        about: "a token for a code of six digits",
+        about: "exchanges a six-digit code for a token",
     },
     Route {
         method: "GET",
         path: "/api/v1/recordings/{name}",
         needs: RouteNeeds::Role(Role::Viewer),
-        about: "a recording, MCAP",
+        about: "recording, MCAP",
     },
     Route {
         method: "PUT",
         path: "/api/v1/programs/{name}",
         needs: RouteNeeds::Role(Role::Student),
-        about: "keeps a program, of 64 MiB at most: 201 a new one, 200 in place of one",
+        about: "stores a program of at most 64 MiB: 201 if new, 200 if replaced",
     },
     Route {
         method: "GET",
         path: "/api/v1/programs/{name}",
         needs: RouteNeeds::Role(Role::Viewer),
-        about: "the bytes of a program",
+        about: "content of a program",
     },
     Route {
         method: "DELETE",
         path: "/api/v1/programs/{name}",
         needs: RouteNeeds::Role(Role::Student),
-        about: "removes a program",
+        about: "deletes a program",
     },
     #[cfg(feature = "class")]
     Route {
         method: "GET",
         path: "/api/v1/class/results.html",
         needs: RouteNeeds::Role(Role::Teacher),
-        about: "what the pupils of the class have made, as one page",
+        about: "results of the class, as one page",
     },
     Route {
         method: "GET",
         path: "/api/v1/link",
         needs: RouteNeeds::Role(Role::Viewer),
-        about: "the calls of programs for DobotLink, by program; 404 where none are served",
+        about: "calls of programs for DobotLink, by program; 404 if none are served",
     },
 ];
 
