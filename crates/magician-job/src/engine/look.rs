@@ -1,4 +1,9 @@
-//! What is looked at before anything moves.
+//! Checks before anything moves: readiness, place to begin at, and the check of the program.
+//!
+//! A resumed job has to find out how far the earlier one came. The checkpoint says what was handed
+//! over, the arm's index how many commands it has finished, and its pose where it stands. The index
+//! decides if nothing else counts on it; the pose decides where foreign commands are mixed in. If
+//! neither is conclusive the job refuses with [`Fault::Doubt`] instead of guessing.
 
 use std::time::Duration;
 
@@ -20,27 +25,30 @@ use crate::journal::JournalKey;
 use crate::saved::{Access, SavedSettings};
 use crate::spec::Start;
 
-/// Between two looks at an arm that still has something to do.
+/// Poll interval while the arm still moves: a choice between load on the line and delay.
 const LOOKS: Duration = Duration::from_millis(100);
-/// So many steps are looked at at a stretch.
+/// Steps whose permissions are checked between two yields, so that a long program does not block
+/// the runtime.
 const PERMITTED: usize = 65_536;
-/// A queue that stands for so long does not go on by itself.
+/// A queue that stands still for this long does not continue by itself: a choice, longer than any
+/// command leaves index and pose unchanged in ordinary use.
 const STANDING: Duration = Duration::from_secs(3);
 
-/// What was found before anything moves.
+/// Result of the checks before anything moves.
 pub(super) struct Found {
     pub(super) rest: RemainingProgram,
     pub(super) report: Report,
     pub(super) timetable: Timetable,
     pub(super) begun: Begun,
-    /// The index of the arm at rest.
+    /// Index of the arm if it is at rest, `None` otherwise.
     pub(super) rests_at: Option<u64>,
-    /// Where the arm stood.
+    /// Pose of the arm when it was checked.
     pub(super) pose: Pose,
 }
 
 impl Work {
-    /// The arm is ready, and the place to begin at is found: the steps that are done, and the place within the next.
+    /// Makes the arm ready and finds the place to begin at: number of finished steps, and the
+    /// position within the next step.
     pub(super) async fn ready(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, spec) = (&self.arm, &self.spec);
         let program = &spec.program;
@@ -54,12 +62,13 @@ impl Work {
         }
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
-            // A run that died may have left it burning.
-            // Where that finds an arm that moves, the burn goes on.
+            // A run whose process died may have left the laser on. The pose is read at the same
+            // instant: if the arm is moving, the burn is resumed from there.
             let (dark, _) = tokio::join!(arm.laser().switch_off(), arm.get::<Pose>());
             dark?;
             arm.stop_gentle().await?;
-            // A Clear may end the piece under way where it is, and the arm would count it as finished.
+            // Wait before clearing: a Clear may cut the command in progress short, and the arm
+            // would count it as finished.
             if !arm.stands().await? {
                 self.shared.tell(JobEvent::Waits(Waits::Queue));
                 while !arm.stands().await? {
@@ -82,13 +91,14 @@ impl Work {
         if spec.begins_here && program.depends_on_start(place.0) {
             return Err(Fault::BeginsElsewhere.into());
         }
-        // A program that homes first needs no homed arm, but what it sees of its own homing is kept.
+        // A program that homes first needs no homed arm. The query is made all the same, so that
+        // the driver records the homing it will see.
         if program.homes_first(place.0) {
             arm.homing().is_homed().await?;
         } else {
             arm.homing().check().await?;
         }
-        // A surface is measured with an arm that is homed: that comes first.
+        // Comes after the homing check: a surface can be measured only with a homed arm.
         if spec.assumes_surface && !arm.is_virtual() {
             return Err(Fault::Program(Diagnostic::unknown_surface()).into());
         }
@@ -97,16 +107,17 @@ impl Work {
             self.shared.tell(JobEvent::Settled(settled));
         }
         if !spec.keep {
-            // An empty run refuses foreign commands in the queue: a clearer error than a check from an unknown start.
+            // Starting an empty run refuses foreign commands in the queue. That error is clearer
+            // than a check from an unknown start.
             arm.start([]).wait(|_| {}).await?;
         }
         Ok(place)
     }
 
-    /// Tells of a run that was cut off, which this one is about to forget.
+    /// Reports an interrupted run of the same program that this job is about to forget.
     async fn tell_unfinished(&self) -> Result<(), Error> {
         let left = self.track().journal.left();
-        // One that ended in order has said so itself.
+        // A run that ended in order has reported its end itself.
         let cut_off = left
             .ok()
             .filter(|left| left.ended.is_none() && left.handed > 0);
@@ -116,7 +127,8 @@ impl Work {
                 clock: self.arm.get::<DeviceTime>().await?.g_systick,
             };
             let doubt = left.doubt(Some(seen), self.spec.program.numbering());
-            // After a reset nothing tells how far it came. Other doubts may be settled by the pose.
+            // After a reset no source says how far the run came. Other doubts may be settled by the
+            // pose.
             let reset = doubt.is_some_and(|doubt| doubt.why == DoubtReason::Reset);
             self.shared.tell(JobEvent::Unfinished {
                 finished: left.finished,
@@ -132,7 +144,7 @@ impl Work {
         self.arm.front_end().check_ready(&first, guards).await
     }
 
-    /// Checks what is left from there, from where the arm stands.
+    /// Checks the rest of the program after `from` steps, from the current pose.
     pub(super) async fn look(
         &self,
         from: u64,
@@ -173,8 +185,10 @@ impl Work {
         })
     }
 
-    /// What is left from there, what its check finds, and how long it takes. That may be a while, and others have connections to
-    /// be served.
+    /// Returns the rest of the program, its check report and its timetable.
+    ///
+    /// Long programs take a while, so this runs beside the runtime's tasks, which serve other
+    /// connections.
     pub(super) async fn checked(
         &self,
         from: u64,
@@ -186,7 +200,7 @@ impl Work {
         Ok(checked.await??)
     }
 
-    /// Whose journal it is.
+    /// Key of the job's journal: program and arm.
     async fn key(&self) -> JournalKey {
         let serial = self.arm.get::<DeviceSn>().await;
         let serial = serial
@@ -207,7 +221,8 @@ impl Work {
         key
     }
 
-    /// The steps behind which an earlier job of the same goes on, and the place within the next, if it is not at its beginning.
+    /// Steps after which an earlier job of the same program is resumed, and the position within the
+    /// next step unless that starts at its beginning.
     async fn resumed(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, program) = (&self.arm, &self.spec.program);
         let left = self.track().journal.left();
@@ -229,8 +244,8 @@ impl Work {
         let resume_point = checkpoint.resume_point(seen, program.numbering(), |steps| {
             whole.as_ref()?.stands_after(steps, &pose, false)
         });
-        // Where commands that are no steps are among those that the arm counts, its pose may decide:
-        // not before the first motion, for where the arm stood when it began is not known any more.
+        // If the arm also counts commands that are not steps, its pose may decide. Not before the
+        // first motion of the program: where the arm stood when that began is not known any more.
         let doubt = checkpoint.doubt(seen, program.numbering());
         let mixed = doubt.filter(|doubt| doubt.why == DoubtReason::Mixed);
         let told = mixed.zip(whole.as_ref()).and_then(|(doubt, whole)| {
@@ -241,7 +256,8 @@ impl Work {
             found.or_else(|| burns.then(|| cut_short(whole, least, &pose))?)
         });
         let resume_point = told.map_or(resume_point, |(told, _)| told);
-        // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
+        // A run without a recorded end may have been stopped within a step. If the arm still stands
+        // on that step's line, it continues from there.
         let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
         let standing = standing.and_then(|whole| whole.goes_on(resume_point, &pose));
@@ -272,7 +288,8 @@ impl Work {
         let again =
             within.is_none() && kept_twice == 0.0 && matches!(resume_point, ResumePoint::Again(_));
         let (steps, within, burnt_twice) = match &whole {
-            // Where it stopped is not known: up to its end, perhaps.
+            // The position within the step is unknown: as much as the whole step may be burnt
+            // twice.
             Some(whole) if again => (steps, within, whole.burn_after(steps).unwrap_or(0.0)),
             Some(whole) => whole.overlapped((steps, within), self.spec.overlap),
             None => (steps, within, 0.0),
@@ -294,7 +311,7 @@ impl Work {
         Ok((steps, within))
     }
 
-    /// Waits until the arm has done what a job that died has left in its queue.
+    /// Waits until the arm has finished what a dead job left in its queue.
     async fn idle(&self) -> Result<(), JobError> {
         let (_, places) = self.arm.stats().await?;
         let mut before = None;
@@ -332,7 +349,7 @@ async fn checked(
     Ok((rest, report, timetable))
 }
 
-/// The index that the arm has finished last, if its queue is empty.
+/// Index of the last finished command if the queue is empty, `None` otherwise.
 pub(super) async fn at_rest(arm: &Arm) -> Result<Option<u64>, Error> {
     let (_, places) = arm.stats().await?;
     let empty = arm.queue().left_space().await? >= places;
