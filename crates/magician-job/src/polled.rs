@@ -1,4 +1,4 @@
-//! What no state watch tells, read again and again beside everything else.
+//! Values that the driver does not watch, polled by a task.
 
 use std::future::Future;
 
@@ -6,7 +6,7 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{Duration, MissedTickBehavior, interval};
 
-/// A value that is read periodically, until this is dropped. A slow reading blocks no reader.
+/// Value that a task polls until this is dropped. A slow reading blocks no reader.
 #[derive(Debug)]
 pub struct Polled<T> {
     latest: watch::Receiver<Option<T>>,
@@ -14,7 +14,7 @@ pub struct Polled<T> {
 }
 
 impl<T: Clone + Send + Sync + 'static> Polled<T> {
-    /// Begins; must be called within a runtime. A reading of `None` is none.
+    /// Starts polling; must be called within a runtime. A reading of `None` is skipped.
     pub fn every<F, R>(period: Duration, mut read: F) -> Self
     where
         F: FnMut() -> R + Send + 'static,

@@ -1,4 +1,4 @@
-//! Where to resume a burn that was cut short.
+//! Place where a burn that was cut short is resumed.
 
 use magician::LightsOut;
 use magician::commands::Pose;

@@ -47,7 +47,6 @@ impl Job {
     ///
     /// # Panics
     /// Panics outside of a tokio runtime.
-    /// Outside of a tokio runtime.
     pub fn start(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> JobHandle {
         let lasting = spec
             .lasting

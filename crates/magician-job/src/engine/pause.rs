@@ -30,7 +30,7 @@ const HIDDEN: Duration = Duration::from_secs(60);
 /// rarely unambiguous.
 const MOST: u64 = 64;
 
-/// Where a paused job resumes, and the arm's state at the pause.
+/// Place where a paused job resumes, and the arm's state at the pause.
 struct Place {
     /// Finished steps and position within the next; `None` if unknown.
     from: Option<(u64, Option<[f64; 3]>)>,
