@@ -181,6 +181,7 @@ impl JobEvents {
                     self.over = event == JobEvent::State(JobState::Ended);
                     return Some(event);
                 }
+                // Events were missed; the next receive returns the oldest one left.
                 Err(RecvError::Lagged(_)) => {}
                 Err(RecvError::Closed) => self.over = true,
             }

@@ -110,6 +110,7 @@ impl Identity {
         }
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
+            // A bare file name has an empty parent.
             _ => Path::new("."),
         };
         let name = path.file_name().unwrap_or_default();

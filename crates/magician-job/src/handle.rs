@@ -8,7 +8,7 @@ use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use crate::error::{JobOutcome, PauseError, ResumeError, SpeedError};
 use crate::event::{JobEvent, JobEvents, JobProgress, JobState, PauseReason};
 
-/// Events buffered for a slow reader; older ones are dropped. A choice: half a minute of progress
+/// Events buffered for a slow reader; older ones are dropped. A choice: 25 seconds of progress
 /// events at ten a second.
 const EVENTS: usize = 256;
 

@@ -20,7 +20,7 @@ use tracing::warn;
 const VERSION: u32 = 1;
 /// Largest relative drift between the arm's crystal and this computer's: 100 ppm each, which is 17
 /// s a day. A power cycle shifts the computed time by at least the time that the arm had been on
-/// before, which is longer because homing alone takes longer than that error.
+/// before, and that is no less than a homing takes.
 const DRIFT: f64 = 200e-6;
 /// Longest age of a record, s. The arm's clock (32 bits of ms) wraps after 49.7 days.
 const LONGEST: f64 = 50.0 * 86400.0;
@@ -79,6 +79,7 @@ impl HomingRecord for HomingFiles {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 warn!(%error, "{} cannot be removed: the arm may count as homed while it is not", path.display());
             }
+            // Removed, or never there.
             _ => {}
         }
     }
@@ -90,6 +91,7 @@ impl HomingRecord for HomingFiles {
 
 impl HomingFiles {
     fn keep_at(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate, now: f64) {
+        // Without a serial number the record would fit every arm that has none.
         if arm.serial.is_empty() {
             return;
         }
@@ -102,6 +104,7 @@ impl HomingFiles {
             clock: match rate {
                 ClockRate::Faster => Clock::Faster,
                 ClockRate::Slower => Clock::Slower,
+                // Real arms, and virtual ones in real time.
                 _ => Clock::Steady,
             },
         };
@@ -165,6 +168,7 @@ impl Homing {
             Clock::Steady => later.abs() <= slack,
             // A virtual arm may run faster than real time, so only falling behind shows a restart.
             Clock::Faster => later <= slack,
+            // A slow clock only proves that the arm has been on for longer than at the record.
             Clock::Slower => uptime >= self.seen - self.powered_up,
         }
     }

@@ -8,7 +8,7 @@ use magician::{RestDetector, Status};
 
 /// Number of speeds kept in the history.
 const HISTORY: usize = 600;
-/// Age from which a reading is stale. A choice: longer than any normal gap at 5 Hz and above.
+/// Age from which a reading is stale. A choice: many periods at the usual rate of 20 Hz.
 const STALE: Duration = Duration::from_secs(1);
 /// Number of missed readings from which a slower series of readings is stale.
 const MISSED: f64 = 3.0;

@@ -23,6 +23,7 @@ impl<T: Clone + Send + Sync + 'static> Polled<T> {
         let (tell, latest) = watch::channel(None);
         let task = tokio::spawn(async move {
             let mut ticks = interval(period);
+            // After a slow reading wait a full period, instead of reading several times in a row.
             ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
             loop {
                 ticks.tick().await;
@@ -37,6 +38,7 @@ impl<T: Clone + Send + Sync + 'static> Polled<T> {
     /// Waits for the next reading.
     pub async fn next(&mut self) -> T {
         loop {
+            // The task is gone with its runtime: no reading will come.
             if self.latest.changed().await.is_err() {
                 std::future::pending::<()>().await;
             }

@@ -195,6 +195,7 @@ pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
                     left = left.and_then(|file| file.without(name));
                 }
             }
+            // Nothing to remove: do not touch the file.
             if left.as_ref() == Some(&file) {
                 return Ok(());
             }

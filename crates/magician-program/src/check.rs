@@ -261,8 +261,10 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
                 Err(error) => course.refuse(plan, at, error),
             }
         }
+        // A long plan takes seconds; let the arm be served in between.
         turns.give().await;
     }
+    // The end of the last path is planned only when nothing follows it.
     if let Err(error) = course.arm.finish() {
         course.refuse(plan, plan.steps.len(), error);
     }
@@ -304,6 +306,7 @@ impl CheckRun {
         let parts = &mut self.report.parts;
         let known = parts.iter().position(|known| known.part.n == part.n);
         let nth = known.unwrap_or(parts.len());
+        // Beyond the limit a part still counts in the totals, only not by itself.
         if nth == MOST_PARTS {
             return;
         }
@@ -364,9 +367,11 @@ impl CheckRun {
         }
         self.check_rail(command)?;
         let done = self.arm.check(command)?;
+        // `Duration::MAX` marks an end that is unknown: the total is unknown from here on.
         self.time = self.time.filter(|_| done.time < Duration::MAX);
         self.time = self.time.map(|time| time.saturating_add(done.time));
         let is_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
+        // Segments of a path are planned together, so their times are not their own.
         if !is_path {
             self.report.take(step, done.time.saturating_sub(done.path));
         }

@@ -75,6 +75,7 @@ impl Continuation {
     /// # Ok::<(), magician_program::Diagnostic>(())
     /// ```
     ///
+    /// # Errors
     /// [`Diagnostic`] if the step does not exist, an earlier step is refused, its start is unknown
     /// (after homing to an unknown point, for example), or the arm cannot reach it.
     pub fn from_step(plan: &Plan, step: usize, start: &Preflight) -> Result<Self, Diagnostic> {
@@ -97,6 +98,7 @@ impl Continuation {
             );
             return Err(Diagnostic::of_file(message));
         }
+        // The whole plan is cloned for its names and settings; its steps are replaced below.
         let mut plan = whole.clone();
         let mut added = 0;
         if step > 0 || at.is_some() {
@@ -262,6 +264,7 @@ impl<'p> LeadIn<'p> {
             arm.check(&tool).map_err(refused)?;
         }
         let burns = |step: &Step| step.action.is_of_a_laser();
+        // The laser may still be on from an earlier run: switch it off before the arm moves.
         let dark = self
             .plan
             .steps
@@ -273,6 +276,7 @@ impl<'p> LeadIn<'p> {
             steps.push(command.into());
         }
         self.approach(&mut arm, &mut steps).map_err(refused)?;
+        // Targets are sent as 32-bit floats; huge coordinates lose the precision to meet the start.
         if !self.has_arrived(&arm) {
             return Err(refused(Error::invalid(message!(
                 "its coordinates are too large for the precision of 32 bits"
@@ -304,6 +308,7 @@ impl<'p> LeadIn<'p> {
         if let Some(from) = begun
             && rail.is_none()
             && from.distance_to(&self.place) < SHORT
+            // A tool turned differently still needs a move, though its tip is in place.
             && (from.r - self.place.r).abs() < SHORT
         {
             return Ok(());
@@ -351,6 +356,7 @@ impl<'p> LeadIn<'p> {
                 z,
                 ..self.place
             };
+            // Try on a copy: both moves must be possible, or neither is made.
             let (mut tried, mut added) = (arm.clone(), Vec::new());
             if z > self.place.z + SHORT
                 && go(&mut tried, &mut added, over, across, self.settings.rail()).is_ok()
@@ -393,6 +399,7 @@ fn go(
             Err(error) => refusal = refusal.or(Some(error)),
         }
     }
+    // The first motion type is the wanted one, so its refusal is the useful one.
     refusal.map_or(Ok(()), Err)
 }
 

@@ -146,6 +146,7 @@ impl StepCounter {
         if as_many.count() > 1 {
             self.pairs.pop_back();
         }
+        // The oldest pair is far behind anything still in the queue.
         if self.pairs.len() >= REMEMBERED {
             self.pairs.pop_front();
         }
@@ -192,6 +193,7 @@ impl StepCounter {
             most = most.min(*commands);
         }
         if !self.mixed {
+            // Without foreign commands the nearest known index is exact.
             (least, most) = match after {
                 Some(_) => (least, least),
                 None => (most, most),
@@ -393,6 +395,7 @@ impl Checkpoint {
             None => {}
         }
         let after = |commands: u64| self.after(commands, numbering);
+        // The arm counts commands; steps without one follow from the numbering.
         let point = match self.in_commands(numbering).counted(seen) {
             Ok(span) => resume_point_at(span.least, |commands| stands_after(after(commands))),
             Err((_, span)) => in_doubt(span),
@@ -490,9 +493,11 @@ impl Checkpoint {
                 }
                 self.count(seen.current, (index, steps))
             }
+            // No index at all: the arm was not at rest, and no reply arrived.
             None if self.rest.is_none() => return Err((DoubtReason::NotAtRest, all)),
             None => self.since_rest(seen).ok_or((DoubtReason::Reset, all))?,
         };
+        // More than this run sent: another client has used the arm since.
         if span.most > all.most {
             Err((DoubtReason::Others, all))
         } else if span.least != span.most {

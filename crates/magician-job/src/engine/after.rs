@@ -78,6 +78,7 @@ impl Work {
         match timeout(AFTERMATH, self.stand()).await {
             Ok(Ok((stood, _))) => error.stood = Some(stood),
             Ok(Err(why)) => error.unconfirmed = Some(why),
+            // Timed out: neither a pose nor an error is known.
             Err(_) => {}
         }
         self.keep(false, error.stood.as_ref());
@@ -105,6 +106,7 @@ impl Work {
         match timeout(AFTERMATH, last).await {
             Ok(Ok(pose)) => error.pose = Some(pose),
             Ok(Err(why)) => error.unconfirmed = Some(why),
+            // Timed out after the lift: the pose read before it no longer holds.
             Err(_) => error.pose = None,
         }
     }
@@ -116,6 +118,7 @@ impl Work {
         let Some(saved) = self.spec.saved.as_ref().filter(|saved| !saved.is_empty()) else {
             return;
         };
+        // With a known pose the arm was stopped; otherwise the restore has to stop it first.
         let stands = matches!(outcome, Err(error) if error.pose.is_some());
         let restoring = async {
             if stands {
@@ -125,6 +128,7 @@ impl Work {
             }
         };
         let _ = timeout(AT_ONCE, restoring).await;
+        // What the arm did not take stays in the file, for the next program.
         saved.leave();
     }
 
@@ -174,6 +178,7 @@ impl Work {
             failed.pose = stood.map(|stood| stood.pose);
             self.keep(uncertain, stood.as_ref());
             failed.left = self.left();
+            // After an alarm or another client's stop nothing may move, not even a pen.
             if let Some(stood) = stood.filter(|_| kind.lifts()) {
                 let _ = timeout(AFTERMATH, self.leaves_pace(&self.arm)).await;
                 failed.lift = self.lift(&stood).await;
@@ -257,6 +262,7 @@ impl Work {
             return false;
         }
         let most = track.from() + track.counter.finished(stood.index).most;
+        // A clock or a count below an earlier observation means that the arm has restarted.
         clock < track.checkpoint.clock || most < track.checkpoint.finished
     }
 
@@ -267,6 +273,7 @@ impl Work {
             return;
         }
         let Some(stood) = stood else {
+            // The arm could not be asked: the job that resumes reads its index instead.
             track.breaks_off();
             return;
         };
@@ -324,6 +331,7 @@ impl Work {
             (track.rest.as_ref()).and_then(|rest| rest.goes_on(resume_point, &stood.pose));
         let (resume_point, within) = match goes_on {
             Some((steps, Some(place))) => (ResumePoint::Again(steps), Some((steps, place))),
+            // No position within a step: resume at the beginning of one.
             _ => (resume_point, None),
         };
         track.ends_at(resume_point, within, (self.burns, &stood.pose));

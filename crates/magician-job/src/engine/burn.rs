@@ -11,8 +11,7 @@ use super::pause::Goes;
 /// are equal, and an arm that has less than this left to go is so slow that its braking distance
 /// leaves no gap in the burn.
 const MOVED: f32 = 0.001;
-/// Shortest length burnt twice that is reported, mm: a choice, well below the width of a burnt
-/// line.
+/// Shortest length burnt twice that is reported, mm. A choice: less is not worth a note.
 pub const NOTICEABLE: f64 = 0.05;
 
 /// Resume point of an arm that stands within the last step it reports as finished.

@@ -111,6 +111,7 @@ impl Inbox {
                     *stop = FirstStop::Person;
                     return request;
                 }
+                // A second stop, or a pause or resume.
                 _ => return request,
             }
         }
@@ -130,6 +131,7 @@ impl Inbox {
         let mut work = Box::pin(work);
         loop {
             tokio::select! {
+                // Requests first: work that is always ready must not starve a stop.
                 biased;
                 request = self.next() => match request {
                     Request::Stop => return Err(Stopped),

@@ -30,8 +30,8 @@ const LOOKS: Duration = Duration::from_millis(100);
 /// Steps whose permissions are checked between two yields, so that a long program does not block
 /// the runtime.
 const PERMITTED: usize = 65_536;
-/// A queue that stands still for this long does not continue by itself: a choice, longer than any
-/// command leaves index and pose unchanged in ordinary use.
+/// Time after which a queue without progress is taken to be stuck. A choice: a longer wait command
+/// in the queue looks the same and is refused too.
 const STANDING: Duration = Duration::from_secs(3);
 
 /// Result of the checks before anything moves.
@@ -52,6 +52,7 @@ impl Work {
     pub(super) async fn ready(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, spec) = (&self.arm, &self.spec);
         let program = &spec.program;
+        // Refuse here what the driver would refuse only when the command goes out, in mid-program.
         for steps in program.plan().steps.chunks(PERMITTED) {
             let commands: Vec<Set> = steps
                 .iter()
@@ -76,6 +77,7 @@ impl Work {
                 }
                 self.shared.tell(JobEvent::Waits(Waits::Nothing));
             }
+            // Nothing of the dead run may follow once the arm is started again.
             arm.queue().clear().await?;
         }
         self.check_ready().await?;
@@ -202,11 +204,13 @@ impl Work {
 
     /// Key of the job's journal: program and arm.
     async fn key(&self) -> JournalKey {
+        // An arm may report no serial number; then its name identifies it.
         let serial = self.arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())
             .unwrap_or_default();
         let arm = match (self.lasting, serial.trim()) {
+            // The serial number of an arm that ends with this process identifies nothing.
             (false, _) => "virtual",
             (true, "") => self.arm.name(),
             (true, serial) => serial,
@@ -239,6 +243,7 @@ impl Work {
         };
         let pose = arm.get::<Pose>().await?;
         let start = arm.preflight_for(&program.kinds()).await?;
+        // Without the whole plan, the pose cannot be compared with it and the index alone decides.
         let whole = program.remaining(0, start).ok();
         let seen = self.lasting.then_some(seen);
         let resume_point = checkpoint.resume_point(seen, program.numbering(), |steps| {
@@ -304,6 +309,7 @@ impl Work {
             nothing_queued: checkpoint.is_untouched(seen),
         };
         self.shared.tell(JobEvent::Starts(starts));
+        // The earlier run finished its last step, but ended before it removed the journal.
         if program.steps().is_some_and(|all| steps >= all) {
             self.track().journal.remove();
             return Err(Fault::AllDone.into());
@@ -323,6 +329,7 @@ impl Work {
                 self.arm.queue().current_index().await?,
                 self.arm.get::<Pose>().await?,
             );
+            // An empty queue and two equal readings: nothing moves any more.
             if waiting == 0 && before == Some(now) {
                 return Ok(());
             }

@@ -91,6 +91,7 @@ impl Job {
         };
         let ends = EndsAnyway(shared);
         tokio::spawn(async move {
+            // Move the guard into the task, so that it drops with the task.
             let ends = ends;
             let mut inbox = Inbox::new(requests, work.arm.front_end().end_notice());
             let mut outcome = work.to_the_end(&mut inbox).await;
@@ -225,6 +226,7 @@ impl Work {
         let arm = &self.arm.front_end().patient(RunOptions::default().patience);
         let ends = async {
             let seconds = begun.seconds(arm).await?;
+            // All steps are done: a failure from here on must not make them resumable.
             self.track().remove();
             self.leaves_pace(arm).await?;
             let end = self.ends(arm).await?;

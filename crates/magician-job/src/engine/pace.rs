@@ -98,6 +98,7 @@ fn paced(command: Set, percent: u8) -> Set {
     let square = share * share;
     match command {
         Set::PtpCommonParams(moves) => {
+            // The arm takes more than 100 % as 100 %, so the share applies to at most that.
             let ratio = |ratio: f32, share: f32| (ratio.min(100.0) * share).max(LEAST_RATIO);
             PtpCommonParams {
                 velocity_ratio: ratio(moves.velocity_ratio, share),
@@ -106,6 +107,7 @@ fn paced(command: Set, percent: u8) -> Set {
             .into()
         }
         Set::CpParams(paths) => {
+            // With real-time tracking this field is a period, which grows as the speed falls.
             let last = if paths.real_time_track.is_on() {
                 share.recip()
             } else {
@@ -248,6 +250,7 @@ impl<I: Iterator<Item = Set>> Iterator for Paced<'_, I> {
     type Item = Set;
 
     fn next(&mut self) -> Option<Set> {
+        // Release the lock first: `seam` reads ahead in the program.
         let full = {
             let pace = self.work.pace();
             (pace.next.is_empty() && pace.wanted != pace.told).then_some(pace.full)

@@ -26,8 +26,7 @@ const LOOKS: Duration = Duration::from_millis(50);
 /// Longest wait for a command that does not show in the pose: homing, a motor, the rail (model
 /// section 11).
 const HIDDEN: Duration = Duration::from_secs(60);
-/// Largest number of steps among which the pose may choose. Bounds the work; a wider range is
-/// rarely unambiguous.
+/// Largest number of steps among which the pose may choose. A choice that bounds the work.
 const MOST: u64 = 64;
 
 /// Place where a paused job resumes, and the arm's state at the pause.
@@ -161,6 +160,7 @@ impl Work {
         let paused = PausedAt {
             reason: match pause.cause {
                 PauseCause::Part => PauseReason::Part,
+                // Every other cause is a pause written in the program.
                 _ => PauseReason::Program,
             },
             part: rest.part_after(step).map(|part| part.n),
@@ -252,6 +252,7 @@ impl Work {
             let pose = arm.get::<Pose>().await?;
             let now = Stood { pose, index };
             let still = before.replace(now) == Some(now);
+            // A pose that stands proves rest, unless the command in progress does not show in it.
             if still && !(self.is_hidden(index) && began.elapsed() < HIDDEN) {
                 break now;
             }
@@ -326,6 +327,8 @@ impl Work {
         let told = |error: Error| ResumeError::Arm(Arc::new(error));
         let alarms = arm.alarms().await.map_err(told)?;
         let clock = arm.get::<DeviceTime>().await.map_err(told)?.g_systick;
+        // The 32-bit clock wraps after 49.7 days, so a restart is told by a difference beyond half
+        // of its range.
         let began_anew = clock.wrapping_sub(place.clock) > u32::MAX / 2;
         if began_anew || alarms.contains(Alarm::ResetOccurred) && !place.was_reset {
             return Err(ResumeError::Reset);
@@ -355,6 +358,7 @@ impl Work {
         }
         self.check_ready().await.map_err(told)?;
         let pose = arm.get::<Pose>().await.map_err(told)?;
+        // The arm has not moved since the first check, whose result still holds.
         if let Some(found) = found.filter(|found| found.pose == pose) {
             let begun = Begun::now(arm).await.map_err(told)?;
             return Ok(Found { begun, ..found });
@@ -370,6 +374,7 @@ impl Work {
             // Doubt, stops and journal faults do not come from a look at known steps.
             _ => ResumeError::Unknown,
         })?;
+        // From an unknown pose the approach cannot be checked.
         if found.rest.start().arm().is_none() {
             return Err(ResumeError::Unknown);
         }
@@ -409,6 +414,7 @@ pub(super) fn by_pose(
         let place = rest.goes_on(resume_point, pose)?;
         place.1.map(|_| (ResumePoint::Again(place.0), place))
     });
+    // Several candidates are acceptable if all of them give the same place.
     let first = within.next()?;
     within.all(|other| other.1 == first.1).then_some(first)
 }

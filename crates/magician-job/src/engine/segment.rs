@@ -14,8 +14,8 @@ use crate::event::{JobEvent, JobProgress, JobState};
 
 /// Interval between two progress events.
 const TELL: Duration = Duration::from_millis(100);
-/// Longest time for a run to end after the queue was stopped; a choice, since the run normally ends
-/// with the next reply.
+/// Deadline for a run to end after the queue was stopped. A choice, far above a reply's usual
+/// delay.
 const GIVE_UP: Duration = Duration::from_secs(3);
 
 /// Part of a program, from where it begins or resumes.
@@ -106,6 +106,7 @@ impl Work {
         let end = {
             let mut finish = pin!(run.wait(|progress| self.reached(segment, &progress)));
             let wish = tokio::select! {
+                // Requests first: a run that ends at the same moment must not hide a stop.
                 biased;
                 wish = inbox.wish() => Ok(wish),
                 never = self.follow_pace(segment) => match never {},
@@ -131,6 +132,8 @@ impl Work {
                         (_, Ok(Err(error))) if !self.is_own_stop(segment, &error) => {
                             End::Failed(error)
                         }
+                        // Ended by the stop of this pause, or too slow to report: the arm is asked
+                        // next.
                         _ => End::Paused,
                     }
                 }

@@ -168,6 +168,7 @@ impl Track {
         let steps = self.from() + self.steps_pulled(lead);
         if steps > self.checkpoint.handed {
             let most = self.checkpoint.steps.unwrap_or(u64::MAX);
+            // Written before the command goes out: after a crash this is an upper bound.
             self.checkpoint.handed = steps.saturating_add(AHEAD).min(most);
             self.write_if_lasting();
         } else if first {

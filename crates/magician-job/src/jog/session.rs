@@ -11,7 +11,7 @@ use crate::{Polled, SavedSettings};
 
 /// Rate of pose readings, Hz.
 const RATE: f64 = 20.0;
-/// Interval between readings of the rail. Slower than poses, since it costs another request.
+/// Interval between readings of the rail. A choice: each reading costs a request besides the pose.
 const RAIL: Duration = Duration::from_millis(250);
 
 /// Event of a session.
@@ -168,8 +168,8 @@ pub async fn device_name(arm: &Arm) -> Result<String> {
     Ok(name.unwrap_or_default())
 }
 
-/// Turns the errors of an arm that lacks a function into `None`. Old firmware leaves unknown
-/// commands unanswered, so a timeout counts too.
+/// Turns the errors of an arm that lacks a function into `None`. A timeout counts too, for an arm
+/// that leaves an unknown command unanswered.
 pub(super) fn known<T>(answer: Result<T>) -> Result<Option<T>> {
     match answer {
         Ok(answer) => Ok(Some(answer)),

@@ -65,6 +65,7 @@ pub(super) struct ArmWorker {
 /// stop.
 impl Drop for ArmWorker {
     fn drop(&mut self) {
+        // A jog that is about to begin ends with its future.
         if self.jogs() {
             return;
         }

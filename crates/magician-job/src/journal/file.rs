@@ -241,6 +241,7 @@ impl Journal for FileJournal {
                 '-'
             }
         };
+        // Shortened, because file systems limit the length of names.
         let arm: String = key.arm.chars().map(plain).take(60).collect();
         let name = format!("{}-{arm}.json", key.program);
         let first = self.folder.as_ref().map(|folder| folder.join(name));
@@ -276,6 +277,7 @@ impl Journal for FileJournal {
         let written = serde_json::to_string(checkpoint)
             .map_err(io::Error::from)
             .and_then(|text| self.try_write(&text));
+        // An older checkpoint would be taken for the last one.
         if written.is_err() {
             self.remove();
         }
@@ -294,6 +296,7 @@ impl Journal for FileJournal {
 
 impl Drop for FileJournal {
     fn drop(&mut self) {
+        // Keep the lock, so that no other arm takes the file between two jobs.
         if let (Some((first, Some(number))), Some(claim)) = (self.key.take(), self.claim.take()) {
             of_virtual_arms().insert((first, number), claim);
         }

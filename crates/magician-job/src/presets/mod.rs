@@ -204,6 +204,7 @@ impl Presets {
     pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
         let mut own = self.own_names();
+        // A file that hides a shipped preset is listed at the shipped one's place.
         own.retain(|name| !names.contains(name));
         names.append(&mut own);
         names
@@ -264,6 +265,7 @@ impl Presets {
     ) -> Result<Preset, PresetError> {
         check_name(name)?;
         let text = written(note, options)?;
+        // Options that could not be loaded again must not be saved.
         parse(&text).map_err(|problem| PresetError::Unsaid(problem.message.into()))?;
         self.save_text(name, text)
     }

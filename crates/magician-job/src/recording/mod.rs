@@ -295,9 +295,11 @@ impl Work {
 
     async fn record(&mut self, mut stopped: oneshot::Receiver<()>) -> Result<(), RecordError> {
         let mut flushes = interval(FLUSH);
+        // After a delay flush once, not once for each missed interval.
         flushes.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tokio::select! {
+                // The end first: a busy arm must not delay it.
                 biased;
                 told = &mut stopped => {
                     if let Some(samples) = &self.samples {
@@ -335,6 +337,7 @@ impl Work {
     async fn see(&mut self, status: &Status) -> Result<(), RecordError> {
         match &status.link {
             Link::Up => {}
+            // The driver is searching for the line; readings continue once it is back.
             Link::Lost { sought: true, .. } => return Ok(()),
             Link::Lost { why, .. } => {
                 self.broke = Some(why.clone());

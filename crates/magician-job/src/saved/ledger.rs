@@ -108,6 +108,7 @@ impl Ledger {
         };
         fs::create_dir_all(&self.0)?;
         let mut file = WholeFile::create(&path)?;
+        // Locked before it gets its final name: no other process ever sees it unlocked.
         file.try_lock()?;
         file.write_all(&serde_json::to_vec(&page)?)?;
         let lock = file.finish_open()?;

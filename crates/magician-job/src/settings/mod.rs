@@ -137,6 +137,7 @@ impl SettingsFile {
     /// results in invalid TOML; [`SettingsError::Unwritable`]. The file is unchanged then.
     pub fn change(&mut self, edited: Option<Self>) -> Result<(), SettingsError> {
         let path = self.path.clone().ok_or(SettingsError::Homeless)?;
+        // The edits work on text, so check that the result is still TOML.
         let edited = edited.filter(|edited| DeTable::parse(&edited.text).is_ok());
         let edited = edited.ok_or_else(|| SettingsError::NotEditable(path.clone()))?;
         replace(&path, &edited.text).map_err(|error| SettingsError::Unwritable(path, error))?;

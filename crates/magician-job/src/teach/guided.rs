@@ -8,7 +8,8 @@ use magician::{Arm, ErrorKind, Result, SettingsBackup};
 
 use crate::{Polled, SavedSettings};
 
-/// Interval between polls of the trigger. A choice: short enough for a person not to notice.
+/// Interval between polls of the trigger. A choice between the delay of a stored point and load on
+/// the line.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Makes the arm report releases of its unlock key (document 1.7), and polls the pose at each
@@ -30,6 +31,7 @@ pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Po
         Err(error) if matches!(error.kind(), ErrorKind::Port | ErrorKind::Closed) => {
             return Err(error);
         }
+        // The arm lacks these commands.
         Err(_) => return Ok(None),
     };
     let mut before = SettingsBackup::default();

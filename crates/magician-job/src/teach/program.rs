@@ -217,6 +217,7 @@ impl ProgramModel {
                 motion: Some(motion),
                 ..TeachStep::default()
             };
+            // Without steps the selection is 0, which is no step.
             let at = (program.selected + 1).min(program.steps.len());
             program.steps_mut().insert(at, step);
             program.selected = at;
@@ -436,6 +437,7 @@ impl ProgramModel {
     fn change(&mut self, change: impl FnOnce(&mut Self)) {
         let before = self.snapshot();
         change(self);
+        // An edit without effect needs no undo.
         if before.steps != self.steps {
             self.history.edited(before);
         }

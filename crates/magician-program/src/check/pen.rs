@@ -5,7 +5,7 @@ use magician_host::{ArmState, PtpMove, Set};
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
 
-/// Height above the surface up to which a pen is taken to draw, mm. A choice: less than any usual
+/// Height above the surface up to which a pen is taken to draw, mm. A choice, far below the default
 /// lift.
 const TOUCH: f64 = 0.5;
 

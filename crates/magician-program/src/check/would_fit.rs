@@ -11,14 +11,13 @@ use magician_formats::reach::bisect;
 /// Bisection steps for the scale.
 const HALVINGS: usize = 12;
 /// Factor by which a plan that fails the full check is reduced each time. The bisection looks at
-/// reach alone; speeds and jumps may need a little more room.
+/// targets alone; the motion between them may leave the reach.
 const SHRINK: f64 = 0.98;
 /// Number of such reductions.
 const SHRINKING: usize = 8;
 /// Turn to the other orientation of a sheet, deg.
 const QUARTER: f64 = 90.0;
-/// Smallest gain in size for which a turn is proposed: a larger size must be visible at three
-/// digits.
+/// Smallest gain in size for which a turn is proposed. A choice, above rounding.
 const LARGER: f64 = 1.001;
 
 /// Largest size after a turn by another 90 degrees, if that is larger than `straight`, the largest

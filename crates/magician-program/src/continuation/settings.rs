@@ -69,6 +69,7 @@ impl Settings {
     /// Records the outputs that a move switches on its way, in the order of the way.
     fn outputs(&mut self, list: &PoList) {
         let mut outputs = list.as_slice().to_vec();
+        // If one output is switched twice, the later switch is the one left in force.
         outputs.sort_by_key(|output| output.ratio);
         for output in outputs {
             if let Ok(address) = u8::try_from(output.address) {
@@ -85,6 +86,7 @@ impl Settings {
         self.rail = match (mode.is_relative(), self.rail) {
             (false, _) => Rail::At(l),
             (true, Rail::At(from)) => Rail::At(from + l),
+            // A relative target from an unknown position is unknown too.
             (true, Rail::Unsent | Rail::Lost) => Rail::Lost,
         };
     }
@@ -133,6 +135,7 @@ fn slot(command: &Set) -> Option<Slot> {
         Set::IoPwm(pin) => Some((row.id, pin.address)),
         Set::SetColorSensor(sensor) => Some((row.id, sensor.port.into())),
         Set::SetIrSwitch(sensor) => Some((row.id, sensor.port.into())),
+        // Idempotent commands are the settings; all others do something once.
         _ => row.is_idempotent().then_some((row.id, 0)),
     }
 }

@@ -204,6 +204,7 @@ impl PrepareRequest {
     /// # Ok::<(), magician_program::PrepareError>(())
     /// ```
     ///
+    /// # Errors
     /// [`PrepareError`] with the mistake in the file, or the option that cannot be met.
     pub fn prepare(&self) -> Result<Preparation, PrepareError> {
         self.clone().open()?.prepare()

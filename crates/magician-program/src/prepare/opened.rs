@@ -97,6 +97,7 @@ impl OpenedFile {
     /// # Errors
     /// [`PrepareError`] with the mistake in the file, or a chosen part that does not exist.
     pub fn list_parts(&mut self) -> Result<(Vec<PartSummary>, Vec<Diagnostic>), PrepareError> {
+        // A list needs no real arm: any start gives the same parts.
         if self.request.start == StartPosition::Ask {
             self.request.start = StartPosition::Staged;
         }
@@ -136,6 +137,7 @@ impl OpenedFile {
         let (at, stands) = match (options.start, self.request.start) {
             (Some(at), _) => (Some(at), None),
             (None, StartPosition::Ask) => {
+                // Keep the reading for the next call, which will have the start.
                 self.reading = Some((how, Reading::DependsOnStart(anywhere)));
                 return Ok(None);
             }
@@ -206,6 +208,7 @@ impl OpenedFile {
         let parsed = read(*format, bytes, &how);
         let lacks_start = |problem: &Diagnostic| problem.missing == Some(Missing::Start);
         let depends = *format == Format::Gcode
+            // A placed program begins above its first point, wherever the tool is.
             && !how.gcode.placed
             && match &parsed {
                 Ok(parsed) => parsed.notes.iter().any(lacks_start),
@@ -249,6 +252,7 @@ impl OpenedFile {
             would_fit,
         } = setup.plan(format, content).map_err(refused)?;
         notes.extend(placing);
+        // Fill lines exist only after placing, so count them in the plan.
         if fills {
             PartSummary::count(&mut parts, &plan);
         }
@@ -262,6 +266,7 @@ impl OpenedFile {
                 hold_above(&mut plan, surface).map_err(refused)?;
             }
         }
+        // An empty program would succeed silently, which hides a wrong file or option.
         if plan.steps.is_empty() {
             let problem = Diagnostic::of_file(message!("nothing to do in this file"));
             return Err((PrepareStage::Read, problem));

@@ -63,6 +63,7 @@ impl RemainingProgram {
         start: Preflight,
     ) -> Result<Self, Diagnostic> {
         let mut told = start.clone();
+        // Settings precede the approach, which depends on speeds and tool.
         for setting in &program.settings {
             let taken = told.check(setting);
             taken.map_err(|error| Diagnostic::of_file(error.to_string()))?;
@@ -70,6 +71,7 @@ impl RemainingProgram {
         let iteration = program.steps_per_iteration().max(1);
         let (done, step) = (from / iteration, from % iteration);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
+            // From a first step no approach is needed: the plan itself begins there.
             0 if at.is_none() => Arc::clone(&program.plan),
             step => Arc::new(Continuation::within_step(&program.plan, step, at, &told)?.plan),
         };
@@ -334,6 +336,7 @@ impl RemainingProgram {
         change: impl Fn(Set) -> Set + Send + Sync,
         turns: &impl Turns,
     ) -> Timetable {
+        // Without a known end at full speed there is none at another speed either.
         if unchanged.left(0).is_none() {
             return Timetable::default();
         }

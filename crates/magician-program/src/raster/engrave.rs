@@ -137,6 +137,7 @@ impl Engrave {
     /// # Ok::<(), Diagnostic>(())
     /// ```
     ///
+    /// # Errors
     /// The error of `place`, or an invalid option.
     pub fn placed(
         &self,

@@ -79,12 +79,15 @@ impl Rehearsal {
 /// # Ok::<(), magician_host::Error>(())
 /// ```
 ///
+/// # Errors
 /// As [`stage`], and for a command that fits no frame. A refusal by the arm is not an error but an
 /// alarm in the [`Rehearsal`].
 pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Error> {
     let mut run = Run::on(stage(plan, options)?, options.watch);
     let mut commands = plan.commands();
     run.fill(&mut commands)?;
+    // The queue is filled before it starts, as a driver does, so that the first path sees what
+    // follows.
     let start = Set::QueuedCmdStartExec(QueuedCmdStartExec {});
     tell(&mut run.arm, &start, Ctrl::SET)?;
     while run.next() {
@@ -189,6 +192,7 @@ impl Run {
         self.note();
         let state = self.arm.state();
         let done = self.told.saturating_sub(self.unfinished());
+        // The command that sets the tool is not a step.
         let told_first = plan.preamble().into_iter().count();
         Rehearsal {
             drawing: self.arm.drawing(),

@@ -231,6 +231,7 @@ fn table_of(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Option<(f64, 
     match plan.surface {
         Some(surface) if surface.slope == [0.0, 0.0] => Some((surface.height, 0.0)),
         Some(surface) => {
+            // A tilted surface counts only where the plan touches it.
             let targets = plan.steps.iter().filter_map(|step| step.action.target());
             let touched = targets.filter_map(|to| {
                 let [x, y, z] = to.map(f64::from);

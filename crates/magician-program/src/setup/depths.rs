@@ -215,6 +215,7 @@ impl Levels {
             .max_by(|(_, one), (_, other)| one.travelled.total_cmp(&other.travelled))
             .map(|(z, _)| z);
         let has_surface_at_0 = lowest < -SAME && self.highest > SAME;
+        // The level of most rapid moves is the travel height, unless 0 already separates both.
         let below_travel = match travelled {
             Some(z) if !has_surface_at_0 => z,
             _ => f64::INFINITY,
@@ -245,6 +246,7 @@ impl Levels {
         let level: f64 = { all.filter(|(z, _)| *z < ceiling) }
             .map(|(_, level)| level.fed)
             .sum();
+        // A relief has almost no level feed: no level can be its first depth.
         let is_relief = travelled.is_some() && level < LEVEL_SHARE * (level + self.slanted);
         match first {
             _ if is_relief => below(ceiling),

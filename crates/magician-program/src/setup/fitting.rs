@@ -186,6 +186,7 @@ impl Setup {
         let scale = prepared.placed.map_or(1.0, |placed| placed.scale);
         match file.filter(|file| scale > 0.0 && file.is_unfit_for(scale)) {
             Some(file) if self.placement.fit => self.prepared(format, file.read(scale)?),
+            // Otherwise the size is the requested one, for which the curves were read.
             _ => Ok(prepared),
         }
     }
@@ -193,6 +194,7 @@ impl Setup {
     /// Makes the plan of content whose curves are approximated closely enough.
     fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
+        // Depths first: which lines remain decides the size and the place.
         let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
         let sized = setup.sized(&content)?;
         // A width or height is a scale too, which the option `scale` multiplies.
@@ -225,6 +227,7 @@ impl Setup {
                 made.misfit = None;
             }
         }
+        // Free it before the copies below.
         drop(whole);
         let PlacedPlan {
             plan,
@@ -295,6 +298,7 @@ impl Setup {
             && turned.passes
         {
             let least = match (ahead, in_front(&turned.made)) {
+                // A place in front is worth a slightly smaller drawing.
                 (true, false) => BESIDE * scale,
                 (false, true) => scale / BESIDE,
                 _ => LARGER * scale,
@@ -304,6 +308,7 @@ impl Setup {
             }
         }
         let ShrinkResult { made, passes } = straight?;
+        // Plans and points may be within reach where they are; G-code has a zero of its own.
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
         let made = if passes {
             made
@@ -384,6 +389,7 @@ impl Setup {
         }
         let mut setup = self.clone();
         let mut scale = first.scale;
+        // A linear search: that a smaller size passes does not follow from a larger one.
         while scale > LEAST_SHRUNK * first.scale {
             scale *= SHRINK;
             setup.placement.scale = scale;

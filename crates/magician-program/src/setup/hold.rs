@@ -114,8 +114,10 @@ impl Holder {
             Action::Path { to } => return Ok(self.path(to)),
             Action::Burn { to, .. } => self.point(to),
             Action::Arc { via, to } => return Ok(self.arc(via, to)),
+            // Where homing ends is up to the arm's settings.
             Action::Home => self.at = None,
             Action::Command(command) => return self.command(command),
+            // Waits, tools and markers do not move the arm.
             _ => {}
         }
         Ok(None)
@@ -164,6 +166,7 @@ impl Holder {
             }
             other => {
                 if other.row().effect.moves_arm() {
+                    // A foreign motion: relative steps after it have no known start.
                     self.at = None;
                 }
                 return Ok(None);
@@ -205,6 +208,7 @@ impl Holder {
     fn point(&mut self, to: &mut [f32; 3]) {
         let free = to.map(f64::from);
         let held = self.goes(free);
+        // Unchanged targets keep their exact bits.
         if held != free {
             to[2] = held[2] as f32;
         }
@@ -217,6 +221,7 @@ impl Holder {
     }
 
     fn shift(&mut self, by: &mut [f32; 4]) {
+        // From an unknown start a relative step cannot be judged; the check covers its reach.
         let Some(Place { held, free }) = self.at else {
             return;
         };
@@ -224,6 +229,7 @@ impl Holder {
         let to = [0, 1, 2].map(|axis: usize| free[axis] + way[axis]);
         let from = held[2];
         let held = self.goes(to);
+        // Unchanged offsets keep their exact bits.
         if held[2] - from != way[2] {
             by[2] = (held[2] - from) as f32;
         }
@@ -234,6 +240,7 @@ impl Holder {
         let pose = self.geometry.forward(&joints.into());
         let free = [pose.x, pose.y, pose.z];
         let above = self.above(free);
+        // Joint angles cannot be corrected in Z alone, so such a step is refused.
         if above < -TOLD {
             return Err(-above);
         }
@@ -260,6 +267,7 @@ impl Holder {
     /// Moves an arc that leads below the surface onto it as a whole.
     fn arc(&mut self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Option<Action> {
         let from = self.at;
+        // An arc is judged by its points; its plane cannot be split like a line.
         let points = [*via, *to].map(|[x, y, z, _]| [x, y, z].map(f64::from));
         let ends = points.into_iter().chain(from.map(|from| from.free));
         let is_below = ends

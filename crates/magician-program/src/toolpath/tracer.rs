@@ -477,6 +477,7 @@ impl PathTracer {
         let kind = match (self.holds, holds) {
             (false, true) => MarkerKind::Pick,
             (true, false) => MarkerKind::Place,
+            // The tool is switched to the state it has.
             _ => return,
         };
         self.holds = holds;

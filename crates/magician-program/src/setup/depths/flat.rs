@@ -69,6 +69,7 @@ impl Flattener {
             Event::Travel { step, to } => self.travel(step, to),
             Event::Air(length) => {
                 self.tally.air += length;
+                // A gap in the air: the travel to it has no purpose either.
                 self.drop_moves();
             }
             Event::Line {
@@ -168,6 +169,7 @@ impl Flattener {
     fn other(&mut self, step: &Step) {
         let sets_speed = |step: &Step| matches!(&step.action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
         if sets_speed(step) {
+            // Only the last of several speeds takes effect.
             self.pending.retain(|pending| !sets_speed(pending));
         }
         self.pending.push(step.clone());

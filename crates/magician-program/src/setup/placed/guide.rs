@@ -47,6 +47,7 @@ impl<'a> Guide<'a> {
         let mut first = ([0.0; 3], Origin::NONE);
         for step in steps {
             let target = step.action.target().map(|to| to.map(f64::from));
+            // Travel before the first mark is replaced by the entry from above.
             if let (None, Some(to), false) = (self.at, target, step.action.marks()) {
                 first = (to, step.origin);
                 continue;
