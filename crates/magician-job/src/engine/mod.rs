@@ -3,8 +3,8 @@
 //! A job is a task that owns a [`Work`] and an [`Inbox`]. It checks (`look`), then runs one
 //! [`Segment`] after another; a segment ends at a pause, a stop, an error or the end of the
 //! program. `track` counts what is finished and writes the journal, `pace` changes the speed
-//! between two commands, `after` handles an early end. Every long await goes through
-//! [`Inbox::unless_stopped`], so a stop is never delayed by the step in progress.
+//! between two commands, `after` handles an early end. Every long wait
+//! also listens to the inbox, so a stop is never delayed by the step in progress.
 
 mod after;
 mod burn;

@@ -1,6 +1,6 @@
 //! Journals: the checkpoint that a job leaves for a later one to resume from.
 //!
-//! The engine decides when to write; an implementation only stores. [`FileJournal`] keeps files,
+//! The engine decides when to write; an implementation only stores. `FileJournal` keeps files,
 //! [`NoJournal`] nothing.
 
 #[cfg(feature = "files")]

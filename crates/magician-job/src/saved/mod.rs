@@ -270,8 +270,7 @@ impl SavedSettings {
                 }
             }
         }
-        // others { || A live process restores its settings itself; restoring them now would undo
-        // its changes.
+        // A live process restores its settings itself; restoring them now would undo its changes.
         if whole.is_empty() || others {
             return damaged.map_or(Settled::Nothing, Settled::Damaged);
         }

@@ -144,6 +144,7 @@ pub enum OptionGroup {
     Text,
     /// Parts, and the choice among them.
     Parts,
+    /// Treatment of images.
     Image,
     /// Burning.
     Laser,

@@ -220,8 +220,8 @@ fn every_option_has_bad_values_in_the_table() {
     }
 }
 
-/// Regenerates the table. Run `cargo test -p magician-program --test program -- --ignored
-/// bad_options` after adding an option.
+/// Regenerates the table. Run it after adding an option:
+/// `cargo test -p magician-program --test program -- --ignored bad_options`.
 #[test]
 #[ignore = "writes the table anew"]
 fn table_is_written_anew() {

@@ -1,6 +1,6 @@
 //! Fitted plans pass the check and run without an alarm, over formats, tools, heights, sizes and
-//! rotations. For more cases: `FIT_CASES=5000 cargo test -p magician-program --test program
-//! --release fit::`.
+//! rotations. For more cases:
+//! `FIT_CASES=5000 cargo test -p magician-program --test program --release fit::`.
 
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
 use magician_program::{Content, Format, ReadOptions, Setup, Surface, Tool, check, read};

@@ -1,5 +1,5 @@
-//! Tests of drawings and programs from file to arm in one binary: `cargo test --test program
-//! gcode::` runs those of a file.
+//! Tests of drawings and programs from file to arm in one binary:
+//! `cargo test --test program gcode::` runs those of a file.
 
 mod interrupted;
 

@@ -2,9 +2,9 @@
 //! the skeleton rounds them.
 //!
 //! A skeleton has artefacts near junctions: short spurs at line ends, a bridge between two
-//! junctions where thick lines cross, and a common tail where two lines meet at an acute angle. All
-//! limits below are in half thicknesses of the line, since artefacts grow with it. They are
-//! choices, tested on scanned text and diagrams.
+//! junctions where thick lines cross, and a common tail where two lines meet at an acute angle. The
+//! lengths below are in half thicknesses of the line, since artefacts grow with it. They are
+//! choices, tested on scanned text.
 
 use super::graph::{Branch, Graph};
 use crate::artwork::distance;

@@ -1,6 +1,6 @@
 //! Plan on its way over a faulty line to a virtual arm, on a clock that advances only when nothing
-//! else happens: the marks, the end, and how it was resumed. Also used by `cargo xtask soak
-//! drawing`.
+//! else happens: the marks, the end, and how it was resumed. Also used by
+//! `cargo xtask soak drawing`.
 
 use std::cell::Cell;
 use std::future::Future;
