@@ -23,8 +23,8 @@ use crate::event::{JobState, PauseReason};
 
 /// Poll interval while the command in progress ends.
 const LOOKS: Duration = Duration::from_millis(50);
-/// Longest wait for a command that does not show in the pose: homing, a motor, the rail (model
-/// section 11).
+/// Longest wait for a command that does not show in the pose: homing, a motor, the rail
+/// (model section 11).
 const HIDDEN: Duration = Duration::from_secs(60);
 /// Largest number of steps among which the pose may choose. A choice that bounds the work.
 const MOST: u64 = 64;

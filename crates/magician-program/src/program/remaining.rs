@@ -71,7 +71,7 @@ impl RemainingProgram {
         let iteration = program.steps_per_iteration().max(1);
         let (done, step) = (from / iteration, from % iteration);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
-            // From a first step no approach is needed: the plan itself begins there.
+            // At the first step of an iteration the plan itself begins: no approach is needed.
             0 if at.is_none() => Arc::clone(&program.plan),
             step => Arc::new(Continuation::within_step(&program.plan, step, at, &told)?.plan),
         };
@@ -462,7 +462,7 @@ impl RemainingProgram {
         let steps = (place.passed as u64)
             .saturating_sub(self.lead())
             .saturating_add(self.from);
-        // The first step itself begins within.
+        // The rest of the first step begins at that position, not at the step's start.
         let first = self.within.filter(|_| steps == self.from);
         BurnPlace {
             steps,
