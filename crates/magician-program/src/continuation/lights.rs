@@ -66,6 +66,7 @@ impl Line {
             Set::CpLeCmd(CpLeCmd {
                 velocity_or_power, ..
             }) => *velocity_or_power > 0.0,
+            // Other straight moves burn only while the laser is switched on.
             _ => step.laser,
         };
         Some(Self {
@@ -92,6 +93,7 @@ impl Line {
                 let way = (speed * seconds).min(gone);
                 (way, seconds - way / speed)
             }
+            // The speed is unknown: claim no distance, and stop here.
             _ => (0.0, 0.0),
         }
     }

@@ -112,6 +112,7 @@ impl Framing {
             FrameShape::Hull => return Ok((frame.plan(round()), Vec::new())),
         };
         let plan = frame.plan(rings);
+        // The hull lies within the box, so it may be in reach when the box is not.
         if report(&plan, fence).is_good() {
             return Ok((plan, Vec::new()));
         }

@@ -112,6 +112,7 @@ impl SetupOptions {
                 message!("{name} has no value", name = OptionName(name)),
             ));
         }
+        // The range comes from the table, so every option is checked in the same way.
         let read = if row.is_within(value) {
             self.set(name, value)
         } else {
@@ -153,6 +154,7 @@ impl SetupOptions {
         let mut read = Self::default();
         for (row, value) in self.values() {
             match value {
+                // Not expressible in JSON, but set by our own code and therefore valid.
                 Some(_) if from_file && row.name == "font" => {}
                 Some(_) if by_file && row.name == "work" => {}
                 // JSON has no form for NaN and infinity.
@@ -188,6 +190,7 @@ impl SetupOptions {
         let over = given.keys().filter_map(|name| Self::option(name));
         let over: Vec<_> = over.collect();
         let mut gone: Vec<&str> = Vec::new();
+        // Dropping one option can leave another without its partner: repeat until nothing changes.
         loop {
             let fields = left.to_fields();
             let rows = Self::OPTIONS.iter();
@@ -247,6 +250,7 @@ impl SetupOptions {
                 ));
             }
         }
+        // Page and margin are valid one by one; only together can they leave no room.
         if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {
             let key = match self.margin {
                 Some(_) => "margin",

@@ -109,6 +109,7 @@ impl<'e> Scan<'e> {
         if stretches.is_empty() {
             return;
         }
+        // Count burnt lines, not all: after a skipped line the tool still changes direction.
         let back = self.engrave.both_directions && self.burnt % 2 == 1;
         if back {
             stretches.reverse();
@@ -121,10 +122,12 @@ impl<'e> Scan<'e> {
         for stretch in stretches {
             let runs = runs.get(stretch).unwrap_or_default();
             self.lay_out(runs, cells, back);
+            // Taken and put back to reuse its memory on every line.
             let segments = std::mem::take(&mut self.segments);
             for (nth, (right, level)) in segments.iter().enumerate() {
                 let to = self.grid.at([*right, down]);
                 match nth {
+                    // The first segment leads to the start of the overscan, which may be far away.
                     0 => self.approach(to, origin),
                     _ => self.segment(to, powers.of(*level), origin),
                 }
@@ -135,6 +138,7 @@ impl<'e> Scan<'e> {
 
     /// Ends the plan with the laser off and the tool lifted.
     pub(super) fn end(mut self) -> Plan {
+        // Sent explicitly: the last segment may have had power.
         self.plan.push(Action::Laser(false), Origin::NONE);
         if let Some(at) = self.at {
             self.travel(
@@ -182,6 +186,8 @@ impl<'e> Scan<'e> {
             back.for_each(|run| self.extend(edge(run.from), run.level));
             self.extend(left - beyond, 0);
         } else {
+            // The overscan before the line is a segment of its own, so that the burn begins at full
+            // speed.
             self.segments.push((left - beyond, 0));
             self.segments.push((left, 0));
             runs.iter()

@@ -31,6 +31,7 @@ impl Setup {
             _ => unreachable!(),
         };
         let bounds = match content {
+            // An image was read at its requested size.
             Content::Image(_) => return Ok(setup),
             Content::TestGrid(grid) => Some([[0.0; 2], grid.size]),
             Content::Artwork(artwork) => artwork.bounds(),
@@ -43,6 +44,7 @@ impl Setup {
         };
         let side = bounds.map_or(0.0, |[least, most]| most[axis] - least[axis]);
         let scale = wanted / side;
+        // A line has no height, and dividing by it gives no scale.
         if !(scale > 0.0 && scale.is_finite()) {
             let name = [message!("width"), message!("height")][axis].clone();
             let message = message!(
@@ -53,6 +55,7 @@ impl Setup {
             return Err(Diagnostic::of_file(message));
         }
         setup.placement.scale *= scale;
+        // The size is now part of the scale: applying it twice would square it.
         setup.size = Size::Natural;
         Ok(setup)
     }
@@ -65,6 +68,7 @@ impl Setup {
         mut content: Content,
     ) -> Result<Content, Diagnostic> {
         for _ in 0..MOST_READINGS {
+            // Content without curves is the same at every size.
             let Some(file) = content.take_curves() else {
                 break;
             };
@@ -98,6 +102,7 @@ impl Setup {
                 let lines_for = |scale| self.trace(trace, scale).lines(&image);
                 let mut lines = lines_for(self.placement.scale)?;
                 let scale = self.fitted_scale(&lines.artwork);
+                // Specks and tolerance refer to the drawn size, so trace again at the smaller one.
                 if scale < self.placement.scale {
                     lines = lines_for(scale)?;
                 }
@@ -121,6 +126,7 @@ impl Setup {
         let order = self.order_of(&artwork).to_draw(scale);
         let saving = artwork.put_in_order(&order);
         let [before, after] = [saving.before_mm, saving.after_mm].map(|way| way * scale);
+        // Less than a millimetre is not worth a note.
         let reordered = (before - after >= 1.0).then(|| {
             let what = message!(
                 "drawn in another order: {after:.0} mm of travel between its lines instead of \

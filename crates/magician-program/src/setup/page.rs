@@ -169,6 +169,7 @@ impl LaidPage {
                 (grid.columns.saturating_sub(1)) as f64 * grid.pitch[0],
                 (grid.rows.saturating_sub(1)) as f64 * grid.pitch[1],
             ];
+            // The copies at the corners of the grid bound all others, for either sign of the pitch.
             let corners = [[0.0; 2], [last[0], 0.0], [0.0, last[1]], last];
             let shifts = corners.map(|shift| rotated(shift, -self.rotation));
             let [low, high] = [least, most];
@@ -199,6 +200,7 @@ impl LaidPage {
             return None;
         };
         let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
+        // Fitting has been done already and cannot help any more.
         Some(if fit {
             note
         } else {
@@ -250,6 +252,8 @@ impl Setup {
                     [-width, height],
                 ];
                 let reach = self.reach_for(format, content)?;
+                // A page larger than the reach is centred as well as possible: the drawing may
+                // still fit.
                 reach.best_place(&corners, Fit::Shrink)?.offset.map(rounded)
             }
         };
@@ -270,6 +274,7 @@ impl Setup {
         else {
             return false;
         };
+        // Compare as placed: scale and rotation decide if the pages coincide.
         let (sin, cos) = libm::sincos(self.placement.rotate.to_radians());
         let [width, height] = page.map(|side| side * self.placement.scale);
         let turned = [[cos, sin], [sin, cos]];

@@ -119,6 +119,7 @@ impl Setup {
         let mut colors: Vec<Option<Option<u32>>> = vec![None; last + 1];
         for style in keys() {
             if let Some(known) = colors.get_mut(key(style) as usize) {
+                // A part has a colour only if all its lines share it.
                 *known = match known {
                     None => Some(Some(style.color)),
                     Some(Some(color)) if *color == style.color => continue,
@@ -154,6 +155,7 @@ impl Setup {
             drawn.passes = if empty { 0 } else { self.passes.unwrap_or(1) };
             parts.push(drawn);
         }
+        // Numbers that users see count only the parts with lines.
         let there = parts.iter_mut().filter(|part| part.passes > 0);
         for (n, part) in (1..).zip(there) {
             part.part.n = n;
@@ -164,6 +166,7 @@ impl Setup {
             for part in parts.iter().filter(|part| part.passes > 0) {
                 found |= rule.matches.is(part);
             }
+            // A rule for a part that does not exist is more likely a typing error than intended.
             if !found {
                 let what = match &rule.matches {
                     PartMatch::Name(name) => message!(
@@ -176,6 +179,8 @@ impl Setup {
             }
         }
         for part in parts.iter_mut().filter(|part| part.passes > 0) {
+            // The first matching rule applies, so that users can order them from special to
+            // general.
             if let Some(rule) = self.pens.iter().find(|rule| rule.matches.is(part)) {
                 part.pen = rule.pen;
                 part.passes = rule.passes.unwrap_or(part.passes);
@@ -198,6 +203,7 @@ impl Setup {
             let named = |part: &DrawingPart| there(part) && part.has_name(wanted);
             let coloured = |part: &DrawingPart| there(part) && part.has_color(color);
             let counted = |part: &DrawingPart| there(part) && Some(part.part.n) == number;
+            // Names first: a layer may be called "2" or "red".
             let ways: [&dyn Fn(&DrawingPart) -> bool; 3] = [&named, &coloured, &counted];
             let Some(way) = ways.into_iter().find(|way| parts.iter().any(way)) else {
                 return Err(unknown(wanted, parts));
@@ -223,6 +229,7 @@ impl Setup {
         let mode = self.part_mode(&artwork);
         if mode == PartMode::None {
             notes.extend(draw_alike(&artwork));
+            // Without parts, passes or pens the drawing stays as it is.
             if self.passes.unwrap_or(1) == 1 && self.pens.is_empty() && self.only.is_empty() {
                 return Ok(artwork);
             }

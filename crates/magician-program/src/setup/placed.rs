@@ -143,11 +143,13 @@ impl Setup {
     ) -> (Self, Option<Flat>) {
         let mut setup = self.clone();
         let laser = || plan.steps.iter().any(|step| step.action.is_of_a_laser());
+        // Only milling programs have depths: a laser burns at one height.
         if format != Format::Gcode || !self.places() || laser() {
             return (setup, None);
         }
         let pen_z = self.placement.pen_z;
         if self.depths == Depths::Keep {
+            // With kept depths, the first depth is on the surface and the others are below it.
             if let Some(survey) = DepthSurvey::of(plan, pen_z) {
                 setup.placement.pen_z = Some(survey.first);
                 notes.extend(kept(&survey));
@@ -202,6 +204,7 @@ impl Setup {
             touch: marks.touch,
             deepest: match self.depths {
                 Depths::Flatten => 0.0,
+                // Kept depths have no lower limit here; the check covers the reach.
                 Depths::Keep => f64::NEG_INFINITY,
             },
         };
@@ -232,6 +235,7 @@ impl Setup {
         };
         let [least, most] = turned_bounds(marks, &layout);
         let size = [0, 1].map(|axis| most[axis] - least[axis]);
+        // On a sheet the drawing must also fit its sides, not only the reach.
         let mut layout = layout;
         if layout.fit
             && let Some(room) = self.sheet_in_use().and_then(|sheet| sheet.size)

@@ -104,6 +104,8 @@ impl Graph {
                 nth += 1;
                 !spurs.iter().any(|(spur, _)| *spur == nth - 1)
             });
+            // Without a spur its junction is the middle of a line: join the two halves before the
+            // next round.
             self.join_through();
         }
     }

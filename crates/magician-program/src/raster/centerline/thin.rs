@@ -85,6 +85,7 @@ impl Mask {
             .filter(dark)
             .filter(|at| self.shows(*at).contains(&false))
             .collect();
+        // A work list of border pixels: scanning the whole mask each round would be quadratic.
         let mut queued = vec![false; self.dark.len()];
         while !edge.is_empty() {
             let mut next = Vec::new();
