@@ -327,8 +327,8 @@ impl Work {
         let told = |error: Error| ResumeError::Arm(Arc::new(error));
         let alarms = arm.alarms().await.map_err(told)?;
         let clock = arm.get::<DeviceTime>().await.map_err(told)?.g_systick;
-        // The 32-bit clock wraps after 49.7 days, so a restart is told by a difference beyond half
-        // of its range.
+        // The 32-bit clock wraps after 49.7 days, so a restart shows as a difference beyond half of
+        // its range.
         let began_anew = clock.wrapping_sub(place.clock) > u32::MAX / 2;
         if began_anew || alarms.contains(Alarm::ResetOccurred) && !place.was_reset {
             return Err(ResumeError::Reset);
