@@ -56,6 +56,7 @@ impl std::error::Error for WireError {}
 pub const FORM: [u8; 8] = form().to_le_bytes();
 
 const fn form() -> u64 {
+    // Offset basis of 64-bit FNV-1a; computed at compile time.
     let mut hash = 0xCBF2_9CE4_8422_2325;
     let mut part = 0;
     let parts: [&[u8]; 3] = [
@@ -91,6 +92,7 @@ impl PrepareRequest {
             tool,
             start,
         } = self;
+        // Room for the file and typical options, to avoid copying a large file.
         let mut out = Vec::with_capacity(bytes.len() + 1024);
         out.extend(FORM);
         format.put(&mut out);
@@ -103,6 +105,7 @@ impl PrepareRequest {
         fence.put(&mut out);
         tool.put(&mut out);
         start.put(&mut out);
+        // The file comes last and without a length: it is the rest of the message.
         out.extend_from_slice(bytes);
         out
     }
@@ -185,6 +188,7 @@ pub async fn answer_in_turns(
         Some(2) => PrepareError::take(&mut input).map(Err),
         _ => None,
     };
+    // Trailing bytes mean a different format that happened to decode.
     { answer.filter(|_| input.0.is_empty()) }.ok_or(WireError::Malformed)
 }
 
@@ -195,6 +199,7 @@ async fn prepared(
 ) -> Option<Preparation> {
     let head = Head::take(input)?;
     let mut left = input.count::<Step>()?;
+    // Safe to allocate: `count` has checked that the input can hold this many.
     let mut steps = Vec::with_capacity(left);
     while left > 0 {
         for _ in 0..left.min(SLICE) {

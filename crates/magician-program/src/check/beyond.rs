@@ -21,9 +21,11 @@ pub(super) fn beyond(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) 
     let tool = geometry.tool;
     let longest = geometry.rear_arm + geometry.forearm + tool.x.abs() + tool.y.abs();
     let nearest = (libm::hypot(x, y) - longest - SLACK).max(0.0);
+    // Also keeps the loop below finite: it advances by 1 mm, which is lost on huge numbers.
     if nearest.is_nan() || nearest >= FARTHEST {
         return None;
     }
+    // Nothing nearer can be in reach, so begin at the outer circle of the arm.
     let mut distance = nearest.floor() + 1.0;
     while distance <= nearest + 2.0 * longest {
         let mut ring = (0..DIRECTIONS).map(|nth| {

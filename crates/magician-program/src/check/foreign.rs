@@ -24,6 +24,7 @@ pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
     let (first, beyond) = refused().find_map(|step| Some((step, step.beyond()?)))?;
     let is_in_base = |at: [f64; 3]| libm::hypot(at[0], at[1]) < BASE;
     let mut targets = refused().filter_map(|step| step.target.map(|(_, _, at)| at));
+    // If anything of it is in reach, the program was probably made for this arm.
     let is_far = report.bounds.is_none() && beyond > FAR;
     if !is_far && !targets.any(is_in_base) {
         return None;
