@@ -23,8 +23,9 @@ pub(super) struct Inbox {
     /// a person does.
     line_ends: EndNotice,
     stop: FirstStop,
-    /// Pause requests without a reply yet, and below the reason of the first.
+    /// Pause requests without a reply yet.
     pauses: Vec<PauseReply>,
+    /// Reason of the first of them.
     reason: Option<PauseReason>,
 }
 

@@ -122,12 +122,13 @@ struct Levels {
 /// Level motion at one height.
 #[derive(Default)]
 struct Level {
-    /// Length of feed moves, and below of rapid moves, mm.
+    /// Length of feed moves, mm.
     fed: f64,
+    /// Length of rapid moves, mm.
     travelled: f64,
-    /// Number of times that feed moves at this height began after a move straight down to it, and
-    /// below straight up to it.
+    /// Number of times that feed moves at this height began after a move straight down to it.
     from_above: u32,
+    /// Number of times that they began after a move straight up to it.
     from_below: u32,
 }
 

@@ -48,8 +48,9 @@ pub(super) struct PathTracer {
     turn: Turn,
     holds: bool,
     lit: bool,
-    /// Number of the current part, and below its colour.
+    /// Number of the current part.
     part: Option<u64>,
+    /// Colour of the current part.
     part_color: Option<Color>,
     /// Colour of the current step.
     ink: Option<Color>,

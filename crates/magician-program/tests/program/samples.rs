@@ -30,10 +30,11 @@ const TOLERANCE: f64 = 0.05;
 /// Largest distance of the drawing from its source, mm: tolerance of curves, accuracy of a drawing
 /// (0.02), and a pixel's diagonal.
 const WORST: f64 = TOLERANCE + 0.02 + 0.071;
-/// Width of an image, and line distance, mm; below, the mean error of its tones as a share of
-/// black.
+/// Width of an image, mm.
 const WIDTH: f64 = 16.0;
+/// Distance of its engraved lines, mm.
 const SPACING: f64 = 0.25;
+/// Largest mean error of its tones, as a share of black.
 const TONE: f64 = 0.02;
 
 fn bytes_of(name: &str) -> Vec<u8> {

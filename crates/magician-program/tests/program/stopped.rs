@@ -14,8 +14,9 @@ const PAPER: f64 = -60.0;
 const UP: f32 = -45.0;
 /// Longest gap, mm.
 const MOST: f64 = 0.2;
-/// Radius of the bend, mm, and below the angle of each of its pieces, degrees.
+/// Radius of the bend, mm.
 const RADIUS: f64 = 8.0;
+/// Angle of each piece of the bend, degrees.
 const PIECE: f64 = 3.0;
 /// Longest double stroke, mm: the distance of one 20 ms period in the bend, 0.42 mm, because each
 /// of its pieces takes one period. A segment that is replanned to rest within a period is slower

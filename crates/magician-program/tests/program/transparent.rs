@@ -10,11 +10,13 @@ use magician_program::{
 use proptest::prelude::*;
 use serde_json::{Map, Value, json};
 
-/// Side of the image, and below of its transparent border, pixels.
+/// Side of the image, pixels.
 const SIDE: u32 = 30;
+/// Width of its transparent border, pixels.
 const BORDER: u32 = 10;
-/// Width and height on the table, mm; below its centre.
+/// Width and height on the table, mm.
 const SIZE: f64 = 30.0;
+/// Centre on the table, mm.
 const CENTRE: [f64; 2] = [250.0, 0.0];
 const TABLE: f64 = -60.0;
 

@@ -19,8 +19,9 @@ pub(super) struct Flattener {
     scale: f64,
     tally: DepthTally,
     covered: Covered,
-    /// Position of the tool in the flattened program, and below true if it touches there.
+    /// Position of the tool in the flattened program.
     at: Option<[f64; 2]>,
+    /// True if the tool touches there.
     down: bool,
     /// Current line from its start; points on a straight line are left out when it is written.
     run: Vec<([f64; 2], Origin)>,

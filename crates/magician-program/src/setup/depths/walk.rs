@@ -17,8 +17,9 @@ pub(super) enum Event<'a> {
     Line {
         from: [f64; 2],
         to: [f64; 2],
-        /// Lowest Z, and below the highest.
+        /// Lowest Z.
         low: f64,
+        /// Highest Z.
         high: f64,
         origin: Origin,
     },

@@ -45,8 +45,9 @@ pub(crate) struct Trouble {
 pub(crate) struct Outcome {
     /// Drawing at the end of the run, good or bad.
     pub(crate) drawing: Drawing,
-    /// Drawing at each interruption, and below its cause.
+    /// Drawing at each interruption.
     pub(crate) between: Vec<Drawing>,
+    /// Cause of each interruption.
     pub(crate) why: Vec<String>,
     /// End of the run.
     pub(crate) end: Result<Ran, Error>,

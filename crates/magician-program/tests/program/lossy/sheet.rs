@@ -12,13 +12,15 @@ pub(crate) const NEAR: f64 = 0.1;
 
 /// One drawing.
 pub(crate) struct Passage<'d> {
-    /// Correct drawing, and below the actual one.
+    /// Correct drawing.
     pub(crate) right: &'d Drawing,
+    /// Actual drawing.
     pub(crate) drawn: &'d Drawing,
     /// True if it reported success without help.
     pub(crate) done: bool,
-    /// Duration, and below that on a good line.
+    /// Duration.
     pub(crate) took: Duration,
+    /// Duration on a good line.
     pub(crate) usual: Duration,
 }
 
