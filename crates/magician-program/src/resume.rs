@@ -79,7 +79,7 @@ impl StepCounter {
         }
     }
 
-    /// Number of steps up to the one that sends the last of `commands`.
+    /// Number of steps that this many commands complete.
     fn steps(&self, commands: u64) -> u64 {
         match commands.saturating_sub(self.lead) {
             0 => 0,
@@ -270,8 +270,8 @@ pub struct Checkpoint {
     pub clock: u32,
     /// True if the driver may have inserted commands or skipped indices.
     pub mixed: bool,
-    /// Place within the step after so many steps where it resumes (x, y, z); `None` for its
-    /// beginning.
+    /// Number of finished steps, and the position (x, y, z) within the next one where the run
+    /// resumes; `None` for its beginning.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<(u64, [f64; 3])>,
     /// Upper bound of the length after that place that is burnt already, mm.
@@ -378,9 +378,9 @@ impl Checkpoint {
 
     /// Place to resume at, once nothing of the run waits in the arm's queue.
     ///
-    /// `seen` is what the arm reports, if it can be asked. `stands_after` tells if the arm stands
-    /// where this many steps leave it; `None` if unknown. The arm counts commands, and `numbering`
-    /// says which steps have none.
+    /// `seen` is the arm's report, if it can be asked. `stands_after` returns if the arm stands
+    /// where a number of finished steps leaves it; `None` if unknown. The arm counts commands, and
+    /// `numbering` maps them to steps.
     #[must_use]
     pub fn resume_point(
         &self,
@@ -444,8 +444,8 @@ impl Checkpoint {
         }
     }
 
-    /// Number of steps up to the one that sends the last of `commands`. A pause or the beginning of
-    /// a part after it may be done already.
+    /// Number of steps that this many commands complete. A pause or the beginning of a part after
+    /// them may be done already.
     fn after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
         numbering.steps(commands).max(self.finished)
     }

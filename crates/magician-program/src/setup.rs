@@ -557,7 +557,7 @@ fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Diagnostic> {
     Ok((scaled.moved([x, y, 0.0])?, scale))
 }
 
-/// Offset that brings a plan within reach unchanged; `None` if there is none.
+/// Offset that brings a plan within reach unchanged; `None` if no offset does.
 pub(crate) fn offset_within_reach(plan: &Plan) -> Option<[f64; 2]> {
     let place = place_of(plan, Fit::TrueSize).ok()??;
     Some(place.offset)

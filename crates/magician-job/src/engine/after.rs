@@ -302,7 +302,7 @@ impl Work {
             let within = within.map(|place| (steps, place));
             return track.ends_at(resume_point, within, (self.burns, &stood.pose));
         }
-        // During the first step the index does not tell how far it is: the pose does.
+        // During the first step the index says nothing about its progress, but the pose does.
         let first = track
             .rest
             .as_ref()

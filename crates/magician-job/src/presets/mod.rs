@@ -26,7 +26,7 @@ pub use store::PresetStore;
 
 /// Largest size of a preset, bytes. A choice far above any real preset.
 const LARGEST: usize = 1 << 16;
-/// Largest number of presets kept besides those that come with this crate.
+/// Largest number of stored presets; shipped ones do not count.
 const MOST: usize = 1000;
 /// Longest name, bytes.
 const LONGEST: usize = 64;
@@ -170,7 +170,7 @@ impl fmt::Display for PresetError {
 
 impl std::error::Error for PresetError {}
 
-/// All presets: those that come with this crate, and those in a store.
+/// All presets: the ones shipped with this crate, and the ones in a store.
 #[derive(Clone, Debug, Default)]
 pub struct Presets {
     store: Option<Arc<dyn PresetStore>>,
@@ -199,7 +199,7 @@ impl Presets {
         Self { store: Some(store) }
     }
 
-    /// Names of all presets, those that come with this crate first.
+    /// Names of all presets, shipped ones first.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();

@@ -32,7 +32,7 @@ pub struct PresetReport {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct PresetList {
-    /// Presets, those that come with this program first.
+    /// Presets, shipped ones first.
     pub presets: Vec<PresetReport>,
 }
 

@@ -131,8 +131,8 @@ impl TeachEditor {
         self.playing = Some(Playing { step, ..playing });
     }
 
-    /// Replaces the program by one that was left unsaved. Its points refer to its tool, and so must
-    /// later ones: if that is another tool, the returned order sets it on the arm.
+    /// Replaces the program by an unsaved one of an earlier session. Its points refer to its tool,
+    /// and so must later ones: if the tool differs, the returned order sets it on the arm.
     pub fn recover(&mut self, left: &Plan) -> Option<ToolOrder> {
         let before = self.program.tool;
         let title = std::mem::take(&mut self.program.title);

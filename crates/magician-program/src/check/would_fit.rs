@@ -41,8 +41,8 @@ pub fn would_fit_turned(
     would_fit.filter(|would_fit| would_fit.scale > least)
 }
 
-/// Position for the middle of the drawing at which a refused plan passes the check in its size and
-/// turn. `None` if there is none.
+/// Position for the middle of the drawing at which a refused plan passes the check at its size and
+/// rotation; `None` if no position does.
 #[must_use]
 pub fn would_do_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
     let [x, y, _] = crate::setup::middle(plan);

@@ -15,8 +15,8 @@ use magician_motion::MotionLaw;
 
 use super::within::{BESIDE, StraightMove, distance, is_straight};
 
-/// Largest distance of a pose from a line that it counts as on, mm: rounding of the arm's and the
-/// plan's coordinates.
+/// Largest distance of a pose from a line at which it counts as on it, mm: rounding of the arm's
+/// and the plan's coordinates.
 const ON_LINE: f64 = 0.05;
 /// Slots before the current one that are searched for a pose: the arm may have finished short
 /// pieces since its last report.

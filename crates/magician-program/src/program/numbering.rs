@@ -47,7 +47,8 @@ impl StepNumbering {
         iterations * (self.iteration - self.silent.len() as u64) + within - before
     }
 
-    /// Number of steps up to the one that sends the last of `commands`, and no further.
+    /// Number of steps that this many commands complete. Steps without a command after the last one
+    /// do not count.
     #[must_use]
     pub fn steps(&self, commands: u64) -> u64 {
         let each = self.iteration - self.silent.len() as u64;

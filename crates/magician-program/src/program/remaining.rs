@@ -146,8 +146,8 @@ impl RemainingProgram {
         StepCounter::new(self.lead(), mixed).numbered(self.numbering.clone(), self.from)
     }
 
-    /// Number of steps, from the first one, up to the one that sends the last of `commands` after
-    /// the [`lead`](Self::lead).
+    /// Number of steps, from the first one, that this many commands after the [`lead`](Self::lead)
+    /// complete.
     #[must_use]
     pub fn steps_of(&self, commands: u64) -> u64 {
         let before = self.numbering.commands(self.from);
@@ -188,7 +188,7 @@ impl RemainingProgram {
         self.slots().flatten()
     }
 
-    /// Commands up to the first [`pause`](Self::pause), in order; all if there is none.
+    /// Commands up to the first [`pause`](Self::pause), in order; without a pause, all.
     pub fn commands_to_pause(&self) -> impl Iterator<Item = Set> + '_ {
         let steps = self.pause().map(|(step, _)| step.saturating_sub(self.from));
         let slots = steps.map(|steps| steps.saturating_add(self.lead()));
@@ -506,7 +506,7 @@ impl RemainingProgram {
         usize::try_from(done).ok()
     }
 
-    /// Number of steps up to and including the first that moves the arm; `None` if there is none.
+    /// Number of steps up to and including the first that moves the arm; `None` if no step does.
     #[must_use]
     pub fn first_motion(&self) -> Option<u64> {
         let mut ahead = self.ahead();

@@ -60,7 +60,7 @@ pub(super) struct PathTracer {
     touched: Option<([f64; 3], Option<Color>)>,
     /// Length drawn since it came down, mm; the end of a descent draws a little.
     inked: f64,
-    /// True once it has reached a first position of its own: the way there leaves no mark.
+    /// True once the plan's first position is reached: the way there leaves no mark.
     begun: bool,
     /// Current step.
     nth: usize,
