@@ -1,4 +1,7 @@
 //! Handle of a running job: state, events, and requests to the engine.
+//!
+//! Requests go to the job through a channel; state, progress and outcome come back through watches,
+//! so any number of clones can wait. Events are a bounded broadcast.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,4 +1,11 @@
 //! Setup: from the content of a file to a plan for this arm, with its place, tool and speeds.
+//!
+//! The order of the work is fixed by what depends on what. Depths are flattened first, because the
+//! remaining lines decide the size. Then come the requested size, the page, tidying and order of
+//! the lines, the place (with `fitting` if the size is free), the final offset, and last the laser
+//! powers, which depend on the speeds.
+//! Programs in arm coordinates skip the placement, but a pen is still held above its surface
+//! (`hold`).
 
 use magician_host::build;
 use magician_host::message;

@@ -1,4 +1,7 @@
 //! Session of manual jogging: takes orders, returns their outcomes and the arm's reports.
+//!
+//! One task owns the session and calls [`PendantSession::next`] in a loop; there the orders make
+//! progress, and readings and events arrive.
 
 use std::time::Duration;
 

@@ -1,5 +1,9 @@
 //! Settings of the arm that a program changes temporarily and restores however it ends. If its
 //! process is killed, the next program that moves or sets restores them.
+//!
+//! A job saves a setting before it changes it. The values are in memory and, for an arm that
+//! outlives the process, in a file that the process keeps locked (`ledger`). A file without a lock
+//! means that its process died: the next program restores it.
 
 #[cfg(feature = "files")]
 mod ledger;

@@ -1,6 +1,9 @@
 //! The user's settings file: its values, and edits that keep the rest of it as its owner wrote it.
 //!
 //! The names allowed in it are defined by the program that shows them.
+//!
+//! Edits work on the text and return a copy; [`SettingsFile::change`] checks the result and writes
+//! it as a whole, so a failed edit leaves the file unchanged.
 
 mod edit;
 

@@ -1,4 +1,7 @@
 //! Distance from a place to the nearest one within reach.
+//!
+//! The search goes outwards in circles of 1 mm steps: the reach has no simple shape, but testing
+//! one place is cheap.
 
 use std::f64::consts::TAU;
 

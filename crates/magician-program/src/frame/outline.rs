@@ -1,4 +1,7 @@
 //! Outer contours of lines, by morphological closing of a bitmap.
+//!
+//! Marks are drawn into a bitmap, dilated and eroded by the same radius, which closes narrow gaps,
+//! and traced. Only outer contours are kept.
 
 use super::{closed, hull};
 use crate::Artwork;

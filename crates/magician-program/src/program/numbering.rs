@@ -1,3 +1,9 @@
+//! Numbering of steps and commands.
+//!
+//! The arm counts commands, but parts and pauses are steps without one. The positions of these
+//! silent steps within an iteration are enough to convert either count into the other, over any
+//! number of iterations.
+
 use std::sync::Arc;
 
 use crate::Plan;

@@ -1,3 +1,11 @@
+//! Rest of a program from one of its steps on.
+//!
+//! A rest is the settings, the first part (an approach and the rest of the current iteration) and
+//! the iterations after it. It can be long or endless, so commands are iterated and never
+//! collected. Besides running it, the rest answers where an interrupted run can be resumed: it
+//! follows its commands without sending them and compares their ends and lines with the pose at
+//! which the arm stands.
+
 use std::iter::{self, repeat_n};
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,3 +1,8 @@
+//! Time left at each step of a run.
+//!
+//! Times are sums up to each command of the first part and of one iteration, so that a long program
+//! needs no more than its plan, and a look-up is constant time.
+
 use std::time::Duration;
 
 /// Cumulative durations of a run by step, by the arm's clock, from

@@ -1,4 +1,8 @@
 //! Halftone: an image as dots on a grid turned by 45 degrees, each sized by the darkness around it.
+//!
+//! The share of ink in a cell equals the darkness of the image. Dots come in a limited number of
+//! sizes, and the error of each dot is diffused to its neighbours, so that the mean is right even
+//! in light areas.
 
 use magician_host::message;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};

@@ -1,4 +1,7 @@
 //! Outlines of the dark areas of an image.
+//!
+//! Marching squares on the grey values: a contour crosses the edge between two pixels where the
+//! interpolated grey equals the level, so it is exact to a fraction of a pixel.
 
 use super::{Raster, Trace};
 use crate::{Origin, Stroke};

@@ -1,4 +1,8 @@
 //! Path of the tool over an image, line by line in burning order.
+//!
+//! Each line is cut into runs of equal level and stretches between wide gaps. A stretch begins and
+//! ends with an overscan, so that the tool burns only at full speed. Between stretches the tool
+//! travels or continues on the path, whichever is faster.
 
 use std::ops::Range;
 

@@ -1,5 +1,8 @@
 //! Squiggle: an image as lines to and fro that oscillate with larger amplitude and frequency where
 //! it is darker.
+//!
+//! A row can be as light as a straight pen line. Lighter areas leave out rows: every second, fourth
+//! or eighth one remains and oscillates for the others.
 
 use magician_host::message;
 use std::f64::consts::TAU;

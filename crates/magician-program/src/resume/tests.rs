@@ -1,3 +1,5 @@
+//! Tests of counting steps and of finding the place to resume at.
+
 use super::*;
 
 fn exactly(steps: u64) -> StepRange {

@@ -1,5 +1,9 @@
 //! Placement of a program in its own coordinates: size, middle and height are those of what it
 //! draws.
+//!
+//! Coordinates of such a program count from a zero of its own, often the corner of a machine.
+//! Placing transforms its work steps as a drawing (scale, mirror, rotation, middle) and replaces
+//! travel by moves that the arm can reach (`guide`).
 
 mod guide;
 

@@ -1,4 +1,7 @@
 //! Drawn lines of a plan, with a limited number of points.
+//!
+//! A station sends these lines to pages, so their number of points is bounded: the tolerance is
+//! doubled until they fit, and beyond the largest tolerance some lines are left out evenly.
 
 use magician_host::preflight::Preflight;
 

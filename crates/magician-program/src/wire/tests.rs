@@ -1,3 +1,5 @@
+//! Tests of serialisation: round trips, other builds, damaged input.
+
 use std::path::Path;
 
 use serde_json::json;

@@ -1,3 +1,5 @@
+//! Tests of the option table: every row against the options it describes.
+
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};

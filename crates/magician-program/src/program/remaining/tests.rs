@@ -1,3 +1,5 @@
+//! Tests of the rest of a program: commands, times and resume points.
+
 use magician_host::{JointAngles, ToolBias, build};
 
 use super::*;

@@ -1,5 +1,9 @@
 //! Centre lines of the dark lines of an image: thinned to a skeleton, whose branches become
 //! strokes.
+//!
+//! The image is reduced and thresholded, thinned to lines one pixel wide (`thin`), converted to a
+//! graph of branches and junctions (`graph`), and cleaned of the artefacts of thinning (`strokes`).
+//! The thickness of the original lines tells artefacts from details.
 
 mod graph;
 mod strokes;

@@ -1,4 +1,8 @@
 //! Record of lines already cut, so that deeper passes are drawn once.
+//!
+//! Lines are indexed by direction and offset, rounded to the tolerances below, and on each line by
+//! intervals. A deeper pass counts as covered if intervals cut before cover all of it, in whatever
+//! pieces.
 
 use std::collections::{BTreeMap, BTreeSet};
 
